@@ -1,0 +1,83 @@
+"""Cameras: one render worker for all, asked from the simulation thread without waiting."""
+
+import threading
+
+import rospy
+
+from bullet_sim.errors import RenderError
+from bullet_sim.render.client import RenderClient
+
+
+class Cameras:
+    """All camera outputs and the worker that draws their pictures.
+
+    Args:
+        renderer: auto, egl or tiny.
+        lockstep: True: wait for each due picture, so that runs are reproducible.
+    """
+
+    def __init__(self, renderer, lockstep):
+        self._renderer, self._lockstep = renderer, lockstep
+        self._client, self._outputs = None, {}
+        self._starting = threading.Lock()
+        self._ready = False
+        self._sources = []
+
+    def start(self):
+        """Start the worker unless it runs; called outside the simulation thread."""
+        with self._starting:
+            if self._client is not None:
+                return
+            client = RenderClient(on_frame=self._publish, on_error=rospy.logerr)
+            self._client = client
+            try:
+                chosen = client.start(self._renderer)
+            except RenderError as error:
+                rospy.logerr('cameras stay dark: %s', error)
+                return
+            rospy.loginfo("cameras are rendered by '%s'%s", chosen.kind,
+                          f' ({chosen.reason})' if chosen.reason else '')
+            client.set_sources(self._sources)
+            self._ready = True
+
+    def add(self, output):
+        """Take care of a camera output."""
+        self._outputs[output.request.name] = output
+
+    def remove(self, output):
+        """Forget a camera output."""
+        self._outputs.pop(output.request.name, None)
+
+    def set_sources(self, sources):
+        """Tell the worker which bodies there are now."""
+        self._sources = sources
+        if self._ready:
+            self._client.set_sources(sources)
+
+    def draw(self, world, outputs):
+        """Order pictures of the due outputs (simulation thread)."""
+        if not self._ready:
+            return
+        requests = [output.request for output in outputs]
+        if not self._lockstep:
+            self._client.submit(world.snapshot(), requests)
+            return
+        try:
+            for frame in self._client.render_sync(world.snapshot(), requests):
+                self._publish(frame)
+        except RenderError as error:
+            rospy.logerr_throttle(5.0, f'pictures at {world.time:.3f} s are missing: {error}')
+
+    def _publish(self, frame):
+        output = self._outputs.get(frame.camera)
+        if output is not None and not rospy.is_shutdown():
+            try:
+                output.publish_frame(frame)
+            except rospy.ROSException:
+                pass    # the topic was just withdrawn
+
+    def close(self):
+        """End the worker."""
+        self._ready = False
+        if self._client is not None:
+            self._client.close()

@@ -1,0 +1,66 @@
+"""Parameters of the bridge node, read once."""
+
+import math
+from dataclasses import dataclass
+
+RENDERERS = ('auto', 'egl', 'tiny')
+
+
+@dataclass(frozen=True)
+class Config:
+    """Checked parameters.
+
+    Attributes:
+        world_file: SDF world to load; empty: an empty world.
+        paused: start with simulated time standing still.
+        real_time_factor: simulated seconds per wall second; 0: as fast as possible.
+        lockstep: physics waits for each due picture.
+        renderer: auto, egl or tiny.
+        clock_rate: messages on /clock per simulated second [Hz].
+        seed: of all sensor noise.
+    """
+
+    world_file: str = ''
+    paused: bool = False
+    real_time_factor: float = 1.0
+    lockstep: bool = False
+    renderer: str = 'auto'
+    clock_rate: float = 200.0
+    seed: int = 0
+
+
+def parse_config(get):
+    """Config from a function get(name, default).
+
+    Raises:
+        ValueError: names the parameter, the value and what is valid.
+    """
+    factor = _number(get, 'real_time_factor', 1.0)
+    if factor < 0:
+        raise ValueError(f'parameter real_time_factor is {factor}, must be 0 (as fast as '
+                         'possible) or more')
+    rate = _number(get, 'pub_clock_frequency', 200.0) or 200.0
+    if rate < 0:
+        raise ValueError(f'parameter pub_clock_frequency is {rate}, must be above 0 [Hz]')
+    renderer = get('renderer', 'auto')
+    if renderer not in RENDERERS:
+        raise ValueError(f"parameter renderer is '{renderer}', must be one of "
+                         f"{', '.join(RENDERERS)}")
+    return Config(world_file=str(get('world_file', '')), paused=_flag(get, 'paused'),
+                  real_time_factor=factor, lockstep=_flag(get, 'lockstep'),
+                  renderer=renderer, clock_rate=rate, seed=int(_number(get, 'seed', 0)))
+
+
+def _number(get, name, default):
+    value = get(name, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) \
+            or not math.isfinite(value):
+        raise ValueError(f'parameter {name} is {value!r}, must be a finite number')
+    return float(value)
+
+
+def _flag(get, name):
+    value = get(name, False)
+    if not isinstance(value, bool):
+        raise ValueError(f'parameter {name} is {value!r}, must be true or false')
+    return value

@@ -1,0 +1,96 @@
+"""Arrays and poses of the core <-> ROS messages."""
+
+import rospy
+from geometry_msgs.msg import Pose as PoseMsg
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
+
+from bullet_sim.pose import Pose
+
+
+def stamp(time):
+    """rospy.Time of a simulated time [s], rounded to nanoseconds."""
+    seconds = int(time)
+    nanoseconds = round((time - seconds) * 1e9)
+    return rospy.Time(seconds, nanoseconds)
+
+
+def pose_from_msg(message):
+    """core Pose of a geometry_msgs/Pose; an all-zero quaternion means no rotation."""
+    p, q = message.position, message.orientation
+    orientation = (q.x, q.y, q.z, q.w)
+    return Pose((p.x, p.y, p.z), orientation if any(orientation) else (0.0, 0.0, 0.0, 1.0))
+
+
+def pose_to_msg(pose):
+    """geometry_msgs/Pose of a core Pose."""
+    message = PoseMsg()
+    message.position.x, message.position.y, message.position.z = pose.position
+    q = message.orientation
+    q.x, q.y, q.z, q.w = pose.orientation
+    return message
+
+
+def twist_to_msg(linear, angular):
+    """geometry_msgs/Twist of two (3,) arrays [m/s, rad/s]."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.linear.z = (float(v) for v in linear)
+    message.angular.x, message.angular.y, message.angular.z = (float(v) for v in angular)
+    return message
+
+
+def joint_state(time, names, positions, velocities, efforts):
+    """sensor_msgs/JointState from names and three (n,) arrays."""
+    message = JointState(name=list(names), position=positions.tolist(),
+                         velocity=velocities.tolist(), effort=efforts.tolist())
+    message.header.stamp = stamp(time)
+    return message
+
+
+def odometry(time, spec, pose, linear, angular):
+    """nav_msgs/Odometry of a GroundTruthSpec, without covariance: it has no error."""
+    message = Odometry(child_frame_id=spec.child_frame_id)
+    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
+    message.pose.pose = pose_to_msg(pose)
+    message.twist.twist = twist_to_msg(linear, angular)
+    return message
+
+
+def image(time, frame_id, rgb):
+    """sensor_msgs/Image rgb8 of an (H, W, 3) uint8 array."""
+    height, width = rgb.shape[:2]
+    message = Image(height=height, width=width, encoding='rgb8', step=3 * width,
+                    data=rgb.tobytes())
+    message.header.stamp, message.header.frame_id = stamp(time), frame_id
+    return message
+
+
+def camera_info(spec, arrays):
+    """sensor_msgs/CameraInfo (without stamp) from D (5,), K (9,), R (9,), P (12,)."""
+    d, k, r, p = arrays
+    message = CameraInfo(height=spec.height, width=spec.width, distortion_model='plumb_bob',
+                         D=list(d), K=list(k), R=list(r), P=list(p))
+    message.header.frame_id = spec.frame_id
+    return message
+
+
+def laser_scan(time, spec, increment, ranges):
+    """sensor_msgs/LaserScan of a RaySpec and ranges (n,) [m]; all rays at one time."""
+    message = LaserScan(angle_min=spec.min_angle, angle_max=spec.max_angle,
+                        angle_increment=increment, scan_time=1.0 / spec.rate,
+                        range_min=spec.range_min, range_max=spec.range_max,
+                        ranges=ranges.tolist())
+    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
+    return message
+
+
+def imu_message(time, spec, orientation, rate, force):
+    """sensor_msgs/Imu: orientation (x, y, z, w), rate (3,) [rad/s], force (3,) [m/s^2]."""
+    message = Imu()
+    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
+    q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
+    q.x, q.y, q.z, q.w = orientation
+    w.x, w.y, w.z = (float(v) for v in rate)
+    a.x, a.y, a.z = (float(v) for v in force)
+    return message

@@ -1,0 +1,65 @@
+"""Assembly of the bridge node."""
+
+import sys
+
+import rospy
+
+from bullet_bridge.cameras import Cameras
+from bullet_bridge.config import parse_config
+from bullet_bridge.gazebo_services import GazeboServices
+from bullet_bridge.jobs import JobQueue
+from bullet_bridge.resolve import Resolver
+from bullet_bridge.robots import Robots
+from bullet_bridge.server import Server
+from bullet_sim.errors import SimError, WorldError
+from bullet_sim.sdf import parse_world
+from bullet_sim.world import World
+
+
+def load_world(world, path, resolve):
+    """Load a world file; warnings go to the log.
+
+    Raises:
+        SimError: names the file and what is wrong.
+    """
+    if not path:
+        return
+    try:
+        with open(path, 'rb') as file:
+            text = file.read()
+    except OSError as error:
+        raise WorldError(f"world file '{path}' cannot be read: {error.strerror}") from error
+    for warning in world.load(parse_world(text, resolve, path)):
+        rospy.logwarn('%s', warning)
+
+
+def main():
+    """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
+    rospy.init_node('gazebo')
+    world = World()
+    cameras = None
+    try:
+        config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
+        resolve = Resolver()
+        load_world(world, config.world_file, resolve)
+        jobs = JobQueue()
+        cameras = Cameras(config.renderer, config.lockstep)
+        robots = Robots(jobs, world, cameras, config.seed)
+        server = Server(world, jobs, robots, config)
+        GazeboServices(world, jobs, robots, server, resolve)
+        rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step,
+                      f'real time x {config.real_time_factor:g}' if config.real_time_factor
+                      else 'as fast as possible')
+        server.run()
+    except (SimError, ValueError) as error:
+        rospy.logfatal('%s', error)
+        return 1
+    finally:
+        if cameras is not None:
+            cameras.close()
+        world.close()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""When something is due, counted in physics steps, without drift."""
+
+import math
+
+
+class Schedule:
+    """Due times k / rate, each rounded to the nearest physics step.
+
+    A rate that does not divide the step rate (30 Hz at 1 ms) keeps its mean exactly; single
+    periods differ by one step.
+
+    Args:
+        rate: [Hz] of simulated time.
+        time_step: physics step [s].
+        start: step from which on it runs.
+
+    Raises:
+        ValueError: the rate is not above 0 or higher than the step rate.
+    """
+
+    def __init__(self, rate, time_step, start=0):
+        if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
+            raise ValueError(f'rate is {rate} Hz, must be above 0 and at most '
+                             f'{1 / time_step:g} Hz, one per physics step')
+        self._ratio = 1.0 / (rate * time_step)
+        self.restart(start)
+
+    def restart(self, step):
+        """Count on from a step: the first due step at or after it that is k periods from 0."""
+        self._count = math.ceil(step / self._ratio - 1e-9)
+        self.next = round(self._count * self._ratio)
+
+    def due(self, step):
+        """Whether it is due at this step; then the next due step is set."""
+        if step < self.next:
+            return False
+        self._count = max(self._count + 1, math.floor(step / self._ratio + 1e-9) + 1)
+        self.next = round(self._count * self._ratio)
+        return True

@@ -1,0 +1,158 @@
+"""Sensors of a model as topics: when due and somebody listens, read, convert, publish.
+
+Everything here runs in the simulation thread, except creation of publishers.
+"""
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
+
+from bullet_bridge import conversions
+from bullet_bridge.schedule import Schedule
+from bullet_sim.pose import Pose
+from bullet_sim.sensors import camera, ground_truth, imu, lidar
+from bullet_sim.specs import CameraSpec, GroundTruthSpec, ImuSpec, RaySpec
+
+
+class Output:
+    """One sensor of one model.
+
+    Args:
+        world, model: of the core.
+        spec: the sensor's specification.
+        seed: of its noise.
+    """
+
+    message = None
+
+    def __init__(self, world, model, spec, seed):
+        self.world, self.model, self.spec, self.seed = world, model, spec, seed
+        self.schedule = Schedule(spec.rate, world.time_step, world.step_count)
+        self.publisher = rospy.Publisher(spec.topic, self.message, queue_size=10)
+        self.restart()
+
+    def restart(self):
+        """Start afresh after a reset: schedule and noise."""
+        self.schedule.restart(self.world.step_count)
+        self.rng = np.random.default_rng(self.seed)
+
+    def listened(self):
+        """Whether somebody subscribes."""
+        return self.publisher.get_num_connections() > 0
+
+    def update(self, time):
+        """Publish for simulated time [s]."""
+        raise NotImplementedError
+
+    def close(self):
+        """Withdraw the topic."""
+        self.publisher.unregister()
+
+    def sensor_state(self):
+        """Pose of the sensor frame in the world, velocity of its origin, world axes."""
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        offset = Pose.from_xyz_rpy(*self.spec.pose)
+        arm = pose.matrix @ np.asarray(offset.position)
+        return pose * offset, linear + np.cross(angular, arm), angular
+
+
+class GroundTruthOutput(Output):
+    """nav_msgs/Odometry without error."""
+
+    message = Odometry
+
+    def update(self, time):
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        linear, angular = ground_truth.twist(pose.orientation, linear, angular,
+                                             self.spec.twist_in_child)
+        if self.spec.noise_stddev > 0:
+            linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
+            angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
+        self.publisher.publish(
+            conversions.odometry(time, self.spec, pose, linear, angular))
+
+
+class LidarOutput(Output):
+    """sensor_msgs/LaserScan; all rays of a scan are cast at one time."""
+
+    message = LaserScan
+
+    def __init__(self, world, model, spec, seed):
+        self._lidar = lidar.Lidar(spec)
+        super().__init__(world, model, spec, seed)
+
+    def update(self, time):
+        pose, _, _ = self.sensor_state()
+        ranges = self._lidar.scan(self.world.engine, np.array(pose.position),
+                                  np.array(pose.orientation), self.rng)
+        self.publisher.publish(conversions.laser_scan(
+            time, self.spec, self._lidar.angle_increment, ranges))
+
+
+class ImuOutput(Output):
+    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+
+    message = Imu
+
+    def restart(self):
+        super().restart()
+        self._before = None
+
+    def update(self, time):
+        pose, linear, angular = self.sensor_state()
+        if self._before is None:
+            acceleration = np.zeros(3)
+        else:
+            acceleration = imu.mean_acceleration(linear, self._before[0],
+                                                 time - self._before[1])
+        self._before = (linear, time)
+        rate, force = imu.reading(pose.orientation, angular, acceleration, self.world.gravity)
+        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng)
+        force = imu.add_noise(force, self.spec.accel_noise_stddev, self.rng)
+        self.publisher.publish(
+            conversions.imu_message(time, self.spec, pose.orientation, rate, force))
+
+    def listened(self):
+        listened = super().listened()
+        if not listened:
+            self._before = None
+        return listened
+
+
+class CameraOutput(Output):
+    """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
+
+    message = Image
+
+    def __init__(self, world, model, spec, seed):
+        from bullet_sim.render.request import CameraRequest
+        camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+        super().__init__(world, model, spec, seed)
+        self._info_publisher = rospy.Publisher(spec.info_topic, CameraInfo, queue_size=10)
+        self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
+        index, offset = model.carrier(spec.link)
+        pose = offset * Pose.from_xyz_rpy(*spec.pose)
+        request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
+        values = dict(vars(request), pose=(pose.position, pose.rpy),
+                      name=f'{model.name}/{spec.name}')
+        self.request = CameraRequest(**values)
+
+    def listened(self):
+        return super().listened() or self._info_publisher.get_num_connections() > 0
+
+    def publish_frame(self, frame):
+        """Publish a finished picture and its camera_info with the snapshot's stamp."""
+        message = conversions.image(frame.time, self.spec.frame_id, frame.rgb)
+        info = conversions.camera_info(self.spec, self._info)
+        info.header.stamp = message.header.stamp
+        self._info_publisher.publish(info)
+        self.publisher.publish(message)
+
+    def close(self):
+        super().close()
+        self._info_publisher.unregister()
+
+
+OUTPUTS = {GroundTruthSpec: GroundTruthOutput, RaySpec: LidarOutput, ImuSpec: ImuOutput,
+           CameraSpec: CameraOutput}

@@ -1,0 +1,7 @@
+"""Python half of the package, read by catkin_python_setup."""
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(**generate_distutils_setup(packages=[
+    'bullet_sim', 'bullet_sim.render', 'bullet_sim.sensors'],
+    package_dir={'': 'src'}))

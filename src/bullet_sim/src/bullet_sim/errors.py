@@ -1,0 +1,25 @@
+"""Errors of the core: each names the item, the value and what would be valid."""
+
+
+class SimError(ValueError):
+    """Base of every error that bad input causes."""
+
+
+class ModelError(SimError):
+    """A robot or object description cannot be loaded."""
+
+
+class WorldError(SimError):
+    """A world file or a request to the world is wrong."""
+
+
+class ControllerError(SimError):
+    """A controller's configuration or a switch of controllers is wrong."""
+
+
+class CommandError(SimError):
+    """A command value is not usable."""
+
+
+class RenderError(SimError):
+    """Pictures cannot be rendered as asked."""

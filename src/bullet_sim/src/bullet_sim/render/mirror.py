@@ -1,0 +1,128 @@
+"""A copy of the world that only knows how things look and where they are."""
+import zlib
+
+import numpy as np
+
+from bullet_sim.errors import RenderError
+from bullet_sim.render.sky import paint_sky
+from bullet_sim.sensors import camera
+from bullet_sim.sensors.frames import sensor_in_world
+
+# TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
+RASTER_OFFSET = {'tiny': (0.5, -0.5), 'egl': (0.0, 0.0)}
+
+
+class Mirror:
+    """Holds the bodies of the newest source list at the poses of the newest snapshot.
+
+    Args:
+        engine: an Engine of its own with start_renderer() done. It is never stepped.
+        kind: what start_renderer() returned, 'egl' or 'tiny'.
+    """
+
+    def __init__(self, engine, kind):
+        self.engine = engine
+        self._offset = RASTER_OFFSET[kind]
+        self._sources = {}
+        self._bodies = {}
+        self._states = {}
+
+    def sync_sources(self, sources):
+        """Load what is new, remove what is gone, reload what changed under the same key.
+
+        A body that cannot be loaded is left out and not tried again until its source changes;
+        the others are loaded all the same.
+
+        Args:
+            sources: iterable of BodySource.
+
+        Raises:
+            RenderError: bodies that could not be loaded, all in one message.
+        """
+        wanted = {source.key: source for source in sources}
+        for key in [key for key, source in self._sources.items() if wanted.get(key) != source]:
+            del self._sources[key]
+            self._states.pop(key, None)
+            if key in self._bodies:
+                self.engine.remove(self._bodies.pop(key))
+        failures = []
+        for key in sorted(wanted.keys() - self._sources.keys()):
+            source = wanted[key]
+            self._sources[key] = source
+            try:
+                self._bodies[key] = self.engine.load(
+                    source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0),
+                    fixed_base=source.fixed_base)
+            except Exception as error:  # pylint: disable=broad-except
+                failures.append(f'body {key} ({source.path}): {error}')
+        if failures:
+            raise RenderError('not drawn: ' + '; '.join(failures))
+
+    def apply(self, snapshot):
+        """Put every body where the snapshot has it; bodies it does not name stay.
+
+        Args:
+            snapshot: Snapshot; states of keys that are not loaded are passed over.
+        """
+        for state in snapshot.bodies:
+            body = self._bodies.get(state.key)
+            if body is None or self._states.get(state.key) == state:
+                continue
+            self.engine.set_base_pose(body, state.position, state.orientation)
+            if len(state.joints):
+                self.engine.set_joint_positions(body, state.joints)
+            self._states[state.key] = state
+
+    def render(self, request, step=0):
+        """Draw one camera's view.
+
+        Args:
+            request: CameraRequest.
+            step: physics step of the applied snapshot; chooses the noise.
+
+        Returns:
+            (H, W, 3) uint8 RGB, top row first, C-contiguous.
+
+        Raises:
+            RenderError: the camera's body or link is not there.
+            ValueError: the camera's size, angle or clip distances make no picture.
+        """
+        camera.check(request.width, request.height, request.horizontal_fov, request.near,
+                     request.far)
+        position, rotation = self._camera_pose(request)
+        view = camera.view_matrix(position, rotation)
+        projection = camera.projection_matrix(
+            request.horizontal_fov, request.width / request.height, request.near, request.far,
+            shift=(-self._offset[0] / request.width, -self._offset[1] / request.height))
+        rgb, depth = self.engine.render_with_depth(request.width, request.height, view,
+                                                   projection)
+        rgb = paint_sky(rgb, depth)
+        if request.noise_stddev > 0.0:
+            rgb = camera.add_noise(rgb, request.noise_stddev, noise_generator(request, step))
+        return np.ascontiguousarray(rgb)
+
+    def _camera_pose(self, request):
+        body = self._bodies.get(request.key)
+        if body is None:
+            raise RenderError(f'camera {request.name}: body {request.key} is not loaded, '
+                              f'loaded are {sorted(self._bodies)}')
+        positions, orientations = self.engine.link_poses(body)
+        if not 0 <= request.link_index < len(positions):
+            raise RenderError(f'camera {request.name}: link index {request.link_index}, body '
+                              f'{request.key} has 0 to {len(positions) - 1}')
+        return sensor_in_world(positions[request.link_index],
+                               orientations[request.link_index], request.pose)
+
+
+def noise_generator(request, step):
+    """Generator of one frame's noise: the same for the same seed, camera name and step,
+    however many frames were left out before.
+
+    Args:
+        request: CameraRequest.
+        step: physics step, >= 0.
+
+    Returns:
+        numpy.random.Generator.
+    """
+    return np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])

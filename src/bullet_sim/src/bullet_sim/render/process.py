@@ -1,0 +1,82 @@
+"""Starting and ending the render process, and telling why it ended."""
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+from multiprocessing.connection import Connection
+
+from bullet_sim.errors import RenderError
+
+START_TIMEOUT = 60.0    # [s] of wall time; a cold Mesa compiles shaders
+_ROOT = str(pathlib.Path(__file__).resolve().parents[2])
+
+
+class Worker:
+    """One render process and the socket to it.
+
+    Args:
+        kind: 'egl' or 'tiny'.
+        environment: variables added to the process's environment.
+        timeout: for getting ready, [s] of wall time.
+
+    Attributes:
+        connection: multiprocessing Connection; see worker.py for the messages.
+        process: subprocess.Popen.
+
+    Raises:
+        RenderError: it did not get ready; the message holds the end of what it printed.
+    """
+
+    def __init__(self, kind, environment, timeout=START_TIMEOUT):
+        paths = [_ROOT, os.environ.get('PYTHONPATH', '')]
+        variables = dict(os.environ, **environment)
+        variables['PYTHONPATH'] = os.pathsep.join(path for path in paths if path)
+        self._log = tempfile.TemporaryFile()
+        mine, its = socket.socketpair()
+        self.kind = kind
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, '-m', 'bullet_sim.render.worker', str(its.fileno()), kind],
+                stdin=subprocess.DEVNULL, stdout=self._log, stderr=self._log, env=variables,
+                pass_fds=[its.fileno()])
+        finally:
+            its.close()
+        self.connection = Connection(mine.detach())
+        try:
+            if not self.connection.poll(timeout):
+                raise RenderError(f'the {kind} renderer is not ready after {timeout:g} s')
+            self.connection.recv()
+        except (EOFError, ConnectionError):
+            reason = self.obituary()
+            self.close()
+            raise RenderError(reason) from None
+        except RenderError:
+            self.close(kill=True)
+            raise
+
+    def obituary(self):
+        """Why the process ended, in one line."""
+        try:
+            code = self.process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            return f'the {self.kind} renderer (pid {self.process.pid}) closed its connection'
+        size = self._log.seek(0, os.SEEK_END)
+        self._log.seek(max(0, size - 4000))
+        lines = self._log.read().decode(errors='replace').strip().splitlines()
+        end = f'signal {-code}' if code < 0 else f'exit code {code}'
+        text = f'the {self.kind} renderer (pid {self.process.pid}) ended with {end}'
+        return f'{text}: {lines[-1].strip()}' if lines else text
+
+    def close(self, kill=False):
+        """End the process, politely first unless kill."""
+        self.connection.close()
+        if kill:
+            self.process.kill()
+        try:
+            self.process.wait(3.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._log.close()

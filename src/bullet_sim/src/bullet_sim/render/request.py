@@ -1,0 +1,70 @@
+"""What travels between the bridge and the render worker: plain picklable values."""
+from dataclasses import dataclass
+
+import numpy as np
+
+RENDERERS = ('auto', 'egl', 'tiny')
+
+
+@dataclass(frozen=True)
+class CameraRequest:
+    """One camera as the worker needs it.
+
+    Attributes:
+        name: unique among the cameras; frames carry it.
+        key: BodySource.key of the body that carries the camera.
+        link_index: row of Engine.link_poses: 0 is the root link, so Engine.link_indices + 1.
+        pose: (xyz (3,) [m], rpy (3,) [rad]), camera frame (x forward, z up) in the link frame.
+        width, height: [px].
+        horizontal_fov: [rad].
+        near, far: clip distances [m].
+        noise_stddev: of the full scale, see sensors.camera.add_noise.
+        seed: of the noise; the noise of a frame depends on seed, name and step alone.
+    """
+
+    name: str
+    key: int
+    link_index: int
+    pose: tuple
+    width: int
+    height: int
+    horizontal_fov: float
+    near: float
+    far: float
+    noise_stddev: float = 0.0
+    seed: int = 0
+
+    @classmethod
+    def from_spec(cls, spec, key, link_index, seed=0):
+        """Request for a CameraSpec whose link is row `link_index` of body `key`."""
+        xyz, rpy = spec.pose
+        return cls(spec.name, int(key), int(link_index),
+                   (tuple(map(float, xyz)), tuple(map(float, rpy))), int(spec.width),
+                   int(spec.height), float(spec.horizontal_fov), float(spec.near),
+                   float(spec.far), float(spec.noise_stddev), int(seed))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A finished picture.
+
+    Attributes:
+        camera: CameraRequest.name.
+        time: of the snapshot [s].
+        step: of the snapshot.
+        rgb: (H, W, 3) uint8, top row first, read-only.
+    """
+
+    camera: str
+    time: float
+    step: int
+    rgb: np.ndarray
+
+
+@dataclass(frozen=True)
+class Renderer:
+    """Which renderer draws: kind 'egl' or 'tiny', and why EGL does not ('' when it does, or
+    when it was not asked for)."""
+
+    kind: str
+    reason: str = ''

@@ -1,0 +1,101 @@
+"""The render process: python -m bullet_sim.render.worker SOCKET_FD egl|tiny.
+
+Messages (pickled tuples through the socket):
+    to the worker    ('draw', sources or None, [(snapshot, [CameraRequest, ...]), ...])
+    from the worker  ('ready', kind), then for each draw: ('error', camera or '', text),
+                     ('frame', camera, time, step, shape) each followed by the raw pixels,
+                     and ('done',) at the end.
+The process ends when the other end of the socket closes, however its parent died. It leaves
+Ctrl-C to its parent. PyBullet's prints go wherever the parent pointed fd 1 and 2; a failing EGL
+plugin ends the process, which is why it has one of its own.
+"""
+import os
+import signal
+import sys
+import tempfile
+from multiprocessing.connection import Connection
+
+from bullet_sim.engine import Engine
+from bullet_sim.errors import RenderError
+from bullet_sim.render.mirror import Mirror
+from bullet_sim.render.request import CameraRequest
+from bullet_sim.snapshot import BodySource
+
+NICENESS = 5    # physics and the user's nodes come first
+PROBE_URDF = """<robot name="probe"><link name="base"><visual>
+<origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
+<material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
+
+
+def check_renderer(engine, kind):
+    """Draw a red box and look at it: some drivers start but draw nothing.
+
+    Args:
+        engine: Engine with a started renderer, empty; it is left empty.
+        kind: the renderer, 'egl' or 'tiny'.
+
+    Raises:
+        RenderError: the middle of the picture is not red.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, 'probe.urdf')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(PROBE_URDF)
+        mirror = Mirror(engine, kind)
+        mirror.sync_sources([BodySource(0, path, True)])
+    pixel = mirror.render(CameraRequest('probe', 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24,
+                                        1.0, 0.1, 10.0))[12, 16]
+    mirror.sync_sources([])
+    red, green, blue = map(int, pixel)
+    if red < 40 or max(green, blue) > red // 2:
+        raise RenderError(f'the renderer drew a red box as RGB {(red, green, blue)}')
+
+
+def draw(connection, mirror, sources, batch):
+    """Answer one 'draw' message; see the module's text."""
+    if sources is not None:
+        try:
+            mirror.sync_sources(sources)
+        except RenderError as error:
+            connection.send(('error', '', str(error)))
+    for snapshot, requests in batch:
+        mirror.apply(snapshot)
+        for request in requests:
+            try:
+                rgb = mirror.render(request, snapshot.step)
+            except ValueError as error:
+                connection.send(('error', request.name, str(error)))
+                continue
+            connection.send(('frame', request.name, snapshot.time, snapshot.step, rgb.shape))
+            connection.send_bytes(rgb.data.cast('B'))
+    connection.send(('done',))
+
+
+def serve(connection, kind):
+    """Start the renderer, say so, draw until the connection closes."""
+    engine = Engine()
+    try:
+        started = engine.start_renderer(kind)
+        if started != kind:
+            raise RenderError(f'asked for the {kind} renderer, got {started}')
+        check_renderer(engine, kind)
+        connection.send(('ready', started))
+        mirror = Mirror(engine, kind)
+        while True:
+            _, sources, batch = connection.recv()
+            draw(connection, mirror, sources, batch)
+    except (EOFError, ConnectionError):
+        pass        # the parent closed its end or is gone
+    finally:
+        engine.close()
+
+
+def main(arguments):
+    """Args: arguments: [socket file descriptor, 'egl' or 'tiny']."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICENESS)
+    serve(Connection(int(arguments[0])), arguments[1])
+
+
+if __name__ == '__main__':
+    main(sys.argv[1:])

@@ -1,0 +1,132 @@
+"""A pinhole camera: intrinsics, OpenGL matrices and pixel noise.
+
+Frames: the camera frame is Gazebo's (x along the view, y left, z up); the optical frame is
+REP 103's (x right, y down, z along the view). Both have the same origin.
+
+Pixels: integer coordinates are pixel centres, (0, 0) is the centre of the top left pixel, as
+in OpenCV and image_geometry. OpenGL puts the optical axis in the middle of the image, which
+is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
+(width + 1) / 2 in its camera_info, one pixel beside what it draws; we do not follow it.
+"""
+import math
+
+import numpy as np
+
+OPTICAL_FROM_CAMERA = np.array([[0., -1., 0.], [0., 0., -1.], [1., 0., 0.]])
+
+
+def check(width, height, horizontal_fov, near, far):
+    """Raise ValueError, naming the value, when no picture could be made with these.
+
+    Args:
+        width, height: [px].
+        horizontal_fov: [rad].
+        near, far: clip distances [m].
+    """
+    if int(width) != width or int(height) != height or width < 1 or height < 1:
+        raise ValueError(f'camera size {width}x{height}: whole numbers >= 1 are expected')
+    if not 0.0 < horizontal_fov < math.pi:
+        raise ValueError(f'horizontal_fov {horizontal_fov}: 0 < horizontal_fov < pi rad expected')
+    if not 0.0 < near < far < math.inf:
+        raise ValueError(f'clip near {near}, far {far}: 0 < near < far m is expected')
+
+
+def intrinsics(width, height, horizontal_fov):
+    """Pinhole matrix K in the optical frame, square pixels.
+
+    fx = width / (2 tan(horizontal_fov / 2)), fy = fx (sensor_msgs/CameraInfo's K).
+
+    Args:
+        width, height: [px].
+        horizontal_fov: between the left and the right edge of the image [rad].
+
+    Returns:
+        K (3, 3) float64 [px].
+    """
+    focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
+    return np.array([[focal, 0.0, (width - 1) / 2.0],
+                     [0.0, focal, (height - 1) / 2.0],
+                     [0.0, 0.0, 1.0]])
+
+
+def camera_info_arrays(width, height, horizontal_fov):
+    """D, K, R and P of a sensor_msgs/CameraInfo without distortion ('plumb_bob').
+
+    Returns:
+        (D (5,), K (9,), R (9,), P (12,)) float64, row-major.
+    """
+    k = intrinsics(width, height, horizontal_fov)
+    p = np.hstack([k, np.zeros((3, 1))])
+    return np.zeros(5), k.ravel(), np.eye(3).ravel(), p.ravel()
+
+
+def project(points_in_optical, k):
+    """Pixels of 3D points.
+
+    Args:
+        points_in_optical: (n, 3) [m], z > 0.
+        k: (3, 3) [px].
+
+    Returns:
+        (n, 2) float64, (u, v) [px], u to the right, v down.
+    """
+    uvw = np.asarray(points_in_optical, dtype=float) @ np.asarray(k).T
+    return uvw[:, :2] / uvw[:, 2:]
+
+
+def view_matrix(position, rotation):
+    """OpenGL view matrix of a camera that looks along its +x with +z up.
+
+    Args:
+        position: (3,) [m], camera in the world.
+        rotation: (3, 3), camera frame in the world.
+
+    Returns:
+        16 floats, column-major: world -> eye (x right, y up, looking along -z).
+    """
+    forward, left, up = np.asarray(rotation, dtype=float).T
+    view = np.eye(4)
+    view[:3, :3] = -left, up, -forward
+    view[:3, 3] = -view[:3, :3] @ np.asarray(position, dtype=float)
+    return tuple(view.T.ravel())
+
+
+def projection_matrix(horizontal_fov, aspect, near, far, shift=(0.0, 0.0)):
+    """OpenGL perspective matrix (glFrustum's).
+
+    Args:
+        horizontal_fov: [rad].
+        aspect: width / height.
+        near, far: clip distances along the optical axis [m].
+        shift: moves the picture right and down, in widths and heights of the image.
+
+    Returns:
+        16 floats, column-major.
+    """
+    x = 1.0 / math.tan(horizontal_fov / 2.0)
+    depth = near - far
+    return (x, 0.0, 0.0, 0.0,
+            0.0, x * aspect, 0.0, 0.0,
+            -2.0 * shift[0], 2.0 * shift[1], (far + near) / depth, -1.0,
+            0.0, 0.0, 2.0 * far * near / depth, 0.0)
+
+
+def add_noise(rgb, stddev, rng):
+    """Gaussian noise on every channel, cut off at 0 and 255.
+
+    Args:
+        rgb: (H, W, 3) uint8.
+        stddev: of the full scale, 0.007 is 1.8 grey levels (Gazebo's unit); 0 = no noise.
+        rng: numpy.random.Generator, or None when stddev is 0.
+
+    Returns:
+        (H, W, 3) uint8; `rgb` itself without noise.
+    """
+    if stddev <= 0.0:
+        return rgb
+    noisy = rng.standard_normal(rgb.shape, dtype=np.float32)
+    noisy *= np.float32(stddev * 255.0)
+    noisy += rgb
+    np.rint(noisy, out=noisy)
+    np.clip(noisy, 0, 255, out=noisy)
+    return noisy.astype(np.uint8)

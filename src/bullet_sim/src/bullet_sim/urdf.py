@@ -1,0 +1,189 @@
+"""URDF text -> ModelDescription; whatever is missing or odd is mended and said."""
+
+import os
+
+import numpy as np
+
+from bullet_sim import gazebo_tags
+from bullet_sim.description import (MOVABLE_TYPES, Geometry, Joint, Link, ModelDescription,
+                                    Shape)
+from bullet_sim.errors import ModelError
+from bullet_sim.xml_read import floats, number, parse, urdf_origin
+
+MESH_TYPES = ('.obj', '.stl', '.dae')
+
+
+def parse_urdf(text, resolve, name='robot'):
+    """Read a URDF.
+
+    Args:
+        text: the document, str or bytes.
+        resolve: function URI -> file path (package://, model://, file:// or a path).
+        name: name of the model, used in messages.
+
+    Raises:
+        ModelError: malformed, no or several root links, unknown joint type, bad number.
+    """
+    robot = parse(text, f"URDF of '{name}'")
+    if robot.tag != 'robot':
+        raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
+    model = ModelDescription(name)
+    materials = {m.get('name'): _material_color(m, name) for m in robot.findall('material')}
+    for element in robot.findall('link'):
+        link = _link(element, materials, resolve, model)
+        if link.name in model.links:
+            raise ModelError(f"URDF of '{name}' has two links named '{link.name}'")
+        model.links[link.name] = link
+    for element in robot.findall('joint'):
+        joint = _joint(element, model)
+        if joint.name in model.joints:
+            raise ModelError(f"URDF of '{name}' has two joints named '{joint.name}'")
+        model.joints[joint.name] = joint
+    model.root = _root(model)
+    gazebo_tags.apply(robot, model)
+    return model
+
+
+def _root(model):
+    if not model.links:
+        raise ModelError(f"URDF of '{model.name}' has no link")
+    children = [joint.child for joint in model.joints.values()]
+    twice = sorted({child for child in children if children.count(child) > 1})
+    if twice:
+        raise ModelError(f"link '{twice[0]}' of '{model.name}' has more than one parent joint")
+    roots = [link for link in model.links if link not in children]
+    if len(roots) != 1:
+        raise ModelError(f"URDF of '{model.name}' has {len(roots)} root links "
+                         f"({', '.join(roots) or 'a loop'}), must be one")
+    return roots[0]
+
+
+def _link(element, materials, resolve, model):
+    link = Link(element.get('name') or '')
+    if not link.name:
+        raise ModelError(f"a <link> of '{model.name}' has no name")
+    what = f"link '{link.name}'"
+    inertial = element.find('inertial')
+    if inertial is not None:
+        pose = urdf_origin(inertial, f'{what} inertial')
+        mass, inertia = inertial.find('mass'), inertial.find('inertia')
+        if mass is not None:
+            link.mass = number(mass.get('value'), f'{what} mass')
+        if link.mass < 0:
+            raise ModelError(f'{what} mass is {link.mass}, must be 0 or more')
+        if inertia is not None:
+            xx, xy, xz, yy, yz, zz = (
+                number(inertia.get(key, '0'), f'{what} inertia {key}')
+                for key in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'))
+            local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            link.inertia = pose.matrix @ local @ pose.matrix.T
+        link.centre = np.array(pose.position)
+    for tag, shapes in (('visual', link.visuals), ('collision', link.collisions)):
+        for shape_element in element.findall(tag):
+            shape = _shape(shape_element, f'{what} {tag}', materials, resolve, model)
+            if shape is not None:
+                shapes.append(shape)
+    return link
+
+
+def _material_color(element, name):
+    color = element.find('color')
+    if color is None:
+        return None
+    return floats(color.get('rgba'), 4, f"material '{element.get('name')}' of '{name}' rgba")
+
+
+def _shape(element, what, materials, resolve, model):
+    geometry = element.find('geometry')
+    if geometry is None or not len(geometry):
+        model.warn(f'{what} has no geometry; it is left out')
+        return None
+    parsed = _geometry(geometry[0], what, resolve, model)
+    if parsed is None:
+        return None
+    color = None
+    material = element.find('material')
+    if material is not None:
+        color = _material_color(material, model.name) or materials.get(material.get('name'))
+    return Shape(parsed, urdf_origin(element, what), color)
+
+
+def _geometry(element, what, resolve, model):
+    def get(key):
+        return floats(element.get(key), 1, f'{what} {element.tag} {key}')[0]
+    if element.tag == 'box':
+        return _positive(Geometry('box', floats(element.get('size'), 3, f'{what} box size')),
+                         what)
+    if element.tag == 'cylinder':
+        return _positive(Geometry('cylinder', (get('radius'), get('length'))), what)
+    if element.tag == 'sphere':
+        return _positive(Geometry('sphere', (get('radius'),)), what)
+    if element.tag == 'mesh':
+        scale = floats(element.get('scale', '1 1 1'), 3, f'{what} mesh scale')
+        return mesh_geometry(element.get('filename', ''), scale, what, resolve, model)
+    model.warn(f'{what} has geometry <{element.tag}>, which is not one of box, cylinder, '
+               'sphere, mesh; it is left out')
+    return None
+
+
+def _positive(geometry, what):
+    if min(geometry.size) <= 0:
+        raise ModelError(f'{what} {geometry.kind} size is {geometry.size}, '
+                         'must be greater than 0')
+    return geometry
+
+
+def mesh_geometry(uri, scale, what, resolve, model):
+    """Mesh by URI, or None with a warning that names the file when it cannot be used."""
+    try:
+        path = resolve(uri)
+    except ValueError as error:
+        model.warn(f"{what}: mesh '{uri}' is not found ({error}); it is left out")
+        return None
+    if not os.path.isfile(path):
+        model.warn(f"{what}: mesh file '{path}' (from '{uri}') does not exist; it is left out")
+        return None
+    if os.path.splitext(path)[1].lower() not in MESH_TYPES:
+        model.warn(f"{what}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; "
+                   'it is left out')
+        return None
+    return Geometry('mesh', path=path, scale=tuple(scale))
+
+
+def _joint(element, model):
+    name, kind = element.get('name') or '', element.get('type')
+    what = f"joint '{name}' of '{model.name}'"
+    if kind not in MOVABLE_TYPES + ('fixed',):
+        raise ModelError(f"{what} has type '{kind}', must be one of "
+                         f"{', '.join(MOVABLE_TYPES)}, fixed")
+    ends = []
+    for tag in ('parent', 'child'):
+        found = element.find(tag)
+        link = found.get('link') if found is not None else None
+        if link not in model.links:
+            raise ModelError(f"{what} has {tag} link '{link}', which does not exist; "
+                             f"links are {', '.join(model.links)}")
+        ends.append(link)
+    joint = Joint(name, kind, *ends, origin=urdf_origin(element, what))
+    axis = element.find('axis')
+    if axis is not None:
+        vector = np.array(floats(axis.get('xyz', '1 0 0'), 3, f'{what} axis'))
+        if kind != 'fixed' and np.linalg.norm(vector) < 1e-9:
+            raise ModelError(f'{what} axis is zero, must have a direction')
+        joint.axis = tuple(vector / max(np.linalg.norm(vector), 1e-9))
+    limit = element.find('limit')
+    if limit is not None:
+        joint.effort = abs(number(limit.get('effort', '0'), f'{what} effort limit'))
+        joint.velocity = abs(number(limit.get('velocity', '0'), f'{what} velocity limit'))
+    if kind in ('revolute', 'prismatic') and limit is not None:
+        joint.lower = number(limit.get('lower', '0'), f'{what} lower limit')
+        joint.upper = number(limit.get('upper', '0'), f'{what} upper limit')
+        if joint.lower > joint.upper:
+            raise ModelError(f'{what} has lower limit {joint.lower} above upper {joint.upper}')
+    dynamics = element.find('dynamics')
+    if dynamics is not None:
+        joint.damping = number(dynamics.get('damping', '0'), f'{what} damping')
+        joint.friction = number(dynamics.get('friction', '0'), f'{what} friction')
+    if element.find('mimic') is not None:
+        model.warn(f"{what} has <mimic>, which Gazebo ignores, too")
+    return joint

@@ -1,0 +1,188 @@
+"""Camera arithmetic, lidar, IMU and ground truth against closed forms."""
+import math
+
+import numpy as np
+import pytest
+
+from bullet_sim.sensors import camera, ground_truth, imu
+from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy, sensor_in_world
+from bullet_sim.sensors.lidar import Lidar
+from bullet_sim.specs import RaySpec
+
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+YAW_90 = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+
+
+class Room:
+    """An engine of walls x = +-half_x and y = +-half_y round the origin; all are body 7."""
+
+    def __init__(self, half_x, half_y):
+        self.half = np.array([half_x, half_y])
+
+    def ray_batch(self, origins, targets):
+        origins, targets = np.asarray(origins)[:, :2], np.asarray(targets)[:, :2]
+        way = targets - origins
+        with np.errstate(divide='ignore', invalid='ignore'):
+            wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - origins) / way)
+        first = wall.min(axis=1)
+        hit = first <= 1.0
+        return np.where(hit, first, 1.0), np.where(hit, 7, -1)
+
+
+def ray_spec(**changes):
+    values = dict(name='lidar', link='laser', samples=5, min_angle=-math.pi / 2,
+                  max_angle=math.pi / 2, range_min=0.1, range_max=10.0)
+    values.update(changes)
+    return RaySpec(**values)
+
+
+@pytest.mark.parametrize('quaternion, rpy', [
+    (LEVEL, (0, 0, 0)),
+    (YAW_90, (0, 0, math.pi / 2)),
+    ((math.sqrt(0.5), 0, 0, math.sqrt(0.5)), (math.pi / 2, 0, 0)),
+    ((0, math.sqrt(0.5), 0, math.sqrt(0.5)), (0, math.pi / 2, 0)),
+    ((0.5, 0.5, 0.5, 0.5), (math.pi / 2, 0, math.pi / 2)),
+])
+def test_rotations_agree(quaternion, rpy):
+    np.testing.assert_allclose(matrix_from_quaternion(quaternion), matrix_from_rpy(rpy),
+                               atol=1e-12)
+
+
+def test_zero_quaternion_is_refused():
+    with pytest.raises(ValueError, match='length 1'):
+        matrix_from_quaternion((0, 0, 0, 0))
+
+
+def test_sensor_in_world_turns_the_offset():
+    position, rotation = sensor_in_world((1, 2, 3), YAW_90, ((1, 0, 0.5), (0, 0, 0)))
+    np.testing.assert_allclose(position, (1, 3, 3.5), atol=1e-12)
+    np.testing.assert_allclose(rotation @ (1, 0, 0), (0, 1, 0), atol=1e-12)
+
+
+def test_intrinsics_of_a_right_angle():
+    k = camera.intrinsics(640, 480, math.pi / 2)
+    np.testing.assert_allclose(k, [[320, 0, 319.5], [0, 320, 239.5], [0, 0, 1]])
+
+
+@pytest.mark.parametrize('width, height, fov', [(640, 480, 1.2), (320, 90, 2.0), (50, 200, 0.4)])
+def test_opengl_and_pinhole_agree(width, height, fov):
+    """One point through both: OpenGL's matrices (to pixels) and K."""
+    position, rotation = np.array([1.0, -2.0, 0.5]), matrix_from_rpy((0.2, -0.1, 2.0))
+    in_camera = np.random.default_rng(1).uniform((2, -1, -1), (9, 1, 1), (20, 3))
+    in_world = np.hstack([in_camera @ rotation.T + position, np.ones((20, 1))])
+    view = np.reshape(camera.view_matrix(position, rotation), (4, 4)).T
+    projection = np.reshape(camera.projection_matrix(fov, width / height, 0.1, 50.0), (4, 4)).T
+    clip = in_world @ (projection @ view).T
+    ndc = clip[:, :2] / clip[:, 3:]
+    pixels = np.column_stack([(ndc[:, 0] + 1) * width / 2 - 0.5,
+                              (1 - ndc[:, 1]) * height / 2 - 0.5])
+    optical = in_camera @ camera.OPTICAL_FROM_CAMERA.T
+    expected = camera.project(optical, camera.intrinsics(width, height, fov))
+    np.testing.assert_allclose(pixels, expected, atol=1e-9)
+
+
+def test_camera_info_arrays():
+    d, k, r, p = camera.camera_info_arrays(320, 240, 1.0)
+    assert [len(a) for a in (d, k, r, p)] == [5, 9, 9, 12]
+    np.testing.assert_array_equal(p.reshape(3, 4)[:, :3], k.reshape(3, 3))
+    assert not d.any() and not p.reshape(3, 4)[:, 3].any()
+
+
+@pytest.mark.parametrize('values, word', [
+    ((0, 480, 1.0, 0.1, 10.0), '0x480'), ((640, 480, 3.2, 0.1, 10.0), '3.2'),
+    ((640, 480, 1.0, 0.0, 10.0), 'near 0.0'), ((640, 480, 1.0, 5.0, 2.0), 'near 5.0')])
+def test_bad_cameras_are_named(values, word):
+    with pytest.raises(ValueError, match=word):
+        camera.check(*values)
+
+
+def test_camera_noise_has_its_deviation_and_repeats():
+    grey = np.full((200, 300, 3), 128, np.uint8)
+    noisy = camera.add_noise(grey, 0.02, np.random.default_rng(3))
+    assert noisy.dtype == np.uint8
+    assert noisy.std() == pytest.approx(0.02 * 255, rel=0.02)
+    assert noisy.mean() == pytest.approx(128, abs=0.1)
+    np.testing.assert_array_equal(noisy, camera.add_noise(grey, 0.02, np.random.default_rng(3)))
+    white = camera.add_noise(np.full((9, 9, 3), 255, np.uint8), 0.02, np.random.default_rng(3))
+    assert white.min() > 200    # cut off, not wrapped round
+    assert camera.add_noise(grey, 0.0, None) is grey
+
+
+def test_lidar_in_a_room_of_known_walls():
+    lidar = Lidar(ray_spec())
+    ranges = lidar.scan(Room(3.0, 2.0), (0, 0, 0.2), LEVEL)
+    assert ranges.dtype == np.float32
+    corner = math.sqrt(2) * 2.0
+    np.testing.assert_allclose(ranges, [2, corner, 3, corner, 2], rtol=1e-6)
+    assert lidar.angle_increment == pytest.approx(math.pi / 4)
+
+
+def test_lidar_counts_counter_clockwise_from_min_angle():
+    ranges = Lidar(ray_spec(samples=3)).scan(Room(3.0, 2.0), (0.5, 0.5, 0), LEVEL)
+    np.testing.assert_allclose(ranges, [2.5, 2.5, 1.5], rtol=1e-6)
+    turned = Lidar(ray_spec(samples=3)).scan(Room(3.0, 2.0), (0.5, 0.5, 0), YAW_90)
+    np.testing.assert_allclose(turned, [2.5, 1.5, 3.5], rtol=1e-6)
+
+
+def test_lidar_offset_pose():
+    spec = ray_spec(samples=1, min_angle=0.0, max_angle=0.0,
+                    pose=((0.5, 0, 0), (0, 0, math.pi)))
+    np.testing.assert_allclose(Lidar(spec).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL), [3.5])
+
+
+def test_lidar_beyond_and_too_near():
+    ranges = Lidar(ray_spec(range_max=2.5)).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
+    np.testing.assert_array_equal(np.isposinf(ranges), [False, True, True, True, False])
+    near = ray_spec(samples=3, range_min=2.5)
+    ranges = Lidar(near).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
+    assert np.isneginf(ranges[[0, 2]]).all() and ranges[1] == 3.0
+    housing = Lidar(near).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL, own_body=7)
+    assert not np.isneginf(housing).any()
+
+
+def test_lidar_noise_has_its_deviation_and_repeats():
+    lidar = Lidar(ray_spec(samples=4000, min_angle=-0.1, max_angle=0.1, noise_stddev=0.01))
+    exact = 3.0 / np.cos(lidar.angles)
+    scans = [lidar.scan(Room(3.0, 2.0), (0, 0, 0), LEVEL, np.random.default_rng(5))
+             for _ in range(2)]
+    error = scans[0] - exact
+    assert error.std() == pytest.approx(0.01, rel=0.05)
+    assert error.mean() == pytest.approx(0.0, abs=0.001)
+    np.testing.assert_array_equal(*scans)
+    with pytest.raises(ValueError, match='rng'):
+        lidar.scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
+
+
+@pytest.mark.parametrize('changes', [
+    {'samples': 0}, {'min_angle': 1.0, 'max_angle': 0.0}, {'range_min': 5.0, 'range_max': 1.0},
+    {'range_max': math.inf}, {'noise_stddev': -0.1}])
+def test_bad_lidars_are_named(changes):
+    with pytest.raises(ValueError, match='lidar lidar: .*expected'):
+        Lidar(ray_spec(**changes))
+
+
+def test_imu_at_rest_feels_up_and_turns_with_the_sensor():
+    roll_90 = (math.sqrt(0.5), 0, 0, math.sqrt(0.5))
+    rate, force = imu.reading(roll_90, (0, 0, 2.0), (0, 0, 0))
+    np.testing.assert_allclose(rate, (0, 2.0, 0), atol=1e-12)
+    np.testing.assert_allclose(force, (0, 9.81, 0), atol=1e-12)
+    _, falling = imu.reading(LEVEL, (0, 0, 0), (0, 0, -9.81))
+    np.testing.assert_allclose(falling, 0, atol=1e-12)
+
+
+def test_imu_acceleration_and_noise():
+    np.testing.assert_allclose(imu.mean_acceleration((1, 0, 0), (0.5, 0, 0), 0.01), (50, 0, 0))
+    with pytest.raises(ValueError, match='elapsed 0'):
+        imu.mean_acceleration((1, 0, 0), (1, 0, 0), 0.0)
+    noisy = imu.add_noise(np.zeros(20000), 0.3, np.random.default_rng(2))
+    assert noisy.std() == pytest.approx(0.3, rel=0.03)
+
+
+def test_twist_in_child_and_in_world():
+    linear, angular = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3))
+    np.testing.assert_allclose(linear, (2, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(angular, (0, -1, 3), atol=1e-12)
+    linear, _ = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3), in_child=False)
+    np.testing.assert_array_equal(linear, (0, 2, 0))
+    np.testing.assert_allclose(ground_truth.velocity_at((1, 0, 0), (1, 0, 0), (0, 0, 2)),
+                               (1, 2, 0))

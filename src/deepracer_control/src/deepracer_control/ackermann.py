@@ -1,0 +1,100 @@
+"""Ackermann steering geometry: from a body twist to hinge angles and wheel speeds.
+
+Pure functions, no ROS. Frames follow REP-103: x forward, y left, positive turns to the left.
+"""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where a car's wheels are.
+
+    Attributes:
+        wheelbase: Rear axle to front axle [m].
+        front_half_track: Car's centre line to a steering hinge (and its wheel) [m].
+        rear_half_track: Car's centre line to a rear wheel's centre [m].
+        wheel_radius: Radius of all four wheels [m].
+        max_steering: Largest angle of the equivalent bicycle's front wheel [rad].
+    """
+
+    wheelbase: float = 0.164
+    front_half_track: float = 0.079601
+    rear_half_track: float = 0.08105
+    wheel_radius: float = 0.03
+    max_steering: float = 0.5236
+
+    def __post_init__(self):
+        for name in ("wheelbase", "front_half_track", "rear_half_track", "wheel_radius"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {value!r}; it must be a length above 0 m")
+        widest = max(self.front_half_track, self.rear_half_track)
+        limit = math.atan(self.wheelbase / widest)
+        if not 0.0 < self.max_steering < limit:
+            raise ValueError(
+                f"max_steering is {self.max_steering!r} rad; it must be above 0 and below "
+                f"{limit:.4f} rad, where the turning centre would lie under a wheel")
+
+
+@dataclass(frozen=True)
+class WheelCommands:
+    """Hinge angles [rad, left positive] and wheel speeds [rad/s, forward positive]."""
+
+    left_steering: float = 0.0
+    right_steering: float = 0.0
+    left_rear: float = 0.0
+    right_rear: float = 0.0
+    left_front: float = 0.0
+    right_front: float = 0.0
+
+
+def bicycle_steering(speed, yaw_rate, geometry):
+    """Gives the steering angle of the equivalent bicycle, within the car's limit.
+
+    tan(steering) = wheelbase * yaw_rate / speed (kinematic bicycle, no side slip at the rear axle).
+
+    Args:
+        speed: Forward speed of the rear axle's centre [m/s]; negative is backwards.
+        yaw_rate: Turning rate of the body [rad/s], left positive.
+        geometry: The car's Geometry.
+
+    Returns:
+        Angle [rad], left positive. At speed 0 no steering angle gives a turning rate, so it is 0.
+    """
+    if speed == 0.0:
+        return 0.0
+    # atan2 with a positive second argument stands for atan of the quotient without overflow.
+    angle = math.atan2(geometry.wheelbase * math.copysign(1.0, speed) * yaw_rate, abs(speed))
+    return max(-geometry.max_steering, min(geometry.max_steering, angle))
+
+
+def wheel_commands(speed, yaw_rate, geometry=Geometry()):
+    """Turns a body twist into hinge angles and wheel speeds that share one turning centre.
+
+    With curvature k = tan(steering) / wheelbase the turning centre lies on the rear axle's line at
+    y = 1/k. A hinge at y = h points across the line to it: tan(angle) = wheelbase k / (1 - k h).
+    A wheel's speed grows with its distance from the centre. Where the steering limit cuts the turn,
+    the speed is kept and the car turns as tightly as it can.
+
+    Args:
+        speed: Forward speed of the rear axle's centre [m/s].
+        yaw_rate: Turning rate [rad/s], left positive (REP-103).
+        geometry: The car's Geometry.
+
+    Returns:
+        WheelCommands.
+    """
+    curvature = math.tan(bicycle_steering(speed, yaw_rate, geometry)) / geometry.wheelbase
+    across = geometry.wheelbase * curvature
+    left_along = 1.0 - curvature * geometry.front_half_track
+    right_along = 1.0 + curvature * geometry.front_half_track
+    spin = speed / geometry.wheel_radius
+    return WheelCommands(
+        left_steering=math.atan2(across, left_along),
+        right_steering=math.atan2(across, right_along),
+        left_rear=spin * (1.0 - curvature * geometry.rear_half_track),
+        right_rear=spin * (1.0 + curvature * geometry.rear_half_track),
+        left_front=spin * math.hypot(across, left_along),
+        right_front=spin * math.hypot(across, right_along))

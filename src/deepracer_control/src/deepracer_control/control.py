@@ -1,0 +1,216 @@
+"""The node `control`: listens to /cmd_vel and commands four wheels and two steering hinges.
+
+The camelCase names are public interface (other people's nodes import them).
+"""
+
+import math
+import sys
+import threading
+from dataclasses import dataclass, field, fields
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Float64
+
+from deepracer_control import topics
+from deepracer_control.ackermann import Geometry, WheelCommands, wheel_commands
+
+MODES = ("original", "ackermann")
+DEGREES_PER_UNIT = 15.0  # steering of one unit of angular.z in original mode [deg]
+MAX_STEERING_DEGREES = 60.0  # limit in original mode [deg]
+
+controlEngines = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How commands are understood.
+
+    Attributes:
+        mode: "original" (wheel rad/s and steps of 15 degrees, positive to the right) or
+            "ackermann" (m/s and rad/s, positive to the left).
+        command_timeout: ROS time without a command after which the car is stopped once [s]; 0: off.
+        geometry: Where the wheels are; ackermann mode only.
+    """
+
+    mode: str = "original"
+    command_timeout: float = 0.0
+    geometry: Geometry = field(default_factory=Geometry)
+
+    def __post_init__(self):
+        if self.mode not in MODES:
+            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
+        if not (math.isfinite(self.command_timeout) and self.command_timeout >= 0.0):
+            raise ValueError(f"command_timeout is {self.command_timeout!r}; "
+                             "it must be 0 (off) or a time in seconds")
+
+
+def settings_from_parameters():
+    """Reads this node's private parameters.
+
+    Returns:
+        Settings.
+
+    Raises:
+        ValueError: A parameter is no number or out of range; the message names it.
+    """
+    def number(name, default):
+        value = rospy.get_param("~" + name, default)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
+        return float(value)
+
+    return Settings(
+        mode=rospy.get_param("~mode", Settings.mode),
+        command_timeout=number("command_timeout", Settings.command_timeout),
+        geometry=Geometry(**{item.name: number(item.name, item.default)
+                             for item in fields(Geometry)}))
+
+
+def original_steering(w):
+    """Gives the hinge angle [rad, left positive] of the original's steering command.
+
+    Args:
+        w: Steering in units of 15 degrees, positive to the right; capped at 60 degrees.
+    """
+    degrees = max(-MAX_STEERING_DEGREES, min(MAX_STEERING_DEGREES, w * DEGREES_PER_UNIT))
+    return 0.0 - math.radians(degrees)
+
+
+class CarControl:
+    """Turns commands into the six joint commands of the car."""
+
+    def __init__(self, settings=None):
+        """Connects to the topics.
+
+        Args:
+            settings: Settings; by default read from the node's private parameters.
+        """
+        self.settings = settings_from_parameters() if settings is None else settings
+        self.rightRearPub = rospy.Publisher(topics.RIGHT_REAR_TOPIC, Float64, queue_size=10)
+        self.leftRearPub = rospy.Publisher(topics.LEFT_REAR_TOPIC, Float64, queue_size=10)
+        self.rightFrontPub = rospy.Publisher(topics.RIGHT_FRONT_TOPIC, Float64, queue_size=10)
+        self.leftFrontPub = rospy.Publisher(topics.LEFT_FRONT_TOPIC, Float64, queue_size=10)
+        self.leftSteeringPub = rospy.Publisher(topics.LEFT_DIRECTION_TOPIC, Float64, queue_size=10)
+        self.rightSteeringPub = rospy.Publisher(topics.RIGHT_DIRECTION_TOPIC, Float64,
+                                                queue_size=10)
+        self.rate = rospy.Rate(10)
+        self._lock = threading.RLock()
+        self._speed = 0.0
+        self._turn = 0.0
+        self._last_command = None  # ROS time [s] of the newest command, None: watchdog at rest
+        self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
+        if self.settings.command_timeout > 0.0:
+            period = rospy.Duration(self.settings.command_timeout / 4.0)
+            self._timer = rospy.Timer(period, self._watch, reset=True)
+
+    def linearDrive(self, v):
+        """Sets the speed and keeps the steering.
+
+        Args:
+            v: Wheel speed [rad/s], to all four wheels as it is; in ackermann mode the car's
+                speed [m/s].
+        """
+        if not self._accepts(v, 0.0):
+            return
+        with self._lock:
+            self._speed = v
+            if self.settings.mode == "ackermann":
+                self._publish(wheel_commands(v, self._turn, self.settings.geometry))
+            else:
+                self._publish_wheels(v, v, v, v)
+
+    def angularDrive(self, w):
+        """Sets the steering and keeps the speed.
+
+        Args:
+            w: Steering in units of 15 degrees, positive to the right, the same on both hinges; in
+                ackermann mode the turning rate [rad/s], positive to the left.
+        """
+        if not self._accepts(0.0, w):
+            return
+        with self._lock:
+            self._turn = w
+            if self.settings.mode == "ackermann":
+                self._publish(wheel_commands(self._speed, w, self.settings.geometry))
+            else:
+                angle = original_steering(w)
+                self._publish_steering(angle, angle)
+
+    def drive(self, v, w):
+        """Sets speed and steering, in the units of linearDrive and angularDrive."""
+        if not self._accepts(v, w):
+            return
+        with self._lock:
+            if self.settings.mode == "ackermann":
+                self._speed, self._turn = v, w
+                self._publish(wheel_commands(v, w, self.settings.geometry))
+            else:
+                self.linearDrive(v)
+                self.angularDrive(w)
+
+    def subscriberCb(self, msg):
+        """Follows a geometry_msgs/Twist: linear.x and angular.z."""
+        with self._lock:
+            self._last_command = rospy.get_time() if self.settings.command_timeout else None
+            self.drive(msg.linear.x, msg.angular.z)
+
+    def _accepts(self, v, w):
+        """Says whether both values are finite; if not, logs it and stops the car."""
+        if math.isfinite(v) and math.isfinite(w):
+            return True
+        name, value = ("linear.x", v) if not math.isfinite(v) else ("angular.z", w)
+        rospy.logerr_throttle(1.0, f"command refused: {name} is {value}; it must be a finite "
+                                   "number. The car is stopped until the next good command.")
+        self._stop()
+        return False
+
+    def _stop(self):
+        """Commands zero speed and straight wheels."""
+        with self._lock:
+            self._speed = self._turn = 0.0
+            self._publish(WheelCommands())
+
+    def _watch(self, _event):
+        """Stops the car once when no command has come for command_timeout of ROS time."""
+        with self._lock:
+            if self._last_command is None:
+                return
+            now = rospy.get_time()
+            if now < self._last_command:  # the simulation was reset: count from here
+                self._last_command = now
+            elif now - self._last_command >= self.settings.command_timeout:
+                self._last_command = None
+                rospy.logwarn(f"no command for {self.settings.command_timeout:g} s: car stopped")
+                self._stop()
+
+    def _publish(self, commands):
+        self._publish_wheels(commands.right_rear, commands.left_rear,
+                             commands.right_front, commands.left_front)
+        self._publish_steering(commands.left_steering, commands.right_steering)
+
+    def _publish_wheels(self, right_rear, left_rear, right_front, left_front):
+        self.rightRearPub.publish(Float64(right_rear))
+        self.leftRearPub.publish(Float64(left_rear))
+        self.rightFrontPub.publish(Float64(right_front))
+        self.leftFrontPub.publish(Float64(left_front))
+
+    def _publish_steering(self, left, right):
+        self.leftSteeringPub.publish(Float64(left))
+        self.rightSteeringPub.publish(Float64(right))
+
+
+def main():
+    """Runs the node `control` until ROS shuts down."""
+    global controlEngines
+    rospy.init_node("control")
+    try:
+        controlEngines = CarControl()
+    except ValueError as error:
+        rospy.logfatal("control cannot start: %s", error)
+        sys.exit(1)
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()

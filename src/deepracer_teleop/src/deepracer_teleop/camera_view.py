@@ -1,0 +1,137 @@
+"""The camera's part of the window: frame rate, picture that grows, and words when there is none."""
+
+import threading
+
+import cv2
+from PyQt5.QtCore import QRect, QSize, Qt
+from PyQt5.QtGui import QColor, QPainter, QPixmap
+from PyQt5.QtWidgets import QLabel, QSizePolicy
+
+
+class FrameRate:
+    """Frames per second from the stamps of two frames in a row."""
+
+    def __init__(self):
+        self._last = None
+
+    def update(self, stamp):
+        """Takes the next frame's stamp.
+
+        Args:
+            stamp: Time of the frame [s].
+
+        Returns:
+            1 / time between the frames [Hz], or None for the first frame, a repeated stamp or a
+            clock that went backwards.
+        """
+        last, self._last = self._last, stamp
+        if last is None or stamp <= last:
+            return None
+        return 1.0 / (stamp - last)
+
+
+def frame_rate_text(rate):
+    """Gives the words drawn into the picture, from a rate [Hz] or None."""
+    if rate is None:
+        return "Image Framerate: --"
+    return f"Image Framerate: {rate:.0f}" if rate >= 9.95 else f"Image Framerate: {rate:.1f}"
+
+
+def draw_frame_rate(picture, rate):
+    """Writes the frame rate into a picture, in its upper left corner.
+
+    Args:
+        picture: (H, W, 3) uint8 BGR; changed in place.
+        rate: Frame rate [Hz] or None.
+
+    Returns:
+        The picture.
+    """
+    scale = max(0.4, picture.shape[1] / 640.0)
+    place = (int(12 * scale), int(32 * scale))
+    words = frame_rate_text(rate)
+    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
+        cv2.putText(picture, words, place, cv2.FONT_HERSHEY_SIMPLEX, scale, colour,
+                    max(1, round(width * scale)), cv2.LINE_AA)
+    return picture
+
+
+class Mailbox:
+    """Holds the newest thing handed in by another thread; older ones are dropped."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._item = None
+
+    def put(self, item):
+        """Leaves an item; returns whether the box was empty (so the owner must be told)."""
+        with self._lock:
+            empty, self._item = self._item is None, item
+            return empty
+
+    def take(self):
+        """Gives the newest item and empties the box; None if nothing is there."""
+        with self._lock:
+            item, self._item = self._item, None
+            return item
+
+
+class CameraView(QLabel):
+    """A label that shows a picture as large as fits, aspect kept, and a message over it."""
+
+    def __init__(self, width=320, height=240, parent=None):
+        """Starts without a picture.
+
+        Args:
+            width: Smallest and preferred width [px].
+            height: Smallest and preferred height [px].
+            parent: Qt parent.
+        """
+        super().__init__(parent)
+        self._size = QSize(width, height)
+        self._picture = None
+        self.message = ""
+        self.setObjectName("camera")
+        self.setAlignment(Qt.AlignCenter)
+        self.setWordWrap(True)
+        self.setMinimumSize(self._size)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
+        self.setStyleSheet("#camera { background: #20242a; color: #e8eaed; border-radius: 6px; }")
+
+    def sizeHint(self):
+        """Gives the preferred size, whatever picture is shown."""
+        return self._size
+
+    def show_picture(self, pixmap):
+        """Shows a new picture (QPixmap of any size) and drops the message."""
+        self._picture, self.message = pixmap, ""
+        self._refresh()
+
+    def show_message(self, words):
+        """Shows words: alone if there was never a picture, else over the darkened last one."""
+        if words != self.message:
+            self.message = words
+            self._refresh()
+
+    def resizeEvent(self, event):
+        """Fits the picture into the new size."""
+        super().resizeEvent(event)
+        self._refresh()
+
+    def _refresh(self):
+        if self._picture is None or self._picture.isNull():
+            self.setText(self.message)
+            return
+        shown = self._picture.scaled(self.contentsRect().size(), Qt.KeepAspectRatio,
+                                     Qt.SmoothTransformation)
+        self.setPixmap(self._with_message(shown) if self.message else shown)
+
+    def _with_message(self, shown):
+        shown = QPixmap(shown)
+        painter = QPainter(shown)
+        painter.fillRect(shown.rect(), QColor(20, 22, 26, 190))
+        painter.setPen(QColor("#ffd166"))
+        painter.drawText(QRect(shown.rect()).adjusted(12, 12, -12, -12),
+                         Qt.AlignCenter | Qt.TextWordWrap, self.message)
+        painter.end()
+        return shown

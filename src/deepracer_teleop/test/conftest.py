@@ -1,0 +1,73 @@
+"""Qt without a screen, a fake publisher and a fake clock for the window's tests."""
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import pytest
+import rospy
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
+
+from deepracer_teleop import window as window_module
+
+
+class Rig:
+    """A window on a fake publisher and a clock set by hand [s]."""
+
+    def __init__(self):
+        self.now = 100.0
+        self.sent = []
+
+    def publish(self, message):
+        self.sent.append((message.linear.x, message.angular.z))
+
+    def build(self, **settings):
+        self.window = window_module.InterfaceWindow(window_module.Settings(**settings))
+        self.window.resize(self.window.sizeHint())
+        self.window.show()
+        self.window._ticker.stop()  # the tests tick by hand
+        QApplication.processEvents()
+        return self.window
+
+    def click(self, name):
+        QTest.mouseClick(self.window.buttons[name], Qt.LeftButton)
+
+    def toggle_cruise(self):
+        box = self.window.cruise
+        QTest.mouseClick(box, Qt.LeftButton, pos=QPoint(8, box.height() // 2))
+
+    def advance(self, seconds, step=0.01):
+        """Lets time pass in steps, as the window's timer does."""
+        for _ in range(round(seconds / step)):
+            self.now = round(self.now + step, 6)
+            self.window._tick()
+
+    def take(self):
+        sent, self.sent = self.sent, []
+        return sent
+
+    def drag(self, slider, pixels, steps=10):
+        """Takes the slider's handle (at 0, in the middle) and pulls it sideways."""
+        start = QPoint(slider.width() // 2, slider.height() // 3)
+        QTest.mousePress(slider, Qt.LeftButton, pos=start)
+        for index in range(1, steps + 1):
+            place = start + QPoint(round(pixels * index / steps), 0)
+            QApplication.sendEvent(slider, QMouseEvent(
+                QEvent.MouseMove, QPointF(place), QPointF(slider.mapToGlobal(place)),
+                Qt.NoButton, Qt.LeftButton, Qt.NoModifier))
+        QTest.mouseRelease(slider, Qt.LeftButton, pos=start + QPoint(pixels, 0))
+
+
+@pytest.fixture
+def rig(monkeypatch):
+    rig = Rig()
+    monkeypatch.setattr(rospy, "get_time", lambda: rig.now)
+    monkeypatch.setattr(window_module, "movementPublisher", rig)
+    yield rig
+    if hasattr(rig, "window"):
+        rig.window.close()
+        rig.window.deleteLater()
+        QApplication.processEvents()

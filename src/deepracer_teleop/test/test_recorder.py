@@ -1,0 +1,69 @@
+"""The demo's measuring: unwrapped headings, path following, the picture from above."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from nav_msgs.msg import Odometry
+
+from deepracer_teleop import birdseye
+from deepracer_teleop.recorder import Pursuit, Recorder, along
+
+
+def odometry(t, x, y, yaw, v=0.3):
+    message = Odometry()
+    message.header.stamp.secs, message.header.stamp.nsecs = int(t), round((t % 1) * 1e9)
+    message.pose.pose.position.x, message.pose.pose.position.y = x, y
+    message.pose.pose.orientation.z = math.sin(yaw / 2.0)
+    message.pose.pose.orientation.w = math.cos(yaw / 2.0)
+    message.twist.twist.linear.x = v
+    return message
+
+
+def circle(radius=2.0, count=400):
+    angle = np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def test_headings_are_unwrapped():
+    recorder = Recorder()
+    for index in range(100):
+        recorder.callback(odometry(index, 0.0, 0.0, 0.1 * index))
+    assert recorder.last.yaw == pytest.approx(9.9)
+
+
+def test_way_along_the_heading():
+    recorder = Recorder()
+    recorder.callback(odometry(0.0, 1.0, 1.0, math.pi / 2.0))
+    recorder.callback(odometry(1.0, 1.2, 1.3, math.pi / 2.0))
+    assert along(*recorder.samples) == pytest.approx(0.3)
+
+
+def test_csv(tmp_path):
+    recorder = Recorder()
+    recorder.callback(odometry(1.5, 1.0, -2.0, 0.5))
+    recorder.write_csv(tmp_path / "path.csv")
+    assert (tmp_path / "path.csv").read_text().splitlines() == [
+        "t,x,y,yaw,v", "1.500000,1.000000,-2.000000,0.500000,0.300000"]
+
+
+def test_pursuit_on_a_circle_gives_its_curvature():
+    pursuit = Pursuit(circle(2.0))
+    assert pursuit.curvature(2.0, 0.0, math.pi / 2.0) == pytest.approx(0.5, rel=1e-3)
+    assert pursuit.nearest(2.3, 0.0) == (0, pytest.approx(0.3))
+    assert pursuit.progress(390, 10) == pytest.approx(20 * 2.0 * math.pi * 2.0 / 400, rel=1e-3)
+
+
+def test_birdseye_draws_the_path_where_it_was():
+    recorder = Recorder()
+    recorder.phase = "cruise"
+    for index in range(11):
+        recorder.callback(odometry(index, -1.0 + 0.2 * index, 0.5, 0.0))
+    track = SimpleNamespace(centreline=circle(2.0), inner=circle(1.6), outer=circle(2.4),
+                            extent=(-3.0, 3.0, -3.0, 3.0), texture="/no/such/texture.png")
+    picture = birdseye.draw(track, recorder.samples, width=800)
+    view = birdseye.View(track.extent, 800)
+    column, row = view.pixels([(0.5, 0.5)])[0]
+    assert tuple(picture[row, column]) == birdseye.COLOURS[1]
+    assert picture.shape == view.shape

@@ -1,0 +1,51 @@
+"""Parameters and the watch over the ROS master."""
+
+import math
+
+import pytest
+
+from deepracer_teleop.master_watch import MasterWatch, run_id
+from deepracer_teleop.settings import Settings, settings_from_parameters
+
+
+def test_defaults_are_the_originals():
+    settings = settings_from_parameters(lambda _name, default: default)
+    assert settings == Settings()
+    assert (settings.default_speed, settings.default_angular_speed) == (10, 5)
+    assert (settings.linear_wait, settings.turn_wait) == (1.0, 0.8)
+
+
+def test_parameters_are_private():
+    values = {"~default_speed": 0.3, "~angular_sign": -1}
+    settings = settings_from_parameters(lambda name, default: values.get(name, default))
+    assert (settings.default_speed, settings.angular_sign) == (0.3, -1)
+    assert settings.slider_to_angular(20) == -2.0
+
+
+@pytest.mark.parametrize("key, value", [
+    ("default_speed", "fast"), ("default_speed", math.nan), ("slider_scale", 0), ("turn_wait", -1),
+    ("angular_sign", 2), ("slider_limit", 10.5), ("repeat_rate", True)])
+def test_bad_values_are_named(key, value):
+    with pytest.raises(ValueError, match=f"{key} is {value!r}"):
+        Settings(**{key: value})
+
+
+def test_no_master_is_no_id():
+    assert run_id("http://127.0.0.1:9", timeout=0.5) is None
+    assert run_id("http://no-such-host.invalid:11311", timeout=0.5) is None
+
+
+def test_a_lost_master_and_one_that_comes_back():
+    now, answers = [0.0], ["a"]
+    watch = MasterWatch("http://x:1", clock=lambda: now[0], ask=lambda _uri: answers[0])
+    watch.check()
+    assert watch.problem(3.0) == ""
+    now[0], answers[0] = 4.0, None
+    watch.check()
+    assert "http://x:1 has not answered for 4 s" in watch.problem(3.0)
+    answers[0] = "a"
+    watch.check()
+    assert watch.problem(3.0) == ""
+    answers[0] = "b"
+    watch.check()
+    assert "Another ROS master" in watch.problem(3.0)

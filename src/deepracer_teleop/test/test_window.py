@@ -1,0 +1,279 @@
+"""The window offscreen: where widgets are and what real clicks and drags put on /cmd_vel."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from cv_bridge import CvBridge
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QColor
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton, QSlider
+
+from deepracer_teleop import window as module
+from deepracer_teleop.camera_view import FrameRate, draw_frame_rate, frame_rate_text
+
+
+def position(window, widget):
+    return window.grid.getItemPosition(window.grid.indexOf(widget))
+
+
+def frame(colour=(40, 120, 200), stamp=None, encoding="bgr8"):
+    message = CvBridge().cv2_to_imgmsg(np.full((480, 640, 3), colour, np.uint8), encoding)
+    if stamp is not None:
+        message.header.stamp.secs = int(stamp)
+        message.header.stamp.nsecs = round((stamp % 1) * 1e9)
+    return message
+
+
+def test_layout(rig):
+    window = rig.build()
+    assert window.windowTitle() == "Teleop Interface"
+    places = {"Forward": (0, 1), "Left": (1, 0), "Stop": (1, 1), "Right": (1, 2),
+              "Backwards": (2, 1)}
+    for name, place in places.items():
+        assert isinstance(window.buttons[name], QPushButton)
+        assert window.buttons[name].text() == name
+        assert position(window, window.buttons[name])[:2] == place
+    assert isinstance(window.cruise, QCheckBox) and window.cruise.text() == "Cruise Control"
+    assert position(window, window.cruise)[:2] == (1, 3)
+    assert position(window, window.slider)[:2] == (2, 3)
+    assert position(window, window.cameraLabel)[:2] == (3, 1)
+    assert isinstance(window.cameraLabel, QLabel)
+
+
+def test_screenshot_has_widgets_where_they_belong(rig):
+    window = rig.build()
+    boxes = {name: button.geometry() for name, button in window.buttons.items()}
+    assert boxes["Forward"].bottom() < boxes["Stop"].top()
+    assert boxes["Stop"].bottom() < boxes["Backwards"].top()
+    assert boxes["Left"].right() < boxes["Stop"].left() < boxes["Right"].left()
+    camera = window.cameraLabel.geometry()
+    assert camera.top() > boxes["Backwards"].bottom() and window.rect().contains(camera)
+    assert camera.width() >= 320 and camera.height() >= 240
+    shot = window.grab().toImage()
+    assert shot.size() == window.size()
+    assert QColor(shot.pixel(camera.left() + 20, camera.top() + 20)).lightness() < 80
+
+
+def test_slider_is_as_specified(rig):
+    slider = rig.build().slider
+    assert slider is module.directionalSlider and isinstance(slider, QSlider)
+    assert (slider.minimum(), slider.maximum(), slider.value()) == (-50, 50, 0)
+    assert slider.orientation() == Qt.Horizontal
+    assert slider.tickPosition() == QSlider.TicksBelow and slider.tickInterval() == 1
+
+
+@pytest.mark.parametrize("name, command, seconds", [
+    ("Forward", (10, 0), 1.0), ("Backwards", (-10, 0), 1.0),
+    ("Left", (10, -5), 0.8), ("Right", (10, 5), 0.8)])
+def test_timed_buttons(rig, name, command, seconds):
+    rig.build()
+    rig.click(name)
+    assert rig.take() == [command]
+    rig.advance(seconds - 0.01)
+    assert set(rig.take()) == {command}
+    rig.advance(0.01)
+    assert rig.take() == [(0, 0)]
+    rig.advance(1.0)
+    assert rig.take() == []
+
+
+def test_a_click_returns_at_once(rig):
+    rig.build()
+    before = time.monotonic()
+    rig.click("Forward")
+    assert time.monotonic() - before < 0.3
+
+
+def test_stop_during_a_timed_move(rig):
+    rig.build()
+    rig.click("Left")
+    rig.advance(0.3)
+    rig.take()
+    rig.click("Stop")
+    assert rig.take() == [(0, 0)]
+    rig.advance(2.0)
+    assert rig.take() == []
+
+
+def test_drag_without_cruise_steers_at_rest(rig):
+    window = rig.build()
+    rig.drag(window.slider, 60)
+    sent = rig.take()
+    assert window.slider.value() > 0 and len(sent) > 1
+    assert sent[-1] == (0, window.slider.value() / 10)
+    assert [angular for _, angular in sent] == sorted(angular for _, angular in sent)
+
+
+def test_cruise_and_drag(rig):
+    window = rig.build()
+    rig.toggle_cruise()
+    assert window.cruise.isChecked() and module.sliderControl is True
+    assert rig.take() == [(10, 0)]
+    rig.drag(window.slider, -60)
+    sent = rig.take()
+    assert window.slider.value() < 0 and sent[-1] == (10, window.slider.value() / 10)
+    assert all(linear == 10 for linear, _ in sent)
+    rig.advance(0.5)
+    assert rig.take() == [sent[-1]] * 5
+    rig.toggle_cruise()
+    assert rig.take() == [(0, window.slider.value() / 10)]
+    assert module.sliderControl is False
+
+
+def test_keys_move_the_slider(rig):
+    window = rig.build()
+    QTest.keyClick(window.slider, Qt.Key_Right)
+    assert rig.take() == [(0, 0.1)]
+
+
+def test_parameters_pair_the_window_with_ackermann(rig):
+    window = rig.build(default_speed=0.3, default_angular_speed=1.0, angular_sign=-1,
+                       slider_scale=50, linear_wait=0.5)
+    rig.click("Left")
+    assert rig.take() == [(0.3, 1.0)]
+    window.slider.setValue(25)
+    assert rig.take() == [(0, -0.5)]
+    rig.click("Forward")
+    rig.advance(0.5)
+    assert rig.take()[-1] == (0, 0)
+
+
+def test_closing_sends_one_zero(rig):
+    window = rig.build()
+    rig.click("Forward")
+    rig.take()
+    window.close()
+    window.finish()
+    assert rig.take() == [(0, 0)]
+
+
+def test_module_functions(rig):
+    window = rig.build()
+    for function, command in ((module.fwdFunct, (10, 0)), (module.bwdFunct, (-10, 0)),
+                              (module.leftFunct, (10, -5)), (module.rightFunct, (10, 5)),
+                              (module.stopFunct, (0, 0))):
+        function()
+        assert rig.take() == [command]
+    window.treatValue(30)
+    assert rig.take() == [(0, 3)]
+
+
+def test_convert_keeps_aspect_and_colour(rig):
+    window = rig.build()
+    window.cameraLabel.resize(400, 240)
+    pixmap = module.convertCVtoQT(window, np.full((480, 640, 3), (200, 120, 40), np.uint8))
+    assert (pixmap.width(), pixmap.height()) == (320, 240)
+    assert QColor(pixmap.toImage().pixel(160, 120)).getRgb()[:3] == (40, 120, 200)
+
+
+def send_from_thread(window, *messages):
+    """Hands frames in as rospy does; returns when Qt's thread has seen them."""
+    for message in messages:
+        thread = threading.Thread(target=window.imageCb, args=(message,))
+        thread.start()
+        thread.join()
+        QApplication.processEvents()
+
+
+def test_camera_picture_is_inside_and_frame_rate_drawn(rig):
+    window = rig.build()
+    send_from_thread(window, frame(stamp=10.0), frame(stamp=10.0 + 1 / 30))
+    shot = window.grab().toImage()
+    box = window.cameraLabel.geometry()
+    middle = QColor(shot.pixel(box.center()))
+    assert middle.getRgb()[:3] == (200, 120, 40)
+    pixmap = window.cameraLabel.pixmap()
+    assert pixmap.width() * 3 == pytest.approx(pixmap.height() * 4, abs=4)
+    image = pixmap.toImage()
+    corner = {image.pixel(x, y) for x in range(5, image.width() // 2, 2)
+              for y in range(3, image.height() // 10)}
+    rest = {image.pixel(x, y) for x in range(0, image.width(), 7)
+            for y in range(image.height() // 2, image.height(), 7)}
+    assert len(corner) > 5 and len(rest) == 1
+
+
+def test_the_picture_grows_with_the_window(rig):
+    window = rig.build()
+    send_from_thread(window, frame(stamp=1.0))
+    before = window.cameraLabel.pixmap().width()
+    window.resize(1100, 900)
+    QApplication.processEvents()
+    assert window.cameraLabel.pixmap().width() > before
+    assert window.cameraLabel.pixmap().width() <= window.cameraLabel.width()
+
+
+def test_frames_that_pile_up_are_dropped(rig):
+    window = rig.build()
+    for index in range(100):
+        window.imageCb(frame(colour=(0, 0, index), stamp=1.0 + index))
+    shown = []
+    window.cameraLabel.show_picture = shown.append
+    QApplication.processEvents()
+    assert len(shown) == 1 and QColor(shown[0].toImage().pixel(100, 100)).red() == 99
+
+
+def test_missing_and_stopped_camera_are_said(rig):
+    window = rig.build(camera_timeout=0.05)
+    time.sleep(0.1)
+    window._check_health()
+    assert "No camera" in window.cameraLabel.text()
+    assert "/camera/image" in window.cameraLabel.text()
+    send_from_thread(window, frame(stamp=1.0))
+    assert window.cameraLabel.message == "" and not window.cameraLabel.text()
+    bright = QColor(window.cameraLabel.pixmap().toImage().pixel(2, 200)).lightness()
+    time.sleep(0.1)
+    rig.now += 5.0
+    window._check_health()
+    assert "has stopped" in window.cameraLabel.message and "100.0 s" in window.cameraLabel.message
+    assert QColor(window.cameraLabel.pixmap().toImage().pixel(2, 200)).lightness() < bright
+    send_from_thread(window, frame(stamp=2.0))
+    assert window.cameraLabel.message == ""
+
+
+def test_an_unreadable_picture_is_said(rig):
+    window = rig.build()
+    bad = frame(stamp=1.0)
+    bad.encoding = "nonsense"
+    send_from_thread(window, bad)
+    assert "nonsense" in window.cameraLabel.text()
+
+
+class LostMaster:
+    words = ""
+
+    def problem(self, _timeout):
+        return self.words
+
+    def stop(self):
+        pass
+
+
+def test_a_lost_master_is_shown_and_decides_the_exit_code(rig):
+    window = rig.build()
+    window._watch = LostMaster()
+    window._check_health()
+    assert not window.troubleLabel.isVisible() and window.exitCode == 0
+    window._watch.words = "The ROS master at X has not answered for 5 s."
+    window._check_health()
+    assert window.troubleLabel.isVisible() and window.exitCode == 1
+    assert window.troubleLabel.text() == window._watch.words
+
+
+@pytest.mark.parametrize("stamps, rates", [
+    ([1.0, 1.5, 2.0], [None, 2.0, 2.0]), ([1.0, 1.0], [None, None]),
+    ([5.0, 1.0, 1.1], [None, None, 10.0])])
+def test_frame_rate_from_stamps(stamps, rates):
+    counter = FrameRate()
+    assert [counter.update(stamp) for stamp in stamps] == \
+        [None if rate is None else pytest.approx(rate) for rate in rates]
+
+
+@pytest.mark.parametrize("rate, words", [
+    (29.97, "Image Framerate: 30"), (7.52, "Image Framerate: 7.5"), (None, "Image Framerate: --")])
+def test_frame_rate_words(rate, words):
+    assert frame_rate_text(rate) == words
+    picture = draw_frame_rate(np.zeros((480, 640, 3), np.uint8), rate)
+    assert picture[:60].any() and not picture[60:].any()

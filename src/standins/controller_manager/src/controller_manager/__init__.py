@@ -1,0 +1,1 @@
+"""Clients of a controller manager: spawner, unspawner, command line."""

@@ -1,0 +1,133 @@
+"""The services of one controller manager."""
+import threading
+import time
+
+import rospy
+from controller_manager_msgs import srv
+
+from controller_manager import waiting
+
+SERVICES = {
+    'list_controllers': srv.ListControllers,
+    'list_controller_types': srv.ListControllerTypes,
+    'load_controller': srv.LoadController,
+    'unload_controller': srv.UnloadController,
+    'switch_controller': srv.SwitchController,
+    'reload_controller_libraries': srv.ReloadControllerLibraries,
+}
+
+
+class ManagerError(Exception):
+    """The controller manager is missing or did not do as asked; the text says what."""
+
+
+class ManagerClient:
+    """Calls a controller manager's services.
+
+    Args:
+        namespace: namespace of the manager; relative to the node's, '' for the node's own.
+    """
+
+    def __init__(self, namespace=''):
+        prefix = namespace.rstrip('/') + '/' if namespace else ''
+        self._names = {name: rospy.resolve_name('%scontroller_manager/%s' % (prefix, name))
+                       for name in SERVICES}
+
+    def wait(self, timeout, services=('load_controller', 'switch_controller',
+                                      'unload_controller')):
+        """Waits until services answer.
+
+        Args:
+            timeout: wall-clock limit for all of them together [s].
+            services: keys of SERVICES.
+
+        Raises:
+            ManagerError: the limit passed.
+        """
+        deadline = time.monotonic() + timeout
+        for name in services:
+            try:
+                waiting.wait_for_service(self._names[name],
+                                         max(0.0, deadline - time.monotonic()))
+            except waiting.WaitTimeout:
+                raise ManagerError(
+                    'service %s did not come within %g s. Is the simulator running, and does its '
+                    'robot bring a controller manager (libgazebo_ros_control.so) in this namespace?'
+                    % (self._names[name], timeout)) from None
+
+    def call(self, name, *args, **fields):
+        """Calls a service of SERVICES and returns its response.
+
+        Raises:
+            ManagerError: the call failed on its way.
+        """
+        try:
+            return rospy.ServiceProxy(self._names[name], SERVICES[name])(*args, **fields)
+        except rospy.ServiceException as error:
+            raise ManagerError('%s failed: %s' % (self._names[name], error)) from None
+
+    def load(self, controller):
+        """Loads a controller; returns whether that worked."""
+        return bool(self.call('load_controller', controller).ok)
+
+    def unload(self, controller):
+        """Unloads a stopped controller; returns whether that worked."""
+        return bool(self.call('unload_controller', controller).ok)
+
+    def switch(self, start=(), stop=(), strict=True):
+        """Stops and starts controllers in one control step.
+
+        Args:
+            start: names to start.
+            stop: names to stop.
+            strict: one that cannot be switched refuses all; False switches the others.
+
+        Returns:
+            Whether that worked.
+        """
+        request = srv.SwitchControllerRequest
+        return bool(self.call('switch_controller', start_controllers=list(start),
+                              stop_controllers=list(stop),
+                              strictness=request.STRICT if strict else request.BEST_EFFORT,
+                              start_asap=False, timeout=0.0).ok)
+
+    def list(self):
+        """Returns the loaded controllers, a list of ControllerState."""
+        return self.call('list_controllers').controller
+
+    def list_types(self):
+        """Returns (type, base class) pairs."""
+        response = self.call('list_controller_types')
+        return list(zip(response.types, response.base_classes))
+
+    def reload_libraries(self, force_kill):
+        """Reloads the controller types; returns whether that worked."""
+        return bool(self.call('reload_controller_libraries', force_kill).ok)
+
+
+def run_bounded(work, timeout):
+    """Runs something in a thread that is left behind when it takes too long.
+
+    A rospy service call has no time limit of its own, and a simulator on its way out may accept a
+    call that it never answers.
+
+    Args:
+        work: callable; ManagerError it raises is kept.
+        timeout: wall-clock limit [s].
+
+    Returns:
+        None when it worked, else the reason as a str.
+    """
+    reason = ['no answer within %g s' % timeout]
+
+    def _run():
+        try:
+            work()
+            reason[0] = None
+        except Exception as error:  # pylint: disable=broad-except
+            reason[0] = str(error)
+
+    thread = threading.Thread(target=_run, daemon=True)
+    thread.start()
+    thread.join(timeout)
+    return reason[0]

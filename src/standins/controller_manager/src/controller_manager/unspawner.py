@@ -1,0 +1,35 @@
+"""The unspawner node: stop controllers while it runs, start them again on exit."""
+import rospy
+
+from controller_manager import options
+from controller_manager.client import ManagerClient, ManagerError, run_bounded
+
+SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
+
+
+def main():
+    """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
+    opts = options.parse_unspawner(rospy.myargv()[1:])
+    rospy.init_node('unspawner', anonymous=True)
+    manager = ManagerClient(opts.namespace)
+    try:
+        manager.wait(opts.timeout, ['switch_controller'])
+        if not manager.switch(stop=opts.controllers):
+            raise ManagerError('controllers did not stop: %s' % ', '.join(opts.controllers))
+    except rospy.ROSInterruptException:
+        return 0
+    except ManagerError as error:
+        rospy.logfatal('unspawner: %s', error)
+        return 1
+    rospy.loginfo('Stopped %s', ', '.join(opts.controllers))
+
+    def _on_shutdown():
+        reason = run_bounded(
+            lambda: manager.switch(start=opts.controllers, strict=False),
+            SHUTDOWN_TIMEOUT)
+        if reason:
+            rospy.logwarn('Controllers were not started again: %s' % reason)
+
+    rospy.on_shutdown(_on_shutdown)
+    rospy.spin()
+    return 0

@@ -1,0 +1,70 @@
+"""Waiting in wall-clock time: the simulated clock may stand still."""
+import time
+
+import rosgraph
+import rospy
+
+POLL_PERIOD = 0.05  # [s]
+
+
+class WaitTimeout(Exception):
+    """What was waited for did not come in time."""
+
+
+def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
+    """Polls until a check holds.
+
+    Args:
+        check: callable; anything true ends the wait and is returned.
+        timeout: wall-clock limit [s]; None waits without limit.
+        what: what is waited for, for the error text.
+        poll_period: wall-clock time between two checks [s].
+
+    Returns:
+        What check returned.
+
+    Raises:
+        WaitTimeout: the limit passed.
+        rospy.ROSInterruptException: the node was shut down meanwhile.
+    """
+    deadline = None if timeout is None else time.monotonic() + timeout
+    while not rospy.is_shutdown():
+        result = check()
+        if result:
+            return result
+        if deadline is not None and time.monotonic() >= deadline:
+            raise WaitTimeout('%s did not come within %g s' % (what, timeout))
+        time.sleep(poll_period)
+    raise rospy.ROSInterruptException('shut down while waiting for %s' % what)
+
+
+def wait_for_service(name, timeout):
+    """Waits until a service is offered and answers a probe.
+
+    Args:
+        name: service name, resolved against this node's namespace.
+        timeout: wall-clock limit [s].
+
+    Raises:
+        WaitTimeout: the limit passed.
+        rospy.ROSInterruptException: the node was shut down meanwhile.
+    """
+    resolved = rospy.resolve_name(name)
+    master = rosgraph.Master(rospy.get_name())
+    start = time.monotonic()
+
+    def _registered():
+        try:
+            return master.lookupService(resolved)
+        except (rosgraph.MasterException, OSError):
+            return None
+
+    what = 'service %s' % resolved
+    wait_until(_registered, timeout, what)
+    try:
+        rospy.wait_for_service(resolved, max(0.5, timeout - (time.monotonic() - start)))
+    except rospy.ROSInterruptException:
+        raise
+    except rospy.ROSException:
+        raise WaitTimeout('%s is registered but did not answer within %g s'
+                          % (what, timeout)) from None

@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""Let packages that exist on the machine win over the stand-ins of the same name.
+
+Puts an (untracked) CATKIN_IGNORE file into each stand-in whose package rospkg finds outside of
+this source folder, takes it away from the others, and prints the names of those that gave way.
+Run it before the build, with no environment of this workspace sourced.
+"""
+import os
+import sys
+
+import rospkg
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+MARKER = 'CATKIN_IGNORE'
+DEFAULT_PLACES = ('/opt/ros/noetic/share', '/usr/share')
+
+
+def real_packages(places):
+    """Returns the names of all packages below some folders.
+
+    Args:
+        places: folders to search; what lies in this workspace, or leads into it by a link, is
+            left out.
+    """
+    workspace = os.path.dirname(os.path.dirname(os.path.realpath(HERE))) + os.sep
+
+    def _outside(path):
+        return not (os.path.realpath(path) + os.sep).startswith(workspace)
+
+    rospack = rospkg.RosPack([p for p in places if os.path.isdir(p) and _outside(p)])
+    return {name for name in rospack.list() if _outside(rospack.get_path(name))}
+
+
+def give_way(folder, real):
+    """Marks the stand-ins that exist elsewhere and unmarks the rest.
+
+    Args:
+        folder: the folder that holds the stand-ins, one package a folder.
+        real: names of the packages that exist elsewhere.
+
+    Returns:
+        Sorted names of the stand-ins that gave way.
+    """
+    gone = []
+    for name in sorted(os.listdir(folder)):
+        package = os.path.join(folder, name)
+        if not os.path.isfile(os.path.join(package, 'package.xml')):
+            continue
+        marker = os.path.join(package, MARKER)
+        if name in real:
+            gone.append(name)
+            with open(marker, 'w', encoding='utf-8'):
+                pass
+        elif os.path.exists(marker):
+            os.remove(marker)
+    return gone
+
+
+def main():
+    """Entry point."""
+    places = os.environ.get('ROS_PACKAGE_PATH', '').split(os.pathsep)
+    for name in give_way(HERE, real_packages(list(DEFAULT_PLACES) + places)):
+        print(name)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""MD5 sums of ROS Noetic's definitions: the contract with nodes built against the originals.
+
+Services are given as (request, response), actions as (goal, result, feedback).
+"""
+EMPTY = 'd41d8cd98f00b204e9800998ecf8427e'
+STATUS = '2ec6f3eff0161f4257b808b12bc830c2'  # bool success, string status_message
+OK = '6f6da3883749771fac40d6deb24a8c02'  # bool ok
+
+SUMS = {
+    'ackermann_msgs/msg/AckermannDrive.msg': ('3512e91b48d69674a0e86fadf1ea8231',),
+    'ackermann_msgs/msg/AckermannDriveStamped.msg': ('1fd5d7f58889cefd44d29f6653240d0c',),
+    'control_msgs/msg/GripperCommand.msg': ('680acaff79486f017132a7f198d40f08',),
+    'control_msgs/msg/JointControllerState.msg': ('987ad85e4756f3aef7f1e5e7fe0595d1',),
+    'control_msgs/msg/JointJog.msg': ('1685da700c8c2e1254afc92a5fb89c96',),
+    'control_msgs/msg/JointTolerance.msg': ('f544fe9c16cf04547e135dd6063ff5be',),
+    'control_msgs/msg/JointTrajectoryControllerState.msg': ('10817c60c2486ef6b33e97dcd87f4474',),
+    'control_msgs/msg/PidState.msg': ('b138ec00e886c10e73f27e8712252ea6',),
+    'control_msgs/srv/QueryCalibrationState.srv': (EMPTY, '28af3beedcb84986b8e470dc5470507d'),
+    'control_msgs/srv/QueryTrajectoryState.srv': (
+        '556a4fb76023a469987922359d08a844',
+        '1f1a6554ad060f44d013e71868403c1a'),
+    'control_msgs/action/FollowJointTrajectory.action': (
+        '69636787b6ecbde4d61d711979bc7ecb',
+        '493383b18409bfb604b4e26c676401d2',
+        '10817c60c2486ef6b33e97dcd87f4474'),
+    'control_msgs/action/GripperCommand.action': (
+        '86fd82f4ddc48a4cb6856cfa69217e43',
+        'e4cbff56d3562bcf113da5a5adeef91f',
+        'e4cbff56d3562bcf113da5a5adeef91f'),
+    'control_msgs/action/JointTrajectory.action': (
+        '2a0eff76c870e8595636c2a562ca298e',
+        EMPTY,
+        EMPTY),
+    'control_msgs/action/PointHead.action': (
+        '8b92b1cd5e06c8a94c917dc3209a4c1d',
+        EMPTY,
+        'cce80d27fd763682da8805a73316cab4'),
+    'control_msgs/action/SingleJointPosition.action': (
+        'fbaaa562a23a013fd5053e5f72cbb35c',
+        EMPTY,
+        '8cee65610a3d08e0a1bded82f146f1fd'),
+    'controller_manager_msgs/msg/ControllerState.msg': ('aeb6b261d97793ab74099a3740245272',),
+    'controller_manager_msgs/msg/ControllerStatistics.msg': ('697780c372c8d8597a1436d0e2ad3ba8',),
+    'controller_manager_msgs/msg/ControllersStatistics.msg': ('a154c347736773e3700d1719105df29d',),
+    'controller_manager_msgs/msg/HardwareInterfaceResources.msg': (
+        'f25b55cbf1d1f76e82e5ec9e83f76258',),
+    'controller_manager_msgs/srv/ListControllerTypes.srv': (
+        EMPTY,
+        'c1d4cd11aefa9f97ba4aeb5b33987f4e'),
+    'controller_manager_msgs/srv/ListControllers.srv': (EMPTY, '1341feb2e63fa791f855565d0da950d8'),
+    'controller_manager_msgs/srv/LoadController.srv': ('c1f3d28f1b044c871e6eff2e9fc3c667', OK),
+    'controller_manager_msgs/srv/ReloadControllerLibraries.srv': (
+        '18442b59be9479097f11c543bddbac62',
+        OK),
+    'controller_manager_msgs/srv/SwitchController.srv': ('36d99a977432b71d4bf16ce5847949d7', OK),
+    'controller_manager_msgs/srv/UnloadController.srv': ('c1f3d28f1b044c871e6eff2e9fc3c667', OK),
+    'gazebo_msgs/msg/ContactState.msg': ('48c0ffb054b8c444f870cecea1ee50d9',),
+    'gazebo_msgs/msg/ContactsState.msg': ('acbcb1601a8e525bf72509f18e6f668d',),
+    'gazebo_msgs/msg/LinkState.msg': ('0818ebbf28ce3a08d48ab1eaa7309ebe',),
+    'gazebo_msgs/msg/LinkStates.msg': ('48c080191eb15c41858319b4d8a609c2',),
+    'gazebo_msgs/msg/ModelState.msg': ('9330fd35f2fcd82d457e54bd54e10593',),
+    'gazebo_msgs/msg/ModelStates.msg': ('48c080191eb15c41858319b4d8a609c2',),
+    'gazebo_msgs/msg/ODEJointProperties.msg': ('1b744c32a920af979f53afe2f9c3511f',),
+    'gazebo_msgs/msg/ODEPhysics.msg': ('667d56ddbd547918c32d1934503dc335',),
+    'gazebo_msgs/msg/PerformanceMetrics.msg': ('884f71fd5037b886ec5e126b83c4425a',),
+    'gazebo_msgs/msg/SensorPerformanceMetric.msg': ('01762ded18cfe9ebc7c8222667c99547',),
+    'gazebo_msgs/msg/WorldState.msg': ('de1a9de3ab7ba97ac0e9ec01a4eb481e',),
+    'gazebo_msgs/srv/ApplyBodyWrench.srv': ('e37e6adf97eba5095baa77dffb71e5bd', STATUS),
+    'gazebo_msgs/srv/ApplyJointEffort.srv': ('2c3396ab9af67a509ecd2167a8fe41a2', STATUS),
+    'gazebo_msgs/srv/BodyRequest.srv': ('5eade9afe7f232d78005bd0cafeab755', EMPTY),
+    'gazebo_msgs/srv/DeleteLight.srv': ('4fb676dfb4741fc866365702a859441c', STATUS),
+    'gazebo_msgs/srv/DeleteModel.srv': ('ea31c8eab6fc401383cf528a7c0984ba', STATUS),
+    'gazebo_msgs/srv/GetJointProperties.srv': (
+        '0be1351618e1dc030eb7959d9a4902de',
+        'cd7b30a39faa372283dc94c5f6457f82'),
+    'gazebo_msgs/srv/GetLightProperties.srv': (
+        '4fb676dfb4741fc866365702a859441c',
+        '9a19ddd5aab4c13b7643d1722c709f1f'),
+    'gazebo_msgs/srv/GetLinkProperties.srv': (
+        '7d82d60381f1b66a30f2157f60884345',
+        'a8619f92d17cfcc3958c0fd13299443d'),
+    'gazebo_msgs/srv/GetLinkState.srv': (
+        '7551675c30aaa71f7c288d4864552001',
+        '8ba55ad34f9c072e75c0de57b089753b'),
+    'gazebo_msgs/srv/GetModelProperties.srv': (
+        'ea31c8eab6fc401383cf528a7c0984ba',
+        'b7f370938ef77b464b95f1bab3ec5028'),
+    'gazebo_msgs/srv/GetModelState.srv': (
+        '19d412713cefe4a67437e17a951e759e',
+        'ccd51739bb00f0141629e87b792e92b9'),
+    'gazebo_msgs/srv/GetPhysicsProperties.srv': (EMPTY, '575a5e74786981b7df2e3afc567693a6'),
+    'gazebo_msgs/srv/GetWorldProperties.srv': (EMPTY, '36bb0f2eccf4d8be971410c22818ba3f'),
+    'gazebo_msgs/srv/JointRequest.srv': ('0be1351618e1dc030eb7959d9a4902de', EMPTY),
+    'gazebo_msgs/srv/SetJointProperties.srv': ('331fd8f35fd27e3c1421175590258e26', STATUS),
+    'gazebo_msgs/srv/SetJointTrajectory.srv': ('649dd2eba5ffd358069238825f9f85ab', STATUS),
+    'gazebo_msgs/srv/SetLightProperties.srv': ('10d953f2306aec18460eb80dd94fdd47', STATUS),
+    'gazebo_msgs/srv/SetLinkProperties.srv': ('68ac74a4be01b165bc305b5ccdc45e91', STATUS),
+    'gazebo_msgs/srv/SetLinkState.srv': ('22a2c757d56911b6f27868159e9a872d', STATUS),
+    'gazebo_msgs/srv/SetModelConfiguration.srv': ('160eae60f51fabff255480c70afa289f', STATUS),
+    'gazebo_msgs/srv/SetModelState.srv': ('cb042b0e91880f4661b29ea5b6234350', STATUS),
+    'gazebo_msgs/srv/SetPhysicsProperties.srv': ('abd9f82732b52b92e9d6bb36e6a82452', STATUS),
+    'gazebo_msgs/srv/SpawnModel.srv': ('6d0eba5753761cd57e6263a056b79930', STATUS),
+}

@@ -1,0 +1,1 @@
+"""Tracks and the car's model: YAML to SDF, textures and meshes."""

@@ -1,0 +1,42 @@
+"""Command line make_track."""
+import argparse
+import os
+import sys
+
+from track_model import cache, spec
+
+
+def main(argv=None):
+    """Print a track's SDF or write its files; returns the exit code.
+
+    Errors are one line on stderr and exit code 1.
+    """
+    parser = argparse.ArgumentParser(
+        prog='make_track', description='Build a track from its YAML file.')
+    parser.add_argument('track', help='default, easy, medium, hard, or the path of a YAML file')
+    parser.add_argument('--sdf', action='store_true', help='print the SDF model, nothing else')
+    parser.add_argument('-o', '--output', metavar='DIR',
+                        help='write the files there and not into the cache')
+    arguments = parser.parse_args(argv)
+    try:
+        path = spec.find(arguments.track)
+        if arguments.output:
+            paths = cache.export(path, arguments.output)
+        else:
+            directory = cache.ensure(path)
+            paths = [os.path.join(directory, name) for name in cache.FILES]
+        if arguments.sdf:
+            with open(paths[cache.FILES.index('track.sdf')], encoding='utf-8') as stream:
+                sys.stdout.write(stream.read())
+        else:
+            print('\n'.join(paths))
+        return 0
+    except spec.TrackError as error:
+        print('make_track: %s' % error, file=sys.stderr)
+    except ImportError as error:
+        print('make_track: %s; numpy and OpenCV (cv2) are needed to build a track' % error,
+              file=sys.stderr)
+    except OSError as error:
+        print('make_track: %s: %s' % (error.filename or arguments.track, error.strerror or error),
+              file=sys.stderr)
+    return 1

@@ -1,0 +1,64 @@
+"""Odometry messages rebroadcast as the transform odom -> base_link."""
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+
+
+def to_transform(odometry, parent='', child=''):
+    """Convert an odometry message into the transform it states.
+
+    Args:
+        odometry: nav_msgs/Odometry; pose of child_frame_id in header.frame_id.
+        parent: Frame to write in place of the message's frame_id, if not empty.
+        child: Frame to write in place of the message's child_frame_id, if not empty.
+
+    Returns:
+        geometry_msgs/TransformStamped with the message's stamp.
+
+    Raises:
+        ValueError: A frame is named neither by the message nor by the argument.
+    """
+    transform = TransformStamped()
+    transform.header.stamp = odometry.header.stamp
+    transform.header.frame_id = parent or odometry.header.frame_id
+    transform.child_frame_id = child or odometry.child_frame_id
+    for item, value in (('header.frame_id', transform.header.frame_id),
+                        ('child_frame_id', transform.child_frame_id)):
+        if not value:
+            raise ValueError('odometry %s is empty; give a frame name in the message or as '
+                             'parameter' % item)
+    pose = odometry.pose.pose
+    transform.transform.translation.x = pose.position.x
+    transform.transform.translation.y = pose.position.y
+    transform.transform.translation.z = pose.position.z
+    transform.transform.rotation = pose.orientation
+    return transform
+
+
+class OdomTf:
+    """Node: subscribes `odom`, broadcasts each new pose once on /tf."""
+
+    def __init__(self):
+        self._parent = rospy.get_param('~parent_frame', '')
+        self._child = rospy.get_param('~child_frame', 'base_link')
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._last_stamp = None
+        self._subscriber = rospy.Subscriber('odom', Odometry, self._receive, queue_size=10)
+
+    def _receive(self, odometry):
+        # tf2 complains about a transform sent twice with the same stamp.
+        if odometry.header.stamp == self._last_stamp:
+            return
+        self._last_stamp = odometry.header.stamp
+        try:
+            self._broadcaster.sendTransform(to_transform(odometry, self._parent, self._child))
+        except ValueError as error:
+            rospy.logerr_once('odom_tf: %s', error)
+
+
+def main():
+    """Run the node until ROS shuts down."""
+    rospy.init_node('odom_tf')
+    OdomTf()
+    rospy.spin()

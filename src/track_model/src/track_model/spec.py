@@ -1,0 +1,213 @@
+"""Track files: YAML text checked key by key into a TrackSpec. Needs no numpy."""
+import math
+import os
+from dataclasses import dataclass
+
+import yaml
+
+DEFAULTS = {
+    'width': 0.76, 'border_width': 0.03, 'centre_line_width': 0.025, 'dash_length': 0.15,
+    'dash_gap': 0.10, 'friction': 1.0, 'start_distance': 0.0, 'seed': 0, 'start_line': True,
+    'closed': True, 'description': '',
+}
+COLOURS = {
+    'asphalt': (52, 53, 56), 'border': (242, 242, 240), 'centre_line': (245, 140, 20),
+    'grass': (52, 122, 58), 'wall': (190, 190, 195),
+}
+WALLS = {'enabled': False, 'height': 0.25, 'thickness': 0.03, 'gap': 0.15}
+# Allowed ranges, both ends included.
+RANGES = {
+    'width': (0.3, 3.0), 'border_width': (0.005, 0.2), 'centre_line_width': (0.005, 0.2),
+    'dash_length': (0.02, 2.0), 'dash_gap': (0.02, 2.0), 'friction': (0.0, 10.0),
+    'start_distance': (0.0, 1000.0),
+    'walls.height': (0.02, 3.0), 'walls.thickness': (0.005, 0.5), 'walls.gap': (0.0, 3.0),
+}
+
+
+class TrackError(ValueError):
+    """A track file is wrong; the message names file, item, value and what is valid."""
+
+    def __init__(self, path, item, value, valid):
+        super().__init__('%s: %s is %s; valid: %s' % (path, item, value, valid))
+
+
+@dataclass(frozen=True)
+class WallSpec:
+    """Walls along both borders; lengths in metres, gap is border to wall."""
+
+    enabled: bool
+    height: float
+    thickness: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class TrackSpec:
+    """A checked track file; lengths in metres, colours RGB 0..255.
+
+    Attributes:
+        points: Centreline points (x, y) in the file's own frame, in driving direction.
+        width: Lane from outer edge to outer edge of the white borders.
+        start_distance: Start pose, measured along the centreline from the first point.
+    """
+
+    path: str
+    name: str
+    description: str
+    points: tuple
+    closed: bool
+    width: float
+    border_width: float
+    centre_line_width: float
+    dash_length: float
+    dash_gap: float
+    friction: float
+    start_distance: float
+    start_line: bool
+    seed: int
+    colours: dict
+    walls: WallSpec
+
+
+def tracks_directory():
+    """Return the folder of the tracks that come with the package."""
+    here = os.path.dirname(os.path.realpath(__file__))
+    candidates = [os.path.join(here, '..', '..')]
+    candidates += [os.path.join(prefix, 'share', 'track_model')
+                   for prefix in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if prefix]
+    for candidate in candidates:
+        directory = os.path.normpath(os.path.join(candidate, 'tracks'))
+        if os.path.isdir(directory):
+            return directory
+    raise TrackError('track_model', 'folder tracks', 'missing',
+                     'one of %s' % ', '.join(map(os.path.normpath, candidates)))
+
+
+def find(name_or_path):
+    """Return the absolute path of a track by its name or file.
+
+    Raises:
+        TrackError: There is no such track.
+    """
+    directory = tracks_directory()
+    named = os.path.join(directory, '%s.yaml' % name_or_path)
+    if os.sep not in name_or_path and os.path.isfile(named):
+        return named
+    if os.path.isfile(name_or_path):
+        return os.path.abspath(name_or_path)
+    names = sorted(entry[:-5] for entry in os.listdir(directory) if entry.endswith('.yaml'))
+    raise TrackError(name_or_path, 'track', 'not found', '%s, or the path of a YAML file'
+                     % ', '.join(names))
+
+
+def _number(path, item, value):
+    # bool is an int in Python; YAML's yes and no are not numbers.
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TrackError(path, item, repr(value), 'a number')
+    if not math.isfinite(value):
+        raise TrackError(path, item, repr(value), 'a finite number')
+    low, high = RANGES.get(item, (-math.inf, math.inf))
+    if not low <= value <= high:
+        raise TrackError(path, item, repr(value), '%g to %g' % (low, high))
+    return float(value)
+
+
+def _typed(path, item, value, default):
+    if isinstance(default, float):
+        return _number(path, item, value)
+    if not isinstance(value, type(default)) or (isinstance(value, bool)
+                                                and not isinstance(default, bool)):
+        kinds = {bool: 'true or false', int: 'a whole number', str: 'text'}
+        raise TrackError(path, item, repr(value), kinds[type(default)])
+    if item == 'seed' and not 0 <= value < 2 ** 32:
+        raise TrackError(path, item, value, '0 to 4294967295')
+    return value
+
+
+def _section(path, prefix, data, valid):
+    if not isinstance(data, dict):
+        raise TrackError(path, prefix or 'content', repr(data), 'a mapping with keys of %s'
+                         % ', '.join(sorted(valid)))
+    for key in data:
+        if key not in valid:
+            raise TrackError(path, '%skey' % (prefix and prefix + ' '), repr(key),
+                             ', '.join(sorted(valid)))
+    return data
+
+
+def _points(path, data):
+    if not isinstance(data, list):
+        raise TrackError(path, 'points', repr(data), 'a list of at least 3 pairs [x, y]')
+    points = []
+    for index, pair in enumerate(data):
+        item = 'points[%d]' % index
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise TrackError(path, item, repr(pair), 'a pair [x, y] in metres')
+        point = tuple(_number(path, item, value) for value in pair)
+        if max(map(abs, point)) > 50.0:
+            raise TrackError(path, item, repr(pair), 'coordinates of -50 to 50 m')
+        if points and math.dist(point, points[-1]) < 1e-3:
+            raise TrackError(path, item, repr(pair), 'at least 1 mm away from the point before')
+        points.append(point)
+    # The last point may repeat the first, as closed polygons often do.
+    if len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
+        points.pop()
+    if len(set(points)) < 3:
+        raise TrackError(path, 'points', '%d distinct points' % len(set(points)), 'at least 3')
+    return tuple(points)
+
+
+def parse(text, path):
+    """Parse a track file's text.
+
+    Args:
+        text: YAML.
+        path: File name for messages; its stem is the track's name.
+
+    Returns:
+        TrackSpec.
+
+    Raises:
+        TrackError: Something in it is not valid.
+    """
+    try:
+        data = yaml.safe_load(text)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise TrackError(path, 'content', 'not YAML (%s)' % ' '.join(str(error).split()),
+                         'a YAML mapping') from error
+    _section(path, '', data, {*DEFAULTS, 'points', 'colours', 'walls'})
+    if 'points' not in data:
+        raise TrackError(path, 'points', 'missing', 'a list of at least 3 pairs [x, y]')
+    values = {key: _typed(path, key, data.get(key, default), default)
+              for key, default in DEFAULTS.items()}
+    if not values['closed']:
+        raise TrackError(path, 'closed', 'false', 'true (tracks are circuits)')
+    if 2.0 * values['border_width'] + values['centre_line_width'] >= values['width']:
+        raise TrackError(path, 'width', values['width'],
+                         'more than both borders and the centre line together')
+    colours = dict(COLOURS)
+    for key, value in _section(path, 'colours', data.get('colours', {}), COLOURS).items():
+        good = isinstance(value, list) and len(value) == 3 and all(
+            type(channel) is int and 0 <= channel <= 255 for channel in value)
+        if not good:
+            raise TrackError(path, 'colours.' + key, repr(value),
+                             '[red, green, blue], each 0 to 255')
+        colours[key] = tuple(value)
+    walls = _section(path, 'walls', data.get('walls', {}), WALLS)
+    walls = WallSpec(**{key: _typed(path, 'walls.' + key, walls.get(key, default), default)
+                        for key, default in WALLS.items()})
+    return TrackSpec(path=path, name=os.path.splitext(os.path.basename(path))[0],
+                     points=_points(path, data['points']), colours=colours, walls=walls, **values)
+
+
+def read(path):
+    """Return a track file's bytes.
+
+    Raises:
+        TrackError: The file cannot be read.
+    """
+    try:
+        with open(path, 'rb') as stream:
+            return stream.read()
+    except OSError as error:
+        raise TrackError(path, 'file', error.strerror, 'a readable YAML file') from error

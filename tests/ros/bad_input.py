@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+"""Bad input: each service refuses it with a reason, and the world goes on."""
+
+import math
+import unittest
+
+import rospy
+import rostest
+from controller_manager_msgs.srv import (ListControllers, LoadController, SwitchController,
+                                         SwitchControllerRequest, UnloadController)
+from gazebo_msgs.msg import ModelState
+from gazebo_msgs.srv import (ApplyJointEffort, DeleteModel, GetModelState, SetModelState,
+                             SpawnModel)
+from geometry_msgs.msg import Pose
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+
+from sim_client import CONTROLLERS, Recorder, sleep_sim, wait_for_car, wait_until
+
+BAD_CONTROLLERS = {
+    "unknown type": ({"type": "nonsense/Controller", "joint": "left_rear_wheel_joint"},
+                     "nonsense/Controller"),
+    "no such joint": ({"type": "velocity_controllers/JointVelocityController",
+                       "joint": "no_such_joint"}, "no_such_joint"),
+    "no joint": ({"type": "velocity_controllers/JointVelocityController"}, "joint"),
+    "no type": ({"joint": "left_rear_wheel_joint"}, "type"),
+    "not a mapping": ([1.0, 2.0], "bad_controller"),
+    "gain that is no number": ({"type": "velocity_controllers/JointVelocityController",
+                                "joint": "left_rear_wheel_joint", "pid": {"p": "much"}}, "much"),
+    "negative rate": ({"type": "joint_state_controller/JointStateController",
+                       "publish_rate": -5}, "publish_rate"),
+}
+
+LINK = ('<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
+        'iyz="0" izz="1"/></inertial>{}</link>')
+BAD_MODELS = {
+    "not XML": ("<robot name='bad'><link", ""),
+    "empty": ("", ""),
+    "another root": ("<nonsense/>", "nonsense"),
+    "no links": ("<robot name='bad'/>", ""),
+    "joint to nowhere": ("<robot name='bad'>" + LINK.format("") +
+                         '<joint name="j" type="fixed"><parent link="a"/>'
+                         '<child link="no_such_link"/></joint></robot>', "no_such_link"),
+    "missing mesh": ("<robot name='bad'>" + LINK.format(
+        '<visual><geometry><mesh filename="file:///no/such/mesh.obj"/></geometry></visual>')
+                     + "</robot>", "/no/such/mesh.obj"),
+    "missing package": ("<robot name='bad'>" + LINK.format(
+        '<collision><geometry><mesh filename="package://no_such_package/a.obj"/></geometry>'
+        '</collision>') + "</robot>", "no_such_package"),
+    "mass that is no number": ("<robot name='bad'>" + LINK.format("").replace(
+        'mass value="1"', 'mass value="heavy"') + "</robot>", "heavy"),
+    "mass NaN": ("<robot name='bad'>" + LINK.format("").replace(
+        'mass value="1"', 'mass value="nan"') + "</robot>", "nan"),
+}
+
+
+def service(name, kind):
+    """Gives a proxy of a service that must be there."""
+    rospy.wait_for_service(name, timeout=20.0)
+    return rospy.ServiceProxy(name, kind)
+
+
+class BadInput(unittest.TestCase):
+    """Asks for what cannot be, and after each test drives nothing but time."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.log = Recorder("/rosout_agg", Log)
+
+    def tearDown(self):
+        sleep_sim(0.1)  # fails if the world stands still
+
+    def refused(self, answer, reason=""):
+        """Checks a gazebo_msgs answer: no success, and a message that holds `reason`."""
+        self.assertFalse(answer.success)
+        self.assertTrue(answer.status_message.strip(), "refused without a reason")
+        self.assertIn(reason, answer.status_message)
+
+    def logged(self, reason, since):
+        """Checks that a warning or error with `reason` was logged since a message count."""
+        wait_until(lambda: any(reason in item.msg for item in self.log.messages[since:]
+                               if item.level >= Log.WARN),
+                   f"a logged error naming {reason!r}", 10.0)
+
+    def test_controllers_that_cannot_be_loaded(self):
+        load = service("/racecar/controller_manager/load_controller", LoadController)
+        for name, (parameters, reason) in BAD_CONTROLLERS.items():
+            with self.subTest(name):
+                rospy.set_param("/racecar/bad_controller", parameters)
+                since = len(self.log.messages)
+                self.assertFalse(load("bad_controller").ok)
+                self.logged(reason, since)
+        rospy.delete_param("/racecar/bad_controller")
+        with self.subTest("no parameters at all"):
+            since = len(self.log.messages)
+            self.assertFalse(load("bad_controller").ok)
+            self.logged("bad_controller", since)
+        names = {item.name for item in service("/racecar/controller_manager/list_controllers",
+                                               ListControllers)().controller}
+        self.assertEqual(names, set(CONTROLLERS))
+
+    def test_controllers_that_cannot_be_switched_or_unloaded(self):
+        switch = service("/racecar/controller_manager/switch_controller", SwitchController)
+        since = len(self.log.messages)
+        self.assertFalse(switch(start_controllers=["no_such_controller"], stop_controllers=[],
+                                strictness=SwitchControllerRequest.STRICT).ok)
+        self.logged("no_such_controller", since)
+        unload = service("/racecar/controller_manager/unload_controller", UnloadController)
+        self.assertFalse(unload("no_such_controller").ok)
+        self.assertFalse(unload("joint_state_controller").ok, "a running one stays loaded")
+
+    def test_urdf_models_that_cannot_be_spawned(self):
+        spawn = service("/gazebo/spawn_urdf_model", SpawnModel)
+        for name, (text, reason) in BAD_MODELS.items():
+            with self.subTest(name):
+                self.refused(spawn("bad", text, "", Pose(), "world"), reason)
+
+    def test_sdf_models_that_cannot_be_spawned(self):
+        spawn = service("/gazebo/spawn_sdf_model", SpawnModel)
+        for name, text in (("not XML", "<sdf version='1.6'><model"), ("empty", ""),
+                           ("no model", "<sdf version='1.6'/>")):
+            with self.subTest(name):
+                self.refused(spawn("bad", text, "", Pose(), "world"))
+
+    def test_a_pose_that_is_no_number_is_refused(self):
+        good = "<robot name='bad'>" + LINK.format("") + "</robot>"
+        pose = Pose()
+        pose.position.x = math.nan
+        spawn = service("/gazebo/spawn_urdf_model", SpawnModel)
+        self.refused(spawn("bad", good, "", pose, "world"))
+        state = ModelState(model_name="racecar")
+        state.pose.orientation.w = math.nan
+        move = service("/gazebo/set_model_state", SetModelState)
+        self.refused(move(state))
+        odometry = Recorder("/racecar/odom", Odometry).next()
+        self.assertTrue(math.isfinite(odometry.pose.pose.position.x))
+
+    def test_a_name_that_is_taken_is_refused(self):
+        good = "<robot name='bad'>" + LINK.format("") + "</robot>"
+        self.refused(service("/gazebo/spawn_urdf_model", SpawnModel)(
+            "racecar", good, "", Pose(), "world"), "racecar")
+
+    def test_names_that_do_not_exist_are_refused(self):
+        self.refused(service("/gazebo/delete_model", DeleteModel)("no_such_model"), "no_such_model")
+        self.refused(service("/gazebo/get_model_state", GetModelState)("no_such_model", ""),
+                     "no_such_model")
+        self.refused(service("/gazebo/set_model_state", SetModelState)(
+            ModelState(model_name="no_such_model")), "no_such_model")
+
+    def test_an_effort_on_no_joint_is_refused(self):
+        self.refused(service("/gazebo/apply_joint_effort", ApplyJointEffort)(
+            "no_such_joint", 1.0, rospy.Time(0), rospy.Duration(1.0)), "no_such_joint")
+
+
+if __name__ == "__main__":
+    rospy.init_node("bad_input_test")
+    rostest.rosrun("paddock_tests", "bad_input", BadInput)

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""Files that cannot be read: the launch ends by itself and names the file."""
+
+import os
+import socket
+import subprocess
+import tempfile
+import unittest
+
+import rostest
+
+DEADLINE = 40.0  # wall time for a launch to refuse its input [s]
+
+
+def free_port():
+    """Gives a TCP port nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class RefuseStart(unittest.TestCase):
+    """Launches on masters of their own."""
+
+    def launch(self, *arguments):
+        """Runs roslaunch to its own end and returns what it printed."""
+        port = free_port()
+        done = subprocess.run(["roslaunch", "-p", str(port), *arguments], text=True, check=False,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              env=dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}"),
+                              timeout=DEADLINE)
+        return done.stdout
+
+    def test_a_world_file_that_is_missing(self):
+        output = self.launch("gazebo_ros", "empty_world.launch", "gui:=false",
+                             "world_name:=/no/such.world")
+        self.assertIn("/no/such.world", output)
+        self.assertNotIn("Traceback", output)
+
+    def test_a_world_file_that_is_no_world(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
+            stream.write("<sdf version='1.6'><world")
+            stream.flush()
+            output = self.launch("gazebo_ros", "empty_world.launch", "gui:=false",
+                                 "world_name:=" + stream.name)
+        self.assertIn(stream.name, output)
+        self.assertNotIn("Traceback", output)
+
+    def test_a_track_of_two_points(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as stream:
+            stream.write("points: [[0, 0], [1, 0]]\nwidth: 0.76\n")
+            stream.flush()
+            output = self.launch("track_model", "world.launch", "headless:=true",
+                                 "track:=" + stream.name)
+        self.assertIn(stream.name, output)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("paddock_tests", "refuse_start", RefuseStart)

@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""A car at rest stays where it is."""
+
+import math
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+
+from sim_client import Recorder, sleep_sim, turned, wait_for_car, yaw_of
+
+SETTLE = 2.0  # simulated time [s]
+DURATION = 60.0  # simulated time [s]
+CREEP = 0.001  # [m]
+TURN = 0.1  # [deg]
+
+
+class Rest(unittest.TestCase):
+    """Watches the car without any command."""
+
+    def test_it_creeps_less_than_a_millimetre_a_minute(self):
+        wait_for_car()
+        sleep_sim(SETTLE)
+        odometry = Recorder("/racecar/odom", Odometry)
+        before = odometry.next()
+        sleep_sim(DURATION)
+        after = odometry.next()
+        self.assertGreaterEqual((after.header.stamp - before.header.stamp).to_sec(), DURATION - 0.1)
+        old, new = before.pose.pose, after.pose.pose
+        creep = math.dist((old.position.x, old.position.y, old.position.z),
+                          (new.position.x, new.position.y, new.position.z))
+        turn = math.degrees(turned(yaw_of(old.orientation), yaw_of(new.orientation)))
+        print(f"creep {1000 * creep:.4f} mm, turn {turn:.5f} deg in {DURATION:g} s")
+        self.assertLess(creep, CREEP)
+        self.assertLess(abs(turn), TURN)
+
+
+if __name__ == "__main__":
+    rospy.init_node("rest_test")
+    rostest.rosrun("paddock_tests", "rest", Rest)

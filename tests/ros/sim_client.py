@@ -1,0 +1,171 @@
+"""What the integration tests share: waiting with deadlines, recording topics, naming things.
+
+Every wait polls in wall time and has a deadline; every expectation is computed from stamps.
+"""
+
+import math
+import threading
+import time
+
+import rospy
+from controller_manager_msgs.srv import ListControllers
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
+
+WALL_LIMIT = 30.0  # longest wait for something that should come at once, with slack [s]
+START_LIMIT = 60.0  # longest wait for the world to come up on a loaded machine [s]
+WHEELS = tuple(f"{side}_{end}_wheel" for end in ("rear", "front") for side in ("left", "right"))
+HINGES = ("left_steering_hinge", "right_steering_hinge")
+CONTROLLERS = ("joint_state_controller",
+               *(f"{wheel}_velocity_controller" for wheel in WHEELS),
+               *(f"{hinge}_position_controller" for hinge in HINGES))
+
+
+def wait_until(condition, what, limit=WALL_LIMIT):
+    """Waits until a condition holds.
+
+    Args:
+        condition: Function without arguments; its first true value is returned.
+        what: What is waited for, for the error.
+        limit: Longest wait in wall time [s].
+
+    Raises:
+        AssertionError: The condition did not hold in time.
+    """
+    deadline = time.monotonic() + limit
+    while time.monotonic() < deadline:
+        value = condition()
+        if value:
+            return value
+        if rospy.is_shutdown():
+            raise AssertionError(f"ROS was shut down while waiting for {what}")
+        time.sleep(0.005)
+    raise AssertionError(f"{what}: not within {limit:g} s")
+
+
+def sleep_sim(seconds, limit=WALL_LIMIT):
+    """Waits for simulated time to pass; fails when /clock stands still or runs too slowly.
+
+    Args:
+        seconds: Simulated time [s].
+        limit: Longest wait in wall time beyond `seconds` [s].
+    """
+    wait_until(rospy.get_time, "the first /clock", limit)
+    end = rospy.get_time() + seconds
+    deadline = time.monotonic() + seconds + limit
+    while rospy.get_time() < end:
+        if time.monotonic() > deadline:
+            raise AssertionError(f"/clock moved by less than {seconds:g} s "
+                                 f"in {seconds + limit:g} s of wall time")
+        time.sleep(0.001)
+
+
+class Recorder:
+    """Keeps every message of a topic, in the order of arrival."""
+
+    def __init__(self, topic, kind):
+        self.topic = topic
+        self._lock = threading.Lock()
+        self._messages = []
+        self._subscriber = rospy.Subscriber(topic, kind, self._keep, queue_size=None)
+
+    def _keep(self, message):
+        with self._lock:
+            self._messages.append(message)
+
+    @property
+    def messages(self):
+        """A copy of what came so far."""
+        with self._lock:
+            return list(self._messages)
+
+    @property
+    def last(self):
+        """The newest message, or None."""
+        with self._lock:
+            return self._messages[-1] if self._messages else None
+
+    def clear(self):
+        """Forgets what came so far."""
+        with self._lock:
+            self._messages.clear()
+
+    def next(self, limit=WALL_LIMIT):
+        """Waits for a message that arrives after this call and returns it."""
+        seen = len(self.messages)
+        wait_until(lambda: len(self.messages) > seen, f"a message on {self.topic}", limit)
+        return self.last
+
+    def wait_count(self, count, limit=WALL_LIMIT):
+        """Waits until at least `count` messages came and returns them."""
+        wait_until(lambda: len(self.messages) >= count, f"{count} messages on {self.topic}", limit)
+        return self.messages
+
+    def close(self):
+        """Unsubscribes."""
+        self._subscriber.unregister()
+
+
+def wait_for_car(limit=START_LIMIT):
+    """Waits until the world is up: /clock runs and all seven controllers of the car are running.
+
+    Returns:
+        Dict of controller name -> ControllerState.
+    """
+    clock = Recorder("/clock", Clock)
+    clock.wait_count(2, limit)
+    clock.close()
+    name = "/racecar/controller_manager/list_controllers"
+    rospy.wait_for_service(name, timeout=limit)
+    service = rospy.ServiceProxy(name, ListControllers)
+    states = {}
+
+    def running():
+        states.update((item.name, item) for item in service().controller)
+        return all(item in states and states[item].state == "running" for item in CONTROLLERS)
+
+    try:
+        wait_until(running, "all controllers running", limit)
+    except AssertionError as error:
+        seen = ", ".join(f"{item} {state.state}" for item, state in states.items()) or "none"
+        raise AssertionError(f"{error}; seen: {seen}") from None
+    return dict(states)
+
+
+def command_publishers():
+    """Gives a Float64 publisher, already connected, for each wheel and hinge by its name."""
+    publishers = {}
+    for name in WHEELS + HINGES:
+        kind = "velocity" if name in WHEELS else "position"
+        publishers[name] = rospy.Publisher(f"/racecar/{name}_{kind}_controller/command", Float64,
+                                           queue_size=10)
+    for name, publisher in publishers.items():
+        wait_connected(publisher, name)
+    return publishers
+
+
+def wait_connected(publisher, what):
+    """Waits until somebody listens to a publisher."""
+    wait_until(lambda: publisher.get_num_connections() > 0, f"a listener on {publisher.name} "
+               f"({what})", START_LIMIT)
+
+
+def joint(message, name):
+    """Picks a joint out of a sensor_msgs/JointState.
+
+    Returns:
+        (position [rad], velocity [rad/s]).
+    """
+    index = message.name.index(name)
+    return message.position[index], message.velocity[index]
+
+
+def yaw_of(orientation):
+    """Gives the heading [rad, left positive] of a geometry_msgs/Quaternion."""
+    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def turned(start, end):
+    """Gives the turn from one heading to another [rad], within ±pi."""
+    return math.remainder(end - start, 2.0 * math.pi)

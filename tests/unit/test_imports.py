@@ -1,0 +1,105 @@
+"""Holds the direction of imports: robot packages <- nothing of the simulator, core <- no ROS."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ROBOT_PACKAGES = ("track_model", "deepracer_control", "deepracer_teleop", "cybertruck")
+SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
+ROS_CLIENTS = {"rospy", "roslib", "roslaunch", "rosgraph", "rospkg", "rosparam", "genpy",
+               "actionlib", "cv_bridge", "tf", "tf2_ros", "message_filters",
+               "dynamic_reconfigure", "std_srvs"}
+
+
+def python_files(directory):
+    """Lists a directory's Python files: *.py, and scripts whose first line names python."""
+    for path in sorted(directory.rglob("*")):
+        if "__pycache__" in path.parts or not path.is_file():
+            continue
+        if path.suffix == ".py":
+            yield path
+        elif path.suffix == "" and is_python_script(path):
+            yield path
+
+
+def is_python_script(path):
+    """Says whether a file's first line hands it to Python."""
+    with path.open("rb") as stream:
+        first = stream.readline()
+    return first.startswith(b"#!") and b"python" in first
+
+
+def imports_of(source):
+    """Gives the top-level names a source text imports, also inside functions.
+
+    Returns:
+        Set of (name, line).
+    """
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {(alias.name.split(".")[0], node.lineno) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            found.add((node.module.split(".")[0], node.lineno))
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            if called in ("import_module", "__import__") and isinstance(node.args[0].value, str):
+                found.add((node.args[0].value.split(".")[0], node.lineno))
+    return found
+
+
+def offences(directory, forbidden, exempt=()):
+    """Lists "file:line imports name" for every forbidden import below a directory."""
+    return [f"{path.relative_to(ROOT)}:{line} imports {name}"
+            for path in python_files(directory) if path not in exempt
+            for name, line in sorted(imports_of(path.read_text())) if forbidden(name)]
+
+
+def is_ros(name):
+    """Says whether a module is a ROS client library or a message package."""
+    return name in ROS_CLIENTS or name.endswith("_msgs")
+
+
+@pytest.mark.parametrize("text, expected", [
+    ("import a.b", {"a"}),
+    ("from a.b import c", {"a"}),
+    ("def f():\n    import a", {"a"}),
+    ("from . import a", set()),
+    ("import importlib\nimportlib.import_module('a.b')", {"importlib", "a"}),
+    ("__import__('a')", {"a"}),
+])
+def test_the_walker_sees_imports(text, expected):
+    assert {name for name, _ in imports_of(text)} == expected
+
+
+@pytest.mark.parametrize("package", ROBOT_PACKAGES)
+def test_robot_packages_do_not_know_the_simulator(package):
+    directory = ROOT / "src" / package
+    if not directory.is_dir():
+        pytest.skip(f"{package} is not there yet")
+    assert offences(directory, SIMULATOR.__contains__) == []
+
+
+def test_the_core_knows_no_ros():
+    assert offences(ROOT / "src" / "bullet_sim", is_ros) == []
+
+
+def test_only_the_engine_imports_pybullet():
+    engine = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim" / "engine.py"
+    names = {"pybullet", "pybullet_data"}
+    assert any(name == "pybullet" for name, _ in imports_of(engine.read_text()))
+    assert offences(ROOT / "src", names.__contains__, exempt=(engine,)) == []
+
+
+def test_nothing_imports_the_bridge_but_itself():
+    others = [path for path in sorted((ROOT / "src").iterdir())
+              if path.is_dir() and path.name != "bullet_bridge"]
+    assert [line for path in others
+            for line in offences(path, {"bullet_bridge"}.__contains__)] == []
+
+
+def test_the_walker_finds_the_files():
+    found = [path for path in python_files(ROOT / "src") if path.suffix == ""]
+    assert found, "no entry script found: the walker misses files without .py"
