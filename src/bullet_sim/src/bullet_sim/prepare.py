@@ -20,7 +20,8 @@ CROWN_DROP = 0.06           # of the radius
 CROWN_WIDTH = 0.12          # of the length
 # Bearing and rolling resistance of wheels without <dynamics friction>: a Coulomb torque on each
 # that together resists with this part of the robot's weight. It keeps a robot that no controller
-# holds from creeping (solver residue pushes with under 1e-3 of the weight); it is little against any motor.
+# holds from creeping (solver residue pushes with under 1e-3 of the weight) and is little against
+# any motor.
 ROLLING_RESISTANCE = 0.01
 STANDARD_GRAVITY = 9.81     # [m/s^2]
 

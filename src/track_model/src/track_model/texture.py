@@ -23,10 +23,15 @@ def resolution(area):
 
 
 def whole_pixels(area):
-    """Return (extent widened to the right and downwards to whole pixels, (rows, columns))."""
+    """Return (extent widened to the right and downwards to whole pixels, (rows, columns)).
+
+    Columns come in fours: OpenGL takes rows of a texture to be aligned to four bytes, and
+    PyBullet's EGL renderer draws any other width as coloured stripes.
+    """
     pixel = resolution(area)
     rows, columns = (int(np.ceil(side / pixel - 1e-6))
                      for side in (area[3] - area[2], area[1] - area[0]))
+    columns = -(-columns // 4) * 4
     return (area[0], area[0] + columns * pixel, area[3] - rows * pixel, area[3]), (rows, columns)
 
 

@@ -35,6 +35,8 @@ class Worker:
         variables['PYTHONPATH'] = os.pathsep.join(path for path in paths if path)
         self._log = tempfile.TemporaryFile()
         mine, its = socket.socketpair()
+        for end in (mine, its):     # rospy sets a default timeout, which makes sockets non-blocking
+            end.setblocking(True)
         self.kind = kind
         try:
             self.process = subprocess.Popen(
