@@ -9,8 +9,7 @@ import rostest
 from controller_manager_msgs.srv import (ListControllers, LoadController, SwitchController,
                                          SwitchControllerRequest, UnloadController)
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import (ApplyJointEffort, DeleteModel, GetModelState, SetModelState,
-                             SpawnModel)
+from gazebo_msgs.srv import DeleteModel, GetModelState, SetModelState, SpawnModel
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -29,11 +28,12 @@ BAD_CONTROLLERS = {
                                 "joint": "left_rear_wheel_joint", "pid": {"p": "much"}}, "much"),
     "negative rate": ({"type": "joint_state_controller/JointStateController",
                        "publish_rate": -5}, "publish_rate"),
+    "no parameters": (None, "bad_controller"),
 }
 
 LINK = ('<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
         'iyz="0" izz="1"/></inertial>{}</link>')
-BAD_MODELS = {
+BAD_URDF = {
     "not XML": ("<robot name='bad'><link", ""),
     "empty": ("", ""),
     "another root": ("<nonsense/>", "nonsense"),
@@ -41,12 +41,6 @@ BAD_MODELS = {
     "joint to nowhere": ("<robot name='bad'>" + LINK.format("") +
                          '<joint name="j" type="fixed"><parent link="a"/>'
                          '<child link="no_such_link"/></joint></robot>', "no_such_link"),
-    "missing mesh": ("<robot name='bad'>" + LINK.format(
-        '<visual><geometry><mesh filename="file:///no/such/mesh.obj"/></geometry></visual>')
-                     + "</robot>", "/no/such/mesh.obj"),
-    "missing package": ("<robot name='bad'>" + LINK.format(
-        '<collision><geometry><mesh filename="package://no_such_package/a.obj"/></geometry>'
-        '</collision>') + "</robot>", "no_such_package"),
     "mass that is no number": ("<robot name='bad'>" + LINK.format("").replace(
         'mass value="1"', 'mass value="heavy"') + "</robot>", "heavy"),
     "mass NaN": ("<robot name='bad'>" + LINK.format("").replace(
@@ -58,6 +52,19 @@ def service(name, kind):
     """Gives a proxy of a service that must be there."""
     rospy.wait_for_service(name, timeout=20.0)
     return rospy.ServiceProxy(name, kind)
+MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
+    "file": ("<robot name='bad'>" + LINK.format(
+        '<visual><geometry><mesh filename="file:///no/such/mesh.obj"/></geometry></visual>')
+             + "</robot>", "/no/such/mesh.obj"),
+    "package": ("<robot name='bad'>" + LINK.format(
+        '<collision><geometry><mesh filename="package://no_such_package/a.obj"/></geometry>'
+        '</collision>') + "</robot>", "no_such_package"),
+}
+BAD_SDF = {
+    "not XML": ("<sdf version='1.6'><model", ""),
+    "empty": ("", ""),
+    "no model": ("<sdf version='1.6'/>", ""),
+}
 
 
 class BadInput(unittest.TestCase):
@@ -66,7 +73,7 @@ class BadInput(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         wait_for_car()
-        cls.log = Recorder("/rosout_agg", Log)
+        cls.log = Recorder("/rosout", Log)
 
     def tearDown(self):
         sleep_sim(0.1)  # fails if the world stands still
@@ -78,27 +85,37 @@ class BadInput(unittest.TestCase):
         self.assertIn(reason, answer.status_message)
 
     def logged(self, reason, since):
-        """Checks that a warning or error with `reason` was logged since a message count."""
+        """Checks that a warning or error with `reason` was logged since a message count.
+
+        /rosout and not /rosout_agg: rostest starts no rosout node.
+        """
         wait_until(lambda: any(reason in item.msg for item in self.log.messages[since:]
                                if item.level >= Log.WARN),
                    f"a logged error naming {reason!r}", 10.0)
 
-    def test_controllers_that_cannot_be_loaded(self):
+    def check_controller(self, parameters, reason):
+        """Asks for a controller with these parameters; None: with none at all."""
         load = service("/racecar/controller_manager/load_controller", LoadController)
-        for name, (parameters, reason) in BAD_CONTROLLERS.items():
-            with self.subTest(name):
-                rospy.set_param("/racecar/bad_controller", parameters)
-                since = len(self.log.messages)
-                self.assertFalse(load("bad_controller").ok)
-                self.logged(reason, since)
-        rospy.delete_param("/racecar/bad_controller")
-        with self.subTest("no parameters at all"):
-            since = len(self.log.messages)
+        if parameters is not None:
+            rospy.set_param("/racecar/bad_controller", parameters)
+        since = len(self.log.messages)
+        try:
             self.assertFalse(load("bad_controller").ok)
-            self.logged("bad_controller", since)
+        finally:
+            if parameters is not None:
+                rospy.delete_param("/racecar/bad_controller")
+        self.logged(reason, since)
         names = {item.name for item in service("/racecar/controller_manager/list_controllers",
                                                ListControllers)().controller}
         self.assertEqual(names, set(CONTROLLERS))
+
+    def check_model(self, kind, text, reason):
+        """Asks for a model; kind is "urdf" or "sdf"."""
+        spawn = service(f"/gazebo/spawn_{kind}_model", SpawnModel)
+        answer = spawn("bad", text, "", Pose(), "world")
+        if answer.success:  # wrongly; the next row must not find it
+            service("/gazebo/delete_model", DeleteModel)("bad")
+        self.refused(answer, reason)
 
     def test_controllers_that_cannot_be_switched_or_unloaded(self):
         switch = service("/racecar/controller_manager/switch_controller", SwitchController)
@@ -110,18 +127,13 @@ class BadInput(unittest.TestCase):
         self.assertFalse(unload("no_such_controller").ok)
         self.assertFalse(unload("joint_state_controller").ok, "a running one stays loaded")
 
-    def test_urdf_models_that_cannot_be_spawned(self):
+    def check_missing_mesh(self, text, reason):
+        """Asks for a model with a mesh that is not there: it comes without, and the log says so."""
+        since = len(self.log.messages)
         spawn = service("/gazebo/spawn_urdf_model", SpawnModel)
-        for name, (text, reason) in BAD_MODELS.items():
-            with self.subTest(name):
-                self.refused(spawn("bad", text, "", Pose(), "world"), reason)
-
-    def test_sdf_models_that_cannot_be_spawned(self):
-        spawn = service("/gazebo/spawn_sdf_model", SpawnModel)
-        for name, text in (("not XML", "<sdf version='1.6'><model"), ("empty", ""),
-                           ("no model", "<sdf version='1.6'/>")):
-            with self.subTest(name):
-                self.refused(spawn("bad", text, "", Pose(), "world"))
+        self.assertTrue(spawn("bad", text, "", Pose(), "world").success)
+        self.assertTrue(service("/gazebo/delete_model", DeleteModel)("bad").success)
+        self.logged(reason, since)
 
     def test_a_pose_that_is_no_number_is_refused(self):
         good = "<robot name='bad'>" + LINK.format("") + "</robot>"
@@ -148,10 +160,22 @@ class BadInput(unittest.TestCase):
         self.refused(service("/gazebo/set_model_state", SetModelState)(
             ModelState(model_name="no_such_model")), "no_such_model")
 
-    def test_an_effort_on_no_joint_is_refused(self):
-        self.refused(service("/gazebo/apply_joint_effort", ApplyJointEffort)(
-            "no_such_joint", 1.0, rospy.Time(0), rospy.Duration(1.0)), "no_such_joint")
 
+def add_tests():
+    """Adds one test for each row of the tables."""
+    def add(group, name, check):
+        setattr(BadInput, f"test_{group}_{name.replace(' ', '_')}", check)
+
+    for name, row in BAD_CONTROLLERS.items():
+        add("controller", name, lambda self, row=row: self.check_controller(*row))
+    for name, row in MISSING_MESHES.items():
+        add("missing_mesh", name, lambda self, row=row: self.check_missing_mesh(*row))
+    for kind, table in (("urdf", BAD_URDF), ("sdf", BAD_SDF)):
+        for name, row in table.items():
+            add(kind, name, lambda self, kind=kind, row=row: self.check_model(kind, *row))
+
+
+add_tests()
 
 if __name__ == "__main__":
     rospy.init_node("bad_input_test")

@@ -1,4 +1,6 @@
 """The generator makes the committed meshes, and they look as large as the car is."""
+import re
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from track_model import meshes
 def test_committed_meshes_are_reproduced(package, tmp_path):
     meshes.write(str(tmp_path))
     committed = package / 'meshes'
-    assert sorted(path.name for path in committed.glob('*.obj')) == sorted(
+    assert sorted(path.name for path in committed.iterdir()) == sorted(
         path.name for path in tmp_path.iterdir())
     for path in tmp_path.iterdir():
         assert path.read_bytes() == (committed / path.name).read_bytes(), path.name
@@ -38,3 +40,11 @@ def test_sizes():
         low, high = meshes.MESHES[name]().bounds()
         assert low[2] > -0.005 and high[2] < 0.13, name
         assert low[0] > -0.16 and high[0] < 0.18 and max(-low[1], high[1]) < 0.1, name
+
+
+def test_colours_are_those_of_the_description(package):
+    text = (package / 'urdf' / 'materials.xacro').read_text()
+    names = {'body': 'paint', 'headlights': 'headlight', 'taillights': 'taillight'}
+    for name, colour in meshes.COLOURS.items():
+        match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
+        assert tuple(map(float, match.group(1).split()))[:3] == colour, name

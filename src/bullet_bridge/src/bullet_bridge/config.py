@@ -18,6 +18,7 @@ class Config:
         renderer: auto, egl or tiny.
         clock_rate: messages on /clock per simulated second [Hz].
         seed: of all sensor noise.
+        gui, headless: accepted; gui without headless asks for a viewer, which is missing.
     """
 
     world_file: str = ''
@@ -27,6 +28,8 @@ class Config:
     renderer: str = 'auto'
     clock_rate: float = 200.0
     seed: int = 0
+    gui: bool = False
+    headless: bool = False
 
 
 def parse_config(get):
@@ -48,7 +51,8 @@ def parse_config(get):
                          f"{', '.join(RENDERERS)}")
     return Config(world_file=str(get('world_file', '')), paused=_flag(get, 'paused'),
                   real_time_factor=factor, lockstep=_flag(get, 'lockstep'),
-                  renderer=renderer, clock_rate=rate, seed=int(_number(get, 'seed', 0)))
+                  renderer=renderer, clock_rate=rate, seed=int(_number(get, 'seed', 0)),
+                  gui=_flag(get, 'gui'), headless=_flag(get, 'headless'))
 
 
 def _number(get, name, default):

@@ -115,8 +115,9 @@ class RobotControl:
             rospy.loginfo('%s: %s', self.namespace, text)
 
     def _unload(self, request):
-        done = self._answer(lambda: self._manager.unload(request.name) or True)
-        subscriber = self._subscribers.pop(request.name, None) if done else None
+        name = request.name.strip('/')
+        done = self._answer(lambda: self._manager.unload(name) or True)
+        subscriber = self._subscribers.pop(name, None) if done else None
         if subscriber is not None:
             subscriber.unregister()
         return UnloadControllerResponse(ok=bool(done))

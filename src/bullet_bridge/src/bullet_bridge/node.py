@@ -8,7 +8,7 @@ from bullet_bridge.cameras import Cameras
 from bullet_bridge.config import parse_config
 from bullet_bridge.gazebo_services import GazeboServices
 from bullet_bridge.jobs import JobQueue
-from bullet_bridge.resolve import Resolver
+from bullet_bridge.resolve import Resolver, find_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.server import Server
 from bullet_sim.errors import SimError, WorldError
@@ -17,13 +17,14 @@ from bullet_sim.world import World
 
 
 def load_world(world, path, resolve):
-    """Load a world file; warnings go to the log.
+    """Load a world file (see find_world); warnings go to the log.
 
     Raises:
-        SimError: names the file and what is wrong.
+        SimError, ValueError: names the file and what is wrong.
     """
     if not path:
         return
+    path = find_world(path)
     try:
         with open(path, 'rb') as file:
             text = file.read()
@@ -33,6 +34,12 @@ def load_world(world, path, resolve):
         rospy.logwarn('%s', warning)
 
 
+def warn_about_gui(config):
+    """Say once that the viewer that was asked for is missing."""
+    if config.gui and not config.headless:
+        rospy.logwarn('no viewer yet; use rviz:=true')
+
+
 def main():
     """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
     rospy.init_node('gazebo')
@@ -40,6 +47,7 @@ def main():
     cameras = None
     try:
         config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
+        warn_about_gui(config)
         resolve = Resolver()
         load_world(world, config.world_file, resolve)
         jobs = JobQueue()

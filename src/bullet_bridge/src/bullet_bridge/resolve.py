@@ -62,3 +62,27 @@ class Resolver:
                             for e in exports]
             self._model_paths = [folder for folder in folders if folder]
         return self._model_paths
+
+
+def find_world(path):
+    """Path of a world file, looked for as Gazebo does.
+
+    A path that exists is taken as it is; a relative one is then looked for in the folders of
+    GAZEBO_RESOURCE_PATH and in the package gazebo_ros.
+
+    Raises:
+        ValueError: it is nowhere; names all places.
+    """
+    if os.path.isabs(path) or os.path.isfile(path):
+        return path
+    places = [os.getcwd()]
+    places += [f for f in os.environ.get('GAZEBO_RESOURCE_PATH', '').split(':') if f]
+    try:
+        places.append(rospkg.RosPack().get_path('gazebo_ros'))
+    except rospkg.ResourceNotFound:
+        places.append('package gazebo_ros (not on ROS_PACKAGE_PATH)')
+    for place in places:
+        found = os.path.join(place, path)
+        if os.path.isfile(found):
+            return found
+    raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")

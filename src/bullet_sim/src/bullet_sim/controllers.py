@@ -72,11 +72,12 @@ def parse_controller(name, config, joint_names):
     if not isinstance(config, dict):
         raise ControllerError(f'{what} has configuration {config!r}, must be a mapping with '
                               'type and joint')
-    kind = KINDS.get(config.get('type'))
+    kind = KINDS.get(str(config.get('type')))
     if kind is None:
         raise ControllerError(f"{what} has type '{config.get('type')}', must be one of "
                               f"{', '.join(KINDS)}")
-    unknown = sorted(set(config) - (_STATE_KEYS if kind.interface == 'state' else _COMMAND_KEYS))
+    unknown = sorted(set(config) - (_STATE_KEYS if kind.interface == 'state' else _COMMAND_KEYS),
+                     key=str)
     if unknown:
         raise ControllerError(f"{what} has key '{unknown[0]}', which {kind.type} does not know")
     if kind.interface == 'state':
@@ -105,6 +106,8 @@ def _rate(config, what):
 
 def _state_joints(config, what, joint_names):
     wanted = config.get('joints') or []
+    if not isinstance(wanted, list):
+        raise ControllerError(f'{what} has joints {wanted!r}, must be a list of joint names')
     _check_joints(wanted, what, joint_names)
     return tuple(wanted)
 

@@ -103,3 +103,10 @@ class ModelDescription:
     def joints_of(self, parent):
         """Joints whose parent is the given link, in file order."""
         return [joint for joint in self.joints.values() if joint.parent == parent]
+
+    def unreachable(self):
+        """Links that no chain of joints connects to the root: those of a loop, and below it."""
+        found = [self.root]
+        for name in found:
+            found += [j.child for j in self.joints_of(name) if j.child not in found]
+        return [name for name in self.links if name not in found]

@@ -3,34 +3,16 @@
 Poses are those of link frames (not of inertial frames), quaternions are (x, y, z, w).
 """
 
-import contextlib
 import importlib.util
-import os
-import sys
 
 import numpy as np
-import pybullet as p
-
 from bullet_sim.errors import ModelError, RenderError
+from bullet_sim.quiet import quiet
+
+with quiet():       # it greets on the terminal when it is imported
+    import pybullet as p
 
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
-
-
-@contextlib.contextmanager
-def _quiet():
-    """Keep what PyBullet's C++ prints out of the terminal."""
-    sys.stdout.flush()
-    saved = [(fd, os.dup(fd)) for fd in (1, 2)]
-    null = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for fd, _ in saved:
-            os.dup2(null, fd)
-        yield
-    finally:
-        for fd, copy in saved:
-            os.dup2(copy, fd)
-            os.close(copy)
-        os.close(null)
 
 
 class Engine:
@@ -46,7 +28,7 @@ class Engine:
         self.time_step = float(time_step)
         self.gravity = tuple(float(g) for g in gravity)
         self._iterations = int(solver_iterations)
-        with _quiet():
+        with quiet():
             self._client = p.connect(p.DIRECT)
         self._renderer = None
         self._plugin = -1
@@ -95,7 +77,7 @@ class Engine:
         flags = (p.URDF_USE_IMPLICIT_CYLINDER | p.URDF_USE_INERTIA_FROM_FILE
                  | p.URDF_USE_MATERIAL_COLORS_FROM_MTL)
         try:
-            with _quiet():
+            with quiet():
                 body = p.loadURDF(path, (0, 0, 0), (0, 0, 0, 1), useFixedBase=fixed_base,
                                   flags=flags, physicsClientId=self._client)
         except p.error as error:
@@ -293,7 +275,7 @@ class Engine:
         if kind != 'tiny' and self._plugin < 0:
             found = importlib.util.find_spec('eglRenderer')
             if found:
-                with _quiet():
+                with quiet():
                     self._plugin = p.loadPlugin(found.origin, '_eglRendererPlugin',
                                                 physicsClientId=self._client)
             if self._plugin < 0 and kind == 'egl':

@@ -33,7 +33,7 @@ def parse_pid(values, what):
     """
     if not isinstance(values, dict):
         raise ControllerError(f'{what} pid is {values!r}, must be a mapping with p, i, d')
-    unknown = sorted(set(values) - set(KEYS))
+    unknown = sorted(set(values) - set(KEYS), key=str)
     if unknown:
         raise ControllerError(f"{what} pid has key '{unknown[0]}', known are {', '.join(KEYS)}")
     if 'p' not in values:

@@ -123,7 +123,9 @@ def _model(element, resolve):
         if joint is not None:
             model.joints[joint.name] = joint
             children.append(joint.child)
-    model.root = next(name for name in model.links if name not in children)
+    model.root = next((name for name in model.links if name not in children), '')
+    if not model.root:
+        raise ModelError(f"joints of model '{model.name}' form a loop, no link is the root")
     for name in model.links:
         if name != model.root and name not in children:
             joint = Joint(f'{name}__fixed', 'fixed', model.root, name,
@@ -132,6 +134,9 @@ def _model(element, resolve):
             if not model.static:
                 model.warn(f"link '{name}' of '{model.name}' has no joint; "
                            f"it is fixed to '{model.root}'")
+    if model.unreachable():
+        raise ModelError(f"joints of model '{model.name}' form a loop: no way from its root "
+                         f"'{model.root}' to {', '.join(model.unreachable())}")
     _shift_root(model, poses[model.root])
     for plugin in element.findall('plugin'):
         model.warn(f"plugin '{plugin.get('filename')}' is not known here and is ignored")
@@ -173,6 +178,9 @@ def _link(element, model, resolve):
             name = f'{what} {tag} {number}'
             geometry = _geometry(shape_element.find('geometry'), name, model, resolve, tag)
             if geometry is not None:
+                if geometry.size and min(geometry.size) <= 0:
+                    raise ModelError(f'{name} {geometry.kind} size is {geometry.size}, '
+                                     'must be greater than 0')
                 pose = sdf_pose(shape_element, name)
                 if geometry.kind == 'box' and len(geometry.size) == 2:
                     geometry = Geometry('box', geometry.size + (0.002,))
@@ -234,7 +242,10 @@ def _joint(element, model, poses):
         raise ModelError(f"{what} has type '{kind}', must be one of {', '.join(kinds)}")
     joint = Joint(name, kind, parent, child, poses[parent].inverse() * poses[child])
     if kind != 'fixed':
-        joint.axis = floats(child_text(element, 'axis/xyz', '0 0 1'), 3, f'{what} axis')
+        axis = np.array(floats(child_text(element, 'axis/xyz', '0 0 1'), 3, f'{what} axis'))
+        if np.linalg.norm(axis) < 1e-9:
+            raise ModelError(f'{what} axis is zero, must have a direction')
+        joint.axis = tuple((axis / np.linalg.norm(axis)).tolist())
         lower = child_number(element, 'axis/limit/lower', what, -1e16)
         upper = child_number(element, 'axis/limit/upper', what, 1e16)
         if lower > -1e15 or upper < 1e15:

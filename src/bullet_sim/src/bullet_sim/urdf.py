@@ -40,6 +40,9 @@ def parse_urdf(text, resolve, name='robot'):
             raise ModelError(f"URDF of '{name}' has two joints named '{joint.name}'")
         model.joints[joint.name] = joint
     model.root = _root(model)
+    if model.unreachable():
+        raise ModelError(f"joints of '{name}' form a loop: no way from its root '{model.root}' "
+                         f"to {', '.join(model.unreachable())}")
     gazebo_tags.apply(robot, model)
     return model
 

@@ -48,7 +48,8 @@ class Mesh:
                 triangle = (corners[0], corners[i], corners[i + 1])
                 if len(set(triangle)) == 3:
                     lines.append('f ' + ' '.join('%d//%d' % (corner, n) for corner in triangle))
-        return '\n'.join(['# made by track_model make_meshes', 'o ' + name]
+        return '\n'.join(['# made by track_model make_meshes', 'mtllib ' + name + '.mtl',
+                          'o ' + name, 'usemtl ' + name]
                          + ['v ' + text for text in positions]
                          + ['vn ' + text for text in normals] + lines) + '\n'
 

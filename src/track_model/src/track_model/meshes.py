@@ -194,14 +194,28 @@ MESHES = {'body': body, 'stripe': stripe, 'trim': trim, 'glass': glass, 'headlig
           'taillights': taillights, 'tyre': tyre, 'rim': rim}
 
 
+# RGB 0..1, as urdf/materials.xacro paints them: rviz takes the colour of an OBJ from its MTL.
+COLOURS = {'body': (0.05, 0.25, 0.75), 'stripe': (0.95, 0.95, 0.95), 'trim': (0.09, 0.09, 0.10),
+           'glass': (0.16, 0.21, 0.26), 'headlights': (1.0, 0.96, 0.75),
+           'taillights': (0.85, 0.05, 0.05), 'tyre': (0.05, 0.05, 0.05),
+           'rim': (0.75, 0.77, 0.80)}
+
+
+def material(name):
+    """Text of NAME.mtl: one plain colour."""
+    colour = ' '.join('%.2f' % channel for channel in COLOURS[name])
+    return f'newmtl {name}\nKa {colour}\nKd {colour}\nKs 0.1 0.1 0.1\nd 1\nillum 2\n'
+
+
 def write(directory):
-    """Write every mesh as NAME.obj into a directory; return the paths."""
+    """Write every mesh as NAME.obj and NAME.mtl into a directory; return the paths."""
     os.makedirs(directory, exist_ok=True)
     paths = []
     for name, make in MESHES.items():
-        paths.append(os.path.join(directory, name + '.obj'))
-        with open(paths[-1], 'w', encoding='ascii', newline='\n') as stream:
-            stream.write(make().to_obj(name))
+        for ending, text in (('.obj', make().to_obj(name)), ('.mtl', material(name))):
+            paths.append(os.path.join(directory, name + ending))
+            with open(paths[-1], 'w', encoding='ascii', newline='\n') as stream:
+                stream.write(text)
     return paths
 
 

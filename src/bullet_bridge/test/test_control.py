@@ -1,0 +1,267 @@
+"""Controller services and commands of a robot with two joints, without a ROS master."""
+import math
+import threading
+
+import pytest
+from controller_manager_msgs import srv
+from std_msgs.msg import Float64, Float64MultiArray
+
+from bullet_bridge import control
+from bullet_bridge.control import RobotControl
+from bullet_bridge.jobs import JobQueue
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
+        'ixy="0" ixz="0" iyz="0"/></inertial></link>')
+JOINT = ('<joint name="{0}" type="{1}"><parent link="base"/><child link="{0}_link"/>'
+         '<axis xyz="0 0 1"/><limit effort="10" velocity="50" lower="-1" upper="1"/></joint>')
+URDF = ('<robot name="bot">' + LINK.format('base') + LINK.format('wheel_link')
+        + LINK.format('arm_link') + JOINT.format('wheel', 'continuous')
+        + JOINT.format('arm', 'revolute')
+        + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>')
+PARAMS = {
+    '/bot/states': {'type': 'joint_state_controller/JointStateController', 'publish_rate': 50},
+    '/bot/fast': {'type': 'joint_state_controller/JointStateController', 'publish_rate': 5000},
+    '/bot/drive': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'wheel'},
+    '/bot/rival': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'wheel'},
+    '/bot/steer': {'type': 'position_controllers/JointPositionController', 'joint': 'arm'},
+    '/bot/group': {'type': 'velocity_controllers/JointGroupVelocityController',
+                   'joints': ['wheel', 'arm']},
+    '/bot/wrong': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'nose'},
+}
+
+
+class Wire:
+    """Stands in for publishers, subscribers and services: keeps what passes."""
+
+    def __init__(self, name, kind, call=None, **_):
+        self.name, self.kind, self.call = name, kind, call
+        self.sent, self.closed = [], False
+
+    def publish(self, message):
+        """Keep it."""
+        self.sent.append(message)
+
+    def get_num_connections(self):
+        """Somebody listens."""
+        return 1
+
+    def unregister(self):
+        """Close."""
+        self.closed = True
+
+    def shutdown(self, _reason=''):
+        """Close."""
+        self.closed = True
+
+
+class Bot:
+    """World, model, its RobotControl, and all its wires by name."""
+
+    def __init__(self, monkeypatch):
+        self.wires, self.errors = {}, []
+
+        def make(name, kind, call=None, **_):
+            self.wires[name] = Wire(name, kind, call)
+            return self.wires[name]
+        for kind in ('Publisher', 'Subscriber', 'Service'):
+            monkeypatch.setattr(control.rospy, kind, make)
+        monkeypatch.setattr(control.rospy, 'get_param',
+                            lambda name, default=None: PARAMS.get(name, default))
+        for level in ('loginfo', 'logwarn', 'logerr'):
+            monkeypatch.setattr(control.rospy, level, self._log)
+        monkeypatch.setattr(control.rospy, 'logerr_throttle',
+                            lambda _period, text, *rest: self._log(text, *rest))
+        self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
+        self.model = self.world.spawn_urdf('bot', URDF, Pose((0.0, 0.0, 1.0)), None)
+        self.control = RobotControl(self.jobs, self.world, self.model, 'bot/')
+
+    def _log(self, text, *rest):
+        self.errors.append(text % rest if rest else text)
+
+    def ask(self, service, **fields):
+        """Call a service as rospy does, in another thread; the jobs run in this one."""
+        request = getattr(srv, service[0] + 'Request')(**fields)
+        answers = []
+        handler = self.wires[f'/bot/controller_manager/{service[1]}'].call
+        caller = threading.Thread(target=lambda: answers.append(handler(request)))
+        caller.start()
+        while caller.is_alive():
+            self.jobs.run_pending(wait=0.005)
+        caller.join()
+        return answers[0]
+
+    def load(self, name):
+        """Whether load_controller answers ok."""
+        return self.ask(('LoadController', 'load_controller'), name=name).ok
+
+    def unload(self, name):
+        """Whether unload_controller answers ok."""
+        return self.ask(('UnloadController', 'unload_controller'), name=name).ok
+
+    def switch(self, start=(), stop=(), strictness=2):
+        """Whether switch_controller answers ok."""
+        return self.ask(('SwitchController', 'switch_controller'), start_controllers=list(start),
+                        stop_controllers=list(stop), strictness=strictness).ok
+
+    def states(self):
+        """{controller: state}."""
+        answer = self.ask(('ListControllers', 'list_controllers'))
+        return {c.name: c.state for c in answer.controller}
+
+    def command(self, name, message):
+        """A message arrives on the command topic."""
+        self.wires[f'/bot/{name}/command'].call(message)
+
+    def run(self, steps):
+        """Steps as Server makes them; velocity of the wheel afterwards [rad/s]."""
+        for _ in range(steps):
+            self.control.deliver()
+            self.world.step()
+            self.control.publish(self.world.step_count, self.world.time)
+        return self.velocity('wheel')
+
+    def velocity(self, joint):
+        """Velocity of a joint [rad/s]."""
+        return self.model.joints.read()[1][list(self.model.joints.names).index(joint)]
+
+
+@pytest.fixture(name='bot')
+def bot_in_a_world(monkeypatch):
+    """The robot, freed afterwards."""
+    bot = Bot(monkeypatch)
+    yield bot
+    bot.world.close()
+
+
+def test_load_switch_list_unload(bot):
+    assert bot.load('drive') and bot.load('states')
+    assert bot.states() == {'drive': 'initialized', 'states': 'initialized'}
+    assert bot.switch(start=['drive', 'states'])
+    assert bot.states() == {'drive': 'running', 'states': 'running'}
+    assert not bot.unload('drive')
+    assert bot.switch(stop=['drive']) and bot.states()['drive'] == 'stopped'
+    assert bot.unload('drive') and bot.states() == {'states': 'running'}
+    assert bot.wires['/bot/drive/command'].closed
+
+
+def test_a_slash_before_the_name_does_not_matter(bot):
+    assert bot.load('/drive') and bot.unload('/drive')
+    assert bot.wires['/bot/drive/command'].closed
+
+
+def test_list_tells_type_and_claims(bot):
+    bot.load('drive')
+    entry = bot.ask(('ListControllers', 'list_controllers')).controller[0]
+    assert entry.type == 'velocity_controllers/JointVelocityController'
+    claimed = entry.claimed_resources[0]
+    assert claimed.hardware_interface == 'hardware_interface::VelocityJointInterface'
+    assert claimed.resources == ['wheel']
+
+
+def test_types_and_reload(bot):
+    answer = bot.ask(('ListControllerTypes', 'list_controller_types'))
+    assert 'position_controllers/JointPositionController' in answer.types
+    assert len(answer.types) == len(answer.base_classes)
+    assert bot.ask(('ReloadControllerLibraries', 'reload_controller_libraries')).ok
+
+
+def test_command_topics_have_the_type_of_the_controller(bot):
+    assert bot.load('drive') and bot.load('group') and bot.load('states')
+    assert bot.wires['/bot/drive/command'].kind is Float64
+    assert bot.wires['/bot/group/command'].kind is Float64MultiArray
+    assert '/bot/states/command' not in bot.wires
+
+
+@pytest.mark.parametrize('name, reason', [
+    ('ghost', '/bot/ghost is not on the parameter server'), ('wrong', "joint 'nose'"),
+    ('fast', 'publish_rate is 5000')])
+def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
+    assert bot.load(name) is False
+    assert any(reason in text for text in bot.errors)
+    assert bot.states() == {}
+
+
+def test_loading_twice_is_refused(bot):
+    assert bot.load('drive') and not bot.load('drive')
+    assert "controller 'drive' is loaded already" in bot.errors[-1]
+
+
+def test_two_controllers_of_one_joint(bot):
+    bot.load('drive')
+    bot.load('rival')
+    assert bot.switch(start=['drive'])
+    assert not bot.switch(start=['rival'])
+    assert "'wheel' is claimed by 'drive'" in bot.errors[-1]
+    assert bot.switch(start=['rival'], stop=['drive'])
+    assert bot.states() == {'drive': 'stopped', 'rival': 'running'}
+
+
+def test_best_effort_starts_what_it_can(bot):
+    bot.load('drive')
+    assert not bot.switch(start=['drive', 'ghost'])
+    assert bot.states() == {'drive': 'initialized'}
+    assert bot.switch(start=['drive', 'ghost'], strictness=1)
+    assert bot.states() == {'drive': 'running'} and "'ghost'" in bot.errors[-1]
+
+
+def test_the_latest_command_wins(bot):
+    bot.load('drive')
+    bot.switch(start=['drive'])
+    for value in (1.0, -7.0, 3.0):
+        bot.command('drive', Float64(value))
+    assert bot.run(200) == pytest.approx(3.0, abs=0.05)
+
+
+def test_group_commands(bot):
+    bot.load('group')
+    bot.switch(start=['group'])
+    bot.command('group', Float64MultiArray(data=[2.0, 0.0]))
+    assert bot.run(200) == pytest.approx(2.0, abs=0.05)
+    bot.command('group', Float64MultiArray(data=[5.0]))
+    assert bot.run(50) == pytest.approx(2.0, abs=0.05)
+    assert 'has 1 values, must have 2' in bot.errors[-1]
+
+
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+def test_a_command_that_is_no_number_is_logged_and_the_last_stays(bot, bad):
+    bot.load('drive')
+    bot.switch(start=['drive'])
+    bot.command('drive', Float64(4.0))
+    bot.run(200)
+    bot.command('drive', Float64(bad))
+    assert bot.run(200) == pytest.approx(4.0, abs=0.05)
+    assert [text for text in bot.errors if f"command of 'drive' is {bad}" in text]
+
+
+def test_a_stopped_controller_ignores_commands(bot):
+    bot.load('drive')
+    bot.command('drive', Float64(4.0))
+    assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_joint_states_come_at_their_rate(bot):
+    bot.load('states')
+    bot.run(100)
+    sent = bot.wires['/bot/joint_states'].sent
+    assert sent == []
+    bot.switch(start=['states'])
+    bot.run(1000)
+    assert len(sent) == pytest.approx(50, abs=1)
+    assert sorted(sent[0].name) == ['arm', 'wheel']
+    assert sent[-1].header.stamp > sent[0].header.stamp
+
+
+def test_restart_drops_waiting_commands(bot):
+    bot.load('drive')
+    bot.switch(start=['drive'])
+    bot.command('drive', Float64(4.0))
+    bot.control.restart()
+    assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_close_withdraws_everything(bot):
+    bot.load('drive')
+    bot.control.close()
+    assert all(wire.closed for wire in bot.wires.values())

@@ -1,0 +1,74 @@
+"""Jobs from other threads run in the owner's thread; results and errors go back."""
+import threading
+import time
+
+import pytest
+
+from bullet_bridge.jobs import JobQueue
+
+
+@pytest.fixture(name='owned')
+def owned_queue():
+    """(queue, owner thread) with the owner at work."""
+    jobs, end = JobQueue(), threading.Event()
+
+    def own():
+        while not end.is_set():
+            jobs.run_pending(wait=0.01)
+    owner = threading.Thread(target=own)
+    owner.start()
+    yield jobs, owner
+    end.set()
+    owner.join()
+
+
+def test_result_comes_back_and_the_owner_did_the_work(owned):
+    jobs, owner = owned
+    assert jobs.call(threading.get_ident, timeout=5) == owner.ident
+
+
+def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
+    jobs, _ = owned
+    with pytest.raises(ZeroDivisionError):
+        jobs.call(lambda: 1 / 0, timeout=5)
+    assert jobs.call(lambda: 7, timeout=5) == 7
+
+
+def test_timeout_when_nobody_runs_the_jobs():
+    with pytest.raises(TimeoutError, match='did not answer within 0.02 s'):
+        JobQueue().call(lambda: None, timeout=0.02)
+
+
+def test_jobs_run_in_order():
+    jobs, done, callers = JobQueue(), [], []
+    for number in range(5):
+        callers.append(threading.Thread(target=jobs.call,
+                                        args=(lambda n=number: done.append(n), 5)))
+        callers[-1].start()
+        time.sleep(0.02)
+    assert done == []
+    assert jobs.run_pending() == 5
+    for caller in callers:
+        caller.join()
+    assert done == [0, 1, 2, 3, 4]
+
+
+def test_many_threads_get_their_own_results(owned):
+    jobs, _ = owned
+    results = {}
+
+    def ask(number):
+        results[number] = [jobs.call(lambda k=k: (number, k), timeout=10) for k in range(50)]
+    callers = [threading.Thread(target=ask, args=(number,)) for number in range(8)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join()
+    assert results == {n: [(n, k) for k in range(50)] for n in range(8)}
+
+
+def test_run_pending_waits_no_longer_than_told():
+    before = time.monotonic()
+    assert JobQueue().run_pending(wait=0.05) == 0
+    assert 0.04 < time.monotonic() - before < 2.0
+    assert JobQueue().run_pending() == 0

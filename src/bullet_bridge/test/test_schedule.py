@@ -1,0 +1,48 @@
+"""Due steps: exact mean rate, no drift."""
+import math
+
+import numpy as np
+import pytest
+
+from bullet_bridge.schedule import Schedule
+
+
+def due_steps(schedule, first, last):
+    """Due steps of first .. last - 1."""
+    return [step for step in range(first, last) if schedule.due(step)]
+
+
+def test_30_hz_at_1_ms_gives_30_in_every_second():
+    steps = due_steps(Schedule(30.0, 0.001), 0, 60000)
+    per_second = np.bincount(np.array(steps) // 1000)
+    assert per_second.tolist() == [30] * 60
+    assert set(np.diff(steps)) == {33, 34}
+
+
+@pytest.mark.parametrize('rate, period', [(1000.0, 1), (50.0, 20), (200.0, 5), (1.0, 1000)])
+def test_a_rate_that_divides_has_one_period(rate, period):
+    assert due_steps(Schedule(rate, 0.001), 0, 5000) == list(range(0, 5000, period))
+
+
+def test_restart_counts_from_zero_again():
+    schedule = Schedule(30.0, 0.001)
+    first = due_steps(schedule, 0, 5017)
+    schedule.restart(0)
+    assert due_steps(schedule, 0, 5017) == first
+
+
+def test_restart_and_start_in_the_middle_stay_on_the_grid():
+    whole = due_steps(Schedule(30.0, 0.001), 0, 3000)
+    late = due_steps(Schedule(30.0, 0.001, start=1234), 1234, 3000)
+    assert late == [step for step in whole if step >= 1234]
+
+
+def test_a_missed_step_is_made_up_for_once():
+    schedule = Schedule(100.0, 0.001)
+    assert due_steps(schedule, 57, 85) == [57, 60, 70, 80]
+
+
+@pytest.mark.parametrize('rate', [1001.0, 0.0, -5.0, math.nan, math.inf])
+def test_an_impossible_rate_is_an_error_with_the_value(rate):
+    with pytest.raises(ValueError, match=f'rate is {rate} Hz.*at most 1000 Hz'):
+        Schedule(rate, 0.001)
