@@ -1,10 +1,11 @@
 """Jobs from other threads run in the owner's thread; results and errors go back."""
+import signal
 import threading
 import time
 
 import pytest
 
-from bullet_bridge.jobs import JobQueue
+from bullet_bridge.jobs import Ended, JobQueue
 
 
 @pytest.fixture(name='owned')
@@ -72,3 +73,37 @@ def test_run_pending_waits_no_longer_than_told():
     assert JobQueue().run_pending(wait=0.05) == 0
     assert 0.04 < time.monotonic() - before < 2.0
     assert JobQueue().run_pending() == 0
+
+
+def test_close_frees_who_waits_and_who_comes_later():
+    jobs = JobQueue()
+    errors = []
+
+    def ask():
+        try:
+            jobs.call(lambda: 1, timeout=20.0)
+        except TimeoutError as error:
+            errors.append(error)
+    waiting = threading.Thread(target=ask)
+    waiting.start()
+    while not jobs.waiting():
+        time.sleep(0.001)
+    jobs.close()
+    waiting.join(5.0)
+    assert not waiting.is_alive()
+    ask()
+    assert [type(error) for error in errors] == [Ended, Ended]
+
+
+def test_a_slow_signal_handler_does_not_stop_the_wait():
+    """SIGINT during the wait of a paused simulation once left the bridge hanging for ever."""
+    jobs, before = JobQueue(), signal.getsignal(signal.SIGALRM)
+    signal.signal(signal.SIGALRM, lambda *_: (time.sleep(0.3), jobs.close()))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        start = time.monotonic()
+        assert jobs.run_pending(wait=0.2) == 0
+        assert time.monotonic() - start < 10.0
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -1,9 +1,13 @@
 """Jobs: what other threads want done by the one thread that owns the engine."""
 
-import queue
+import collections
 import threading
 
 TIMEOUT = 30.0      # [s] wall time a caller waits for its job
+
+
+class Ended(TimeoutError):
+    """The simulation has ended and takes no more jobs."""
 
 
 class _Job:
@@ -13,20 +17,50 @@ class _Job:
 
 
 class JobQueue:
-    """Queue of callables; callers wait for the result or get the exception."""
+    """Queue of callables; callers wait for the result or get the exception.
+
+    A deque and one lock as the bell: every step is atomic, so a signal handler in the owner's
+    thread may close the queue. (queue.SimpleQueue.get waits for ever in CPython 3.11 when a
+    handler takes longer than the time-out.)
+    """
 
     def __init__(self):
-        self._queue = queue.SimpleQueue()
+        self._jobs = collections.deque()
+        self._bell = threading.Lock()
+        self._bell.acquire()
+        self._closed = False
+
+    def close(self):
+        """End: whoever waits or still calls gets Ended, so that nobody holds up a shutdown."""
+        self._closed = True
+        while True:
+            try:
+                job = self._jobs.popleft()
+            except IndexError:
+                return
+            job.error = Ended('the simulation has ended')
+            job.done.set()
+
+    def waiting(self):
+        """Number of jobs that wait."""
+        return len(self._jobs)
 
     def call(self, work, timeout=TIMEOUT):
         """Have `work()` run by the owner and return its result.
 
         Raises:
             TimeoutError: the owner did not get to it in `timeout` seconds of wall time.
+            Ended: the simulation has ended.
             Exception: whatever the job raised.
         """
         job = _Job(work)
-        self._queue.put(job)
+        self._jobs.append(job)
+        if self._closed:
+            self.close()
+        try:
+            self._bell.release()
+        except RuntimeError:
+            pass        # it rings already
         if not job.done.wait(timeout):
             raise TimeoutError(f'the simulation did not answer within {timeout} s')
         if job.error is not None:
@@ -39,13 +73,14 @@ class JobQueue:
         Returns:
             Number of jobs run.
         """
+        if wait > 0 and not self._jobs:
+            self._bell.acquire(timeout=wait)
         count = 0
         while True:
             try:
-                job = self._queue.get(block=wait > 0, timeout=wait or None)
-            except queue.Empty:
+                job = self._jobs.popleft()
+            except IndexError:
                 return count
-            wait = 0.0
             try:
                 job.result = job.work()
             except Exception as error:  # handed to the caller

@@ -51,6 +51,7 @@ def main():
         resolve = Resolver()
         load_world(world, config.world_file, resolve)
         jobs = JobQueue()
+        rospy.on_shutdown(jobs.close)
         cameras = Cameras(config.renderer, config.lockstep)
         robots = Robots(jobs, world, cameras, config.seed)
         server = Server(world, jobs, robots, config)

@@ -12,7 +12,7 @@ class Schedule:
     Args:
         rate: [Hz] of simulated time.
         time_step: physics step [s].
-        start: step from which on it runs.
+        start: step after which it runs.
 
     Raises:
         ValueError: the rate is not above 0 or higher than the step rate.
@@ -26,8 +26,8 @@ class Schedule:
         self.restart(start)
 
     def restart(self, step):
-        """Count on from a step: the first due step at or after it that is k periods from 0."""
-        self._count = math.ceil(step / self._ratio - 1e-9)
+        """Count on from a step: the first due step after it that is k periods from 0."""
+        self._count = math.floor(step / self._ratio + 1e-9) + 1
         self.next = round(self._count * self._ratio)
 
     def due(self, step):
