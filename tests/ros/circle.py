@@ -23,7 +23,7 @@ SETTLE = 1.0  # left out at the start, simulated time [s]
 LAPS = 2
 RADIUS_TOLERANCE = 0.03  # part of the radius
 DRIFT_TOLERANCE = 0.01  # part of the radius, per lap
-WALL_LIMIT = 60.0  # for one circle [s]
+WALL_LIMIT = 180.0  # for one circle [s]
 
 
 def fit_circle(points):
