@@ -6,6 +6,7 @@ Poses are those of link frames (not of inertial frames), quaternions are (x, y, 
 import importlib.util
 
 import numpy as np
+
 from bullet_sim.errors import ModelError, RenderError
 from bullet_sim.quiet import quiet
 

@@ -9,7 +9,7 @@ from bullet_sim.description import Geometry, Joint, Link, ModelDescription, Shap
 from bullet_sim.errors import ModelError
 from bullet_sim.gazebo_tags import parse_sensor
 from bullet_sim.pose import Pose
-from bullet_sim.urdf import mesh_geometry
+from bullet_sim.urdf import mesh_geometry, positive
 from bullet_sim.xml_read import child_number, child_text, floats, is_true, parse, sdf_pose
 
 # Built-in models of every Gazebo: the ground is an infinite plane, the sun is only light.
@@ -178,9 +178,7 @@ def _link(element, model, resolve):
             name = f'{what} {tag} {number}'
             geometry = _geometry(shape_element.find('geometry'), name, model, resolve, tag)
             if geometry is not None:
-                if geometry.size and min(geometry.size) <= 0:
-                    raise ModelError(f'{name} {geometry.kind} size is {geometry.size}, '
-                                     'must be greater than 0')
+                positive(geometry, name)
                 pose = sdf_pose(shape_element, name)
                 if geometry.kind == 'box' and len(geometry.size) == 2:
                     geometry = Geometry('box', geometry.size + (0.002,))

@@ -115,12 +115,12 @@ def _geometry(element, what, resolve, model):
     def get(key):
         return floats(element.get(key), 1, f'{what} {element.tag} {key}')[0]
     if element.tag == 'box':
-        return _positive(Geometry('box', floats(element.get('size'), 3, f'{what} box size')),
+        return positive(Geometry('box', floats(element.get('size'), 3, f'{what} box size')),
                          what)
     if element.tag == 'cylinder':
-        return _positive(Geometry('cylinder', (get('radius'), get('length'))), what)
+        return positive(Geometry('cylinder', (get('radius'), get('length'))), what)
     if element.tag == 'sphere':
-        return _positive(Geometry('sphere', (get('radius'),)), what)
+        return positive(Geometry('sphere', (get('radius'),)), what)
     if element.tag == 'mesh':
         scale = floats(element.get('scale', '1 1 1'), 3, f'{what} mesh scale')
         return mesh_geometry(element.get('filename', ''), scale, what, resolve, model)
@@ -129,8 +129,13 @@ def _geometry(element, what, resolve, model):
     return None
 
 
-def _positive(geometry, what):
-    if min(geometry.size) <= 0:
+def positive(geometry, what):
+    """The geometry, whose sizes must be greater than 0; a plane or a mesh has none.
+
+    Raises:
+        ModelError: names the shape and its size.
+    """
+    if geometry.size and min(geometry.size) <= 0:
         raise ModelError(f'{what} {geometry.kind} size is {geometry.size}, '
                          'must be greater than 0')
     return geometry
