@@ -1,5 +1,6 @@
 """ros_control's face of one robot: controller_manager services and command topics."""
 
+import math
 import threading
 
 import rospy
@@ -57,14 +58,22 @@ class RobotControl:
             except SimError as error:
                 rospy.logerr_throttle(1.0, f'{self.namespace}: {error}')
 
+    def next_due(self):
+        """First physics step after which joint states are to be published, or infinity."""
+        return min((self._schedule(spec).next
+                    for spec in self._manager.running_state_controllers()), default=math.inf)
+
+    def _schedule(self, spec):
+        schedule = self._state_schedules.get(spec.name)
+        if schedule is None:
+            schedule = Schedule(spec.publish_rate, self._world.time_step, self._world.step_count)
+            self._state_schedules[spec.name] = schedule
+        return schedule
+
     def publish(self, step, time):
         """Publish joint states that are due."""
         for spec in self._manager.running_state_controllers():
-            schedule = self._state_schedules.get(spec.name)
-            if schedule is None:
-                schedule = Schedule(spec.publish_rate, self._world.time_step, step)
-                self._state_schedules[spec.name] = schedule
-            if schedule.due(step) and self._joint_states.get_num_connections() > 0:
+            if self._schedule(spec).due(step) and self._joint_states.get_num_connections() > 0:
                 self._joint_states.publish(conversions.joint_state(
                     time, self._model.joints.names, *self._model.joints.read()))
 

@@ -1,5 +1,6 @@
 """What a spawned model brings to the ROS graph: controllers and sensors."""
 
+import math
 import zlib
 
 import rospy
@@ -66,6 +67,12 @@ class Robots:
         """Hand over the latest commands of all robots."""
         for control in self._controls.values():
             control.deliver()
+
+    def next_due(self):
+        """First physics step after which something is to be published, or infinity."""
+        due = [output.schedule.next for outputs in self._outputs.values() for output in outputs]
+        due += [control.next_due() for control in self._controls.values()]
+        return min(due, default=math.inf)
 
     def publish(self, step, time):
         """Publish whatever is due at this step and listened to."""

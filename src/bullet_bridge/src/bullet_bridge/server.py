@@ -10,6 +10,8 @@ from bullet_bridge.conversions import stamp
 from bullet_bridge.schedule import Schedule
 
 MAX_LAG = 0.25      # [s] wall time behind which the pace starts anew instead of catching up
+PACED_BATCH = 0.001     # [s] wall time that one batch of steps stands for at a given pace
+FREE_BATCH = 0.02       # [s] simulated time of the longest batch when it runs free
 
 
 class Server:
@@ -26,6 +28,7 @@ class Server:
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused = config.paused
         self._factor = config.real_time_factor
+        self._batch = max(1, round((self._factor * PACED_BATCH or FREE_BATCH) / world.time_step))
         self._clock = rospy.Publisher('/clock', Clock, queue_size=10, latch=True)
         self._clock_schedule = Schedule(config.clock_rate, world.time_step)
         self._anchor()
@@ -48,7 +51,7 @@ class Server:
             if delay > 0:
                 self._jobs.run_pending(wait=delay)
                 continue
-            self.step()
+            self.advance(self._batch)
 
     def _delay(self):
         """Wall time [s] until the next step is due."""
@@ -60,10 +63,12 @@ class Server:
             self._anchor()
         return delay
 
-    def step(self):
-        """One physics step: commands in, step, whatever is due out."""
+    def advance(self, limit):
+        """Commands in, physics steps until something is due or `limit` is reached, results out."""
         self._robots.deliver()
-        self._world.step()
+        step = self._world.step_count
+        due = min(self._clock_schedule.next, self._robots.next_due())
+        self._world.step(max(1, min(limit, due - step)))
         step = self._world.step_count
         if self._clock_schedule.due(step):
             self._tell_time()

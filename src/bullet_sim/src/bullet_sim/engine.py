@@ -138,9 +138,11 @@ class Engine:
         p.setCollisionFilterPair(body, body, first, second, 0, physicsClientId=self._client)
 
     # state ------------------------------------------------------------------------------------
-    def step(self):
-        """Advance by one time step."""
-        p.stepSimulation(physicsClientId=self._client)
+    def step(self, count=1):
+        """Advance by `count` time steps."""
+        step, client = p.stepSimulation, self._client
+        for _ in range(count):
+            step(client)
 
     def base_pose(self, body):
         """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""

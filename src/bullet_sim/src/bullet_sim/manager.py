@@ -151,6 +151,14 @@ class Manager:
         elif loaded.spec.kind.interface == 'position':
             self._joints.drive_positions(loaded.spec.joints, loaded.command)
 
+    @property
+    def periodic(self):
+        """Whether a running controller has to be updated before every physics step."""
+        return False
+
+    def update(self, period):
+        """Update the periodic controllers; `period` [s] since the last time."""
+
     def restart(self):
         """Give every running controller the state that it has right after its start."""
         for loaded in self._loaded.values():

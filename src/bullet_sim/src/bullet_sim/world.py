@@ -114,10 +114,19 @@ class World:
         self.model(name).remove()
         del self.models[name]
 
-    def step(self):
-        """Advance by one time step."""
-        self._engine.step()
-        self.step_count += 1
+    def step(self, count=1):
+        """Advance by `count` time steps; periodic controllers are updated before each."""
+        managers = [model.manager for model in self.models.values()
+                    if model.manager is not None and model.manager.periodic]
+        if not managers:
+            self._engine.step(count)
+            self.step_count += count
+            return
+        for _ in range(count):
+            for manager in managers:
+                manager.update(self.time_step)
+            self._engine.step()
+            self.step_count += 1
 
     def reset(self, time=True):
         """Reload every model at its initial pose into a cleared engine: as a fresh start.

@@ -1,0 +1,1 @@
+"""Cyber Truck and trailer: drive node, odometry, teleops, goal and backing controllers."""
