@@ -162,7 +162,12 @@ def count(directory):
     """Adds up the JUnit files below a directory."""
     outcome = Outcome()
     for path in sorted(directory.rglob("*.xml")):
-        for case in ElementTree.parse(path).iter("testcase"):
+        try:
+            cases = list(ElementTree.parse(path).iter("testcase"))
+        except ElementTree.ParseError as error:  # the runner died while it wrote
+            outcome.failures.append(f"{path.name} is no complete JUnit file: {error}")
+            continue
+        for case in cases:
             problem = case.find("failure") if case.find("failure") is not None \
                 else case.find("error")
             if problem is not None:

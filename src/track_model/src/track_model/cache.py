@@ -8,7 +8,7 @@ import tempfile
 from track_model import spec as track_spec
 
 FILES = ('track.png', 'track.obj', 'track.mtl', 'track.sdf', 'track.world', 'preview.png')
-GENERATORS = ('spec.py', 'geometry.py', 'texture.py', 'files.py')
+GENERATORS = ('spec.py', 'routes.py', 'geometry.py', 'region.py', 'texture.py', 'files.py')
 
 
 def root():
@@ -46,7 +46,7 @@ def _complete(directory):
 def _generate(path, content, parent, final):
     """Write the files into a fresh folder beside their final place and return it."""
     os.makedirs(parent, exist_ok=True)
-    parsed = track_spec.parse(content, path)
+    parsed = track_spec.load(path, content)
     from track_model import files   # numpy and OpenCV only when there is something to make
     temporary = tempfile.mkdtemp(prefix='.making-', dir=parent)
     try:
@@ -62,7 +62,7 @@ def ensure(path):
     """Return the folder with a track's files, generating them if they are not there.
 
     Args:
-        path: The track's YAML file.
+        path: The track's file: YAML, .npy or .csv.
 
     Raises:
         TrackError: The file is not valid.

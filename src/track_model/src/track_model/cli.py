@@ -12,8 +12,8 @@ def main(argv=None):
     Errors are one line on stderr and exit code 1.
     """
     parser = argparse.ArgumentParser(
-        prog='make_track', description='Build a track from its YAML file.')
-    parser.add_argument('track', help='default, easy, medium, hard, or the path of a YAML file')
+        prog='make_track', description='Build a track from its file.')
+    parser.add_argument('track', help='default, easy, medium, hard, or the path of a YAML file or of a route (.npy, .csv)')
     parser.add_argument('--sdf', action='store_true', help='print the SDF model, nothing else')
     parser.add_argument('-o', '--output', metavar='DIR',
                         help='write the files there and not into the cache')
@@ -34,7 +34,7 @@ def main(argv=None):
     except spec.TrackError as error:
         print('make_track: %s' % error, file=sys.stderr)
     except ImportError as error:
-        print('make_track: %s; numpy and OpenCV (cv2) are needed to build a track' % error,
+        print('make_track: %s; numpy, scipy, shapely and OpenCV (cv2) are needed to build a track' % error,
               file=sys.stderr)
     except OSError as error:
         print('make_track: %s: %s' % (error.filename or arguments.track, error.strerror or error),

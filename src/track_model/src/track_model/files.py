@@ -62,22 +62,25 @@ def ground_obj(area):
     return '\n'.join(lines + faces) + '\n'
 
 
-def wall_boxes(curve, spec):
+def wall_boxes(lane, spec):
     """Yield (x, y, yaw, length) of wall boxes along both borders [m], [rad]."""
-    reach = spec.width / 2.0 + spec.walls.gap + spec.walls.thickness / 2.0
-    for side in (-1.0, 1.0):
-        line = geometry.offset(curve, side * reach)
+    away = spec.walls.gap + spec.walls.thickness / 2.0
+    for side, sides in ((-1.0, lane.right), (1.0, lane.left)):
+        line = lane.edge(side, -away)
         # An inner wall behind a tight bend folds over: leave out what came too close to the lane.
-        near = np.linalg.norm(line[:, None] - curve[None, ::4], axis=2).min(axis=1) < reach - 0.02
-        corners = cv2.approxPolyDP((line * 1000.0).astype(np.int32)[~near], 10, True)
+        reach = np.minimum(lane.left, lane.right) if spec.imported else sides
+        near = (np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
+                < reach[None, ::4] + away - 0.02).any(axis=1)
+        corners = cv2.approxPolyDP((line * 1000.0).astype(np.int32)[~near], 10, lane.closed)
         corners = corners[:, 0].astype(float) / 1000.0
-        for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        ends = np.roll(corners, -1, axis=0) if lane.closed else corners[1:]
+        for a, b in zip(corners, ends):
             yield ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0,
                    float(np.arctan2(b[1] - a[1], b[0] - a[0])),
                    float(np.hypot(*(b - a))) + spec.walls.thickness / 2.0)
 
 
-def model_sdf(curve, spec, directory):
+def model_sdf(lane, spec, directory):
     """Return the `<model name="track">` element; mesh URIs point into a directory."""
     text = '  <model name="track">\n    <static>true</static>\n'
     uri = pathlib.Path(directory, 'track.obj').as_uri()
@@ -87,7 +90,7 @@ def model_sdf(curve, spec, directory):
         paint = '        <material><ambient>%s 1</ambient><diffuse>%s 1</diffuse></material>\n' % (
             colour, colour)
         text += '    <link name="walls">\n'
-        for index, (x, y, yaw, length) in enumerate(wall_boxes(curve, spec)):
+        for index, (x, y, yaw, length) in enumerate(wall_boxes(lane, spec)):
             for kind, extra in (('collision', ''), ('visual', paint)):
                 text += WALL.format(kind=kind, index=index, x=x, y=y, z=spec.walls.height / 2.0,
                                     yaw=yaw, length=length, thickness=spec.walls.thickness,
@@ -125,9 +128,9 @@ def write(spec, directory, final):
     Raises:
         TrackError: The geometry is not valid.
     """
-    curve = geometry.centreline(spec)
-    image, area = texture.paint(curve, spec)
-    model = model_sdf(curve, spec, final)
+    lane = geometry.lane(spec)
+    image, area = texture.paint(lane, spec)
+    model = model_sdf(lane, spec, final)
     texts = {
         'track.obj': ground_obj(area),
         'track.mtl': 'newmtl track\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd track.png\n',

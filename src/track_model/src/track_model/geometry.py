@@ -1,45 +1,88 @@
-"""Centreline geometry: closed spline through points, checks, start frame, offset curves."""
+"""Centreline geometry: spline through points, checks, start frame, offset curves.
+
+A curve is an (N, 2) array of evenly spaced points [m]; a closed one does not repeat its first.
+"""
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from track_model.spec import TrackError
 
 STEP = 0.02     # spacing of the sampled centreline [m]
 
 
-def periodic_spline(points, parameters):
-    """Evaluate the closed natural cubic spline (twice differentiable) through points.
+@dataclass(frozen=True)
+class Lane:
+    """A lane in its start frame: origin on the start line, +x in driving direction.
+
+    Attributes:
+        curve: (N, 2) centreline [m], evenly spaced; the first point is the origin.
+        left, right: (N,) distances from the centreline to the lane's outer edges [m].
+        closed: whether the last point is followed by the first.
+        origin: (x, y, yaw) of the start frame in the track file's own frame [m], [rad].
+    """
+
+    curve: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    closed: bool
+    origin: tuple
+
+    @property
+    def length(self):
+        """Length of the centreline [m]."""
+        return length(self.curve, self.closed)
+
+    def edge(self, side, inset=0.0):
+        """Edge of the lane (N, 2): side +1 the left one, -1 the right; inset [m] inwards."""
+        reach = (self.left if side > 0 else self.right) - inset
+        return self.curve + side * reach[:, None] * left_normals(self.curve, self.closed)
+
+
+def spline(points, closed, values=None):
+    """Evaluate the cubic spline (twice differentiable) through points, densely.
+
+    Knots are spaced by the square root of the chords (centripetal; see Lee 1989, "Choosing nodes
+    in parametric curve interpolation"). Closed: periodic; open: natural ends.
 
     Args:
-        points: (P, 2) knots [m]; the curve returns from the last to the first.
-        parameters: (M,) in [0, P'), where P' is the summed square-root chord length
-            (centripetal knots; see Lee 1989, "Choosing nodes in parametric curve interpolation").
+        points: (P, 2) [m]; a closed curve returns from the last to the first.
+        values: (P, K) numbers that go along with the points, interpolated monotonically between
+            them, or None.
 
     Returns:
-        (M, 2) positions [m].
+        (M, 2) positions [m] with the point of each knot among them, (M, K) values or None. The
+        closed curve does not repeat its first point.
     """
     points = np.asarray(points, dtype=float)
-    step = _knot_steps(points)
-    count = len(points)
-    before, after = np.roll(step, 1), step
-    rows = np.arange(count)
-    matrix = np.zeros((count, count))
-    # Second derivatives m: h0 m[i-1] + 2 (h0 + h1) m[i] + h1 m[i+1] = 6 (slope jump).
-    np.add.at(matrix, (rows, (rows - 1) % count), before)
-    np.add.at(matrix, (rows, rows), 2.0 * (before + after))
-    np.add.at(matrix, (rows, (rows + 1) % count), after)
-    slope = (np.roll(points, -1, axis=0) - points) / step[:, None]
-    bend = np.linalg.solve(matrix, 6.0 * (slope - np.roll(slope, 1, axis=0)))
-    knots = np.concatenate(([0.0], np.cumsum(step)))
-    i = np.clip(np.searchsorted(knots, parameters, side='right') - 1, 0, count - 1)
-    j = (i + 1) % count
-    a, b = (knots[i + 1] - parameters)[:, None], (parameters - knots[i])[:, None]
-    h = step[i][:, None]
-    return ((bend[i] * a ** 3 + bend[j] * b ** 3) / (6.0 * h)
-            + (points[i] / h - bend[i] * h / 6.0) * a + (points[j] / h - bend[j] * h / 6.0) * b)
+    if closed:
+        points = np.vstack([points, points[:1]])
+    knots = np.concatenate(([0.0], np.cumsum(_knot_steps(points))))
+    curve = CubicSpline(knots, points, bc_type='periodic' if closed else 'natural')
+    # 5 mm apart or closer, so that chords stand for arcs
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    fine = np.concatenate([np.linspace(a, b, max(4, int(chord / 0.004)), endpoint=False)
+                           for a, b, chord in zip(knots[:-1], knots[1:], chords)])
+    if not closed:
+        fine = np.append(fine, knots[-1])
+    if values is None:
+        return curve(fine), None
+    values = np.asarray(values, dtype=float)
+    if closed:
+        values = np.vstack([values, values[:1]])
+    return curve(fine), PchipInterpolator(knots, values)(fine)
 
 
 def _knot_steps(points):
-    return np.sqrt(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1))
+    return np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
+
+
+def length(curve, closed=True):
+    """Return the length of a polyline (N, 2) [m]."""
+    if closed:
+        return closed_length(curve)
+    return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
 
 def closed_length(curve):
@@ -47,30 +90,45 @@ def closed_length(curve):
     return float(np.linalg.norm(np.roll(curve, -1, axis=0) - curve, axis=1).sum())
 
 
-def resample(curve, step=STEP, start=0.0):
-    """Return a closed polyline sampled at even arc length.
+def resample(curve, step=STEP, start=0.0, closed=True, values=None):
+    """Return a polyline sampled at even arc length.
 
     Args:
         curve: (N, 2) [m].
         step: Wanted spacing [m]; the nearest that divides the length is taken.
-        start: Arc length of the first sample [m].
+        start: Arc length of the first sample [m]; an open curve begins there.
+        closed: whether the last point is followed by the first.
+        values: (N, K) that go along, or None.
+
+    Returns:
+        (M, 2) curve, or with values: the curve and (M, K) values.
     """
-    closed = np.vstack([curve, curve[:1]])
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
-    count = max(8, int(round(along[-1] / step)))
-    at = (start + along[-1] * np.arange(count) / count) % along[-1]
-    return np.stack([np.interp(at, along, closed[:, axis]) for axis in (0, 1)], axis=1)
+    both = curve if values is None else np.hstack([curve, values])
+    if closed:
+        both = np.vstack([both, both[:1]])
+    along = np.concatenate(([0.0], np.cumsum(
+        np.linalg.norm(np.diff(both[:, :2], axis=0), axis=1))))
+    if closed:
+        count = max(8, int(round(along[-1] / step)))
+        at = (start + along[-1] * np.arange(count) / count) % along[-1]
+    else:
+        at = np.linspace(start, along[-1], max(8, int(round((along[-1] - start) / step)) + 1))
+    samples = np.stack([np.interp(at, along, column) for column in both.T], axis=1)
+    return samples if values is None else (samples[:, :2], samples[:, 2:])
 
 
-def tangents(curve):
-    """Return unit tangents (N, 2) of an evenly sampled closed curve."""
-    direction = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
+def tangents(curve, closed=True):
+    """Return unit tangents (N, 2) of an evenly sampled curve."""
+    if closed:
+        direction = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
+    else:
+        direction = np.gradient(curve, axis=0)
     return direction / np.linalg.norm(direction, axis=1)[:, None]
 
 
-def left_normals(curve):
+def left_normals(curve, closed=True):
     """Return unit normals (N, 2) to the left of the driving direction."""
-    return tangents(curve)[:, ::-1] * (-1.0, 1.0)
+    return tangents(curve, closed)[:, ::-1] * (-1.0, 1.0)
 
 
 def offset(curve, distance):
@@ -78,19 +136,23 @@ def offset(curve, distance):
     return curve + distance * left_normals(curve)
 
 
-def radii(curve):
+def radii(curve, closed=True):
     """Return signed radii of curvature (N,) [m], positive in left turns, inf if straight."""
-    t = tangents(curve)
+    t = tangents(curve, closed)
     ahead = np.roll(t, -1, axis=0)
     turn = np.arctan2(t[:, 0] * ahead[:, 1] - t[:, 1] * ahead[:, 0], (t * ahead).sum(axis=1))
-    step = closed_length(curve) / len(curve)
+    if not closed:
+        turn[-1] = turn[-2]
+    step = length(curve, closed) / (len(curve) - (not closed))
     with np.errstate(divide='ignore'):
         return np.where(np.abs(turn) < 1e-9, np.inf, step / turn)
 
 
-def first_crossing(curve):
-    """Return a point (2,) where a closed polyline crosses itself, or None."""
+def first_crossing(curve, closed=True):
+    """Return a point (2,) where a polyline crosses itself, or None."""
     a, b = curve, np.roll(curve, -1, axis=0)
+    if not closed:
+        a, b = a[:-1], b[:-1]
     d = b - a
 
     def side(p, direction, q):
@@ -103,50 +165,59 @@ def first_crossing(curve):
     return None if len(index) == 0 else a[index[0][0]]
 
 
-def first_touch(curve, width):
+def first_touch(curve, width, closed=True):
     """Return a point (2,) where two far parts of the lane overlap, or None."""
-    step = closed_length(curve) / len(curve)
+    step = length(curve, closed) / len(curve)
     gap = np.abs(np.arange(len(curve))[:, None] - np.arange(len(curve))[None, :])
-    along = step * np.minimum(gap, len(curve) - gap)
+    along = step * (np.minimum(gap, len(curve) - gap) if closed else gap)
     apart = np.linalg.norm(curve[:, None] - curve[None, :], axis=2)
     index = np.argwhere((along > 1.7 * width) & (apart < width))
     return None if len(index) == 0 else curve[index[0][0]]
 
 
-def centreline(spec):
-    """Return the sampled centreline (N, 2) [m] in the start frame.
-
-    The first sample is the origin and the driving direction there is +x.
-
-    Args:
-        spec: TrackSpec.
+def lane(spec):
+    """Return the Lane of a TrackSpec.
 
     Raises:
-        TrackError: The lane crosses or overlaps itself, or a bend is too tight.
+        TrackError: The lane crosses itself; for track files also: it overlaps itself, or a bend is
+            tighter than half the lane (imported routes may have such bends).
     """
-    points = np.array(spec.points)
-    end = _knot_steps(points).sum()
-    fine = periodic_spline(points, np.linspace(0.0, end, 200 * len(points), endpoint=False))
-    length = closed_length(fine)
-    if spec.start_distance > length:
+    fine, sides = spline(spec.points, spec.closed, spec.sides)
+    whole = length(fine, spec.closed)
+    if spec.start_distance > whole:
         raise TrackError(spec.path, 'start_distance', spec.start_distance,
-                         '0 to %.2f m (the length of the centreline)' % length)
-    coarse = resample(fine, 0.06)
-    crossing = first_crossing(coarse)
+                         '0 to %.2f m (the length of the centreline)' % whole)
+    coarse = resample(fine, max(0.06, whole / 2000), closed=spec.closed)
+    crossing = first_crossing(coarse, spec.closed)
     if crossing is not None:
         raise TrackError(spec.path, 'points', 'a curve that crosses itself near (%.2f, %.2f)'
-                         % tuple(crossing), 'a circuit without crossings')
-    curve = resample(fine, STEP, spec.start_distance)
-    bends = np.abs(radii(curve))
-    tightest = int(np.argmin(bends))
-    least = spec.width / 2.0 + 0.01
-    if bends[tightest] < least:
+                         % tuple(crossing), 'a %s without crossings'
+                         % ('circuit' if spec.closed else 'course'))
+    curve, sides = resample(fine, STEP, spec.start_distance, spec.closed, sides)
+    if not spec.imported:
+        _check_lane(spec, curve, coarse, sides)
+    direction = tangents(curve, spec.closed)[0]
+    turned = (curve - curve[0]) @ np.array(((direction[0], -direction[1]),
+                                            (direction[1], direction[0])))
+    return Lane(turned, sides[:, 0], sides[:, 1], spec.closed,
+                (*map(float, curve[0]), float(np.arctan2(direction[1], direction[0]))))
+
+
+def _check_lane(spec, curve, coarse, sides):
+    bends = radii(curve, spec.closed)
+    inside = np.where(bends > 0, sides[:, 0], sides[:, 1])
+    room = np.abs(bends) - inside
+    tightest = int(np.argmin(room))
+    if room[tightest] < 0.01:
         raise TrackError(spec.path, 'points', 'a bend of radius %.2f m near (%.2f, %.2f)'
-                         % (bends[tightest], *curve[tightest]),
-                         'at least %.2f m (half the lane and 1 cm)' % least)
-    touch = first_touch(coarse, spec.width)
+                         % (abs(bends[tightest]), *curve[tightest]),
+                         'at least %.2f m (half the lane and 1 cm)' % (inside[tightest] + 0.01))
+    touch = first_touch(coarse, spec.width, spec.closed)
     if touch is not None:
         raise TrackError(spec.path, 'points', 'a lane that overlaps itself near (%.2f, %.2f)'
                          % tuple(touch), 'parts at least %.2f m apart' % spec.width)
-    cosine, sine = tangents(curve)[0]
-    return (curve - curve[0]) @ np.array(((cosine, -sine), (sine, cosine)))
+
+
+def centreline(spec):
+    """Return the sampled centreline (N, 2) [m] in the start frame: Lane.curve."""
+    return lane(spec).curve

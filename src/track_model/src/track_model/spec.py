@@ -47,7 +47,10 @@ class TrackSpec:
 
     Attributes:
         points: Centreline points (x, y) in the file's own frame, in driving direction.
-        width: Lane from outer edge to outer edge of the white borders.
+        closed: Whether the last point is followed by the first (a circuit).
+        width: Lane from outer edge to outer edge of the white borders, the widest place.
+        sides: (left, right) from each point to the lane's outer edges.
+        imported: Whether it comes from a route file, which may have tight bends and overlaps.
         start_distance: Start pose, measured along the centreline from the first point.
     """
 
@@ -57,6 +60,7 @@ class TrackSpec:
     points: tuple
     closed: bool
     width: float
+    sides: tuple
     border_width: float
     centre_line_width: float
     dash_length: float
@@ -67,6 +71,7 @@ class TrackSpec:
     seed: int
     colours: dict
     walls: WallSpec
+    imported: bool = False
 
 
 def tracks_directory():
@@ -96,8 +101,8 @@ def find(name_or_path):
     if os.path.isfile(name_or_path):
         return os.path.abspath(name_or_path)
     names = sorted(entry[:-5] for entry in os.listdir(directory) if entry.endswith('.yaml'))
-    raise TrackError(name_or_path, 'track', 'not found', '%s, or the path of a YAML file'
-                     % ', '.join(names))
+    raise TrackError(name_or_path, 'track', 'not found',
+                     '%s, or the path of a YAML, NPY or CSV file' % ', '.join(names))
 
 
 def _number(path, item, value):
@@ -135,7 +140,7 @@ def _section(path, prefix, data, valid):
     return data
 
 
-def _points(path, data):
+def _points(path, data, closed):
     if not isinstance(data, list):
         raise TrackError(path, 'points', repr(data), 'a list of at least 3 pairs [x, y]')
     points = []
@@ -150,11 +155,24 @@ def _points(path, data):
             raise TrackError(path, item, repr(pair), 'at least 1 mm away from the point before')
         points.append(point)
     # The last point may repeat the first, as closed polygons often do.
-    if len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
+    if closed and len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
         points.pop()
     if len(set(points)) < 3:
         raise TrackError(path, 'points', '%d distinct points' % len(set(points)), 'at least 3')
     return tuple(points)
+
+
+def _width(path, data, points):
+    """Return the lane's widths, one per point, from one number or a list of them."""
+    width = data.get('width', DEFAULTS['width'])
+    if not isinstance(width, list):
+        return [_number(path, 'width', width)] * len(points)
+    if len(width) != len(data['points']):
+        raise TrackError(path, 'width', '%d numbers' % len(width),
+                         'one number, or one per point (%d)' % len(data['points']))
+    for index, value in enumerate(width):
+        width[index] = _number(path, 'width', value)
+    return width[:len(points)]
 
 
 def parse(text, path):
@@ -179,11 +197,11 @@ def parse(text, path):
     if 'points' not in data:
         raise TrackError(path, 'points', 'missing', 'a list of at least 3 pairs [x, y]')
     values = {key: _typed(path, key, data.get(key, default), default)
-              for key, default in DEFAULTS.items()}
-    if not values['closed']:
-        raise TrackError(path, 'closed', 'false', 'true (tracks are circuits)')
-    if 2.0 * values['border_width'] + values['centre_line_width'] >= values['width']:
-        raise TrackError(path, 'width', values['width'],
+              for key, default in DEFAULTS.items() if key != 'width'}
+    points = _points(path, data['points'], values['closed'])
+    widths = _width(path, data, points)
+    if 2.0 * values['border_width'] + values['centre_line_width'] >= min(widths):
+        raise TrackError(path, 'width', min(widths),
                          'more than both borders and the centre line together')
     colours = dict(COLOURS)
     for key, value in _section(path, 'colours', data.get('colours', {}), COLOURS).items():
@@ -196,8 +214,34 @@ def parse(text, path):
     walls = _section(path, 'walls', data.get('walls', {}), WALLS)
     walls = WallSpec(**{key: _typed(path, 'walls.' + key, walls.get(key, default), default)
                         for key, default in WALLS.items()})
-    return TrackSpec(path=path, name=os.path.splitext(os.path.basename(path))[0],
-                     points=_points(path, data['points']), colours=colours, walls=walls, **values)
+    return TrackSpec(path=path, name=stem(path), points=points, width=max(widths),
+                     sides=tuple((width / 2.0, width / 2.0) for width in widths),
+                     colours=colours, walls=walls, **values)
+
+
+def stem(path):
+    """Return a track's name: its file's name without folder and suffix."""
+    return os.path.splitext(os.path.basename(path))[0]
+
+
+def load(path, content=None):
+    """Read and check a track file of any kind: YAML, or a route (.npy, .csv).
+
+    Args:
+        path: The file.
+        content: Its bytes, if they are at hand.
+
+    Returns:
+        TrackSpec.
+
+    Raises:
+        TrackError: It cannot be read, or something in it is not valid.
+    """
+    content = read(path) if content is None else content
+    if path.lower().endswith(('.npy', '.csv')):
+        from track_model import routes      # numpy only when there is a route to read
+        return routes.parse(content, path)
+    return parse(content, path)
 
 
 def read(path):
@@ -210,4 +254,4 @@ def read(path):
         with open(path, 'rb') as stream:
             return stream.read()
     except OSError as error:
-        raise TrackError(path, 'file', error.strerror, 'a readable YAML file') from error
+        raise TrackError(path, 'file', error.strerror, 'a readable track file') from error

@@ -2,24 +2,29 @@
 import cv2
 import numpy as np
 
-from track_model.geometry import closed_length, left_normals, offset, tangents
+from track_model.geometry import left_normals, length, tangents
+from track_model.region import lane_area, rings
 
 RESOLUTION = 0.005      # [m/px], coarser if the picture would be larger than MAX_PIXELS
-MAX_PIXELS = 2048
+MAX_PIXELS = 2048       # a side; tracks that this makes coarser than COARSE get LARGE_PIXELS
+COARSE = 0.008          # [m/px]
+LARGE_PIXELS = 4096
 MARGIN = 0.5            # grass beyond the outermost border [m]
 SHIFT = 4               # fractional bits of OpenCV's polygon corners
 
 
-def extent(curve, width):
-    """Return (xmin, xmax, ymin, ymax) [m] of the picture of a lane around a curve."""
-    low = curve.min(axis=0) - width / 2.0 - MARGIN
-    high = curve.max(axis=0) + width / 2.0 + MARGIN
+def extent(lane):
+    """Return (xmin, xmax, ymin, ymax) [m] of the picture of a lane."""
+    reach = max(lane.left.max(), lane.right.max()) + MARGIN
+    low, high = lane.curve.min(axis=0) - reach, lane.curve.max(axis=0) + reach
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
 def resolution(area):
     """Return the metres that one pixel covers for an extent."""
-    return max(RESOLUTION, (area[1] - area[0]) / MAX_PIXELS, (area[3] - area[2]) / MAX_PIXELS)
+    side = max(area[1] - area[0], area[3] - area[2])
+    pixels = MAX_PIXELS if side / MAX_PIXELS <= COARSE else LARGE_PIXELS
+    return max(RESOLUTION, side / pixels)
 
 
 def whole_pixels(area):
@@ -49,27 +54,38 @@ def to_pixels(points, area):
     return np.stack([points[:, 0] - area[0], area[3] - points[:, 1]], axis=1) / resolution(area)
 
 
-def _fill(image, points, area, colour):
+def _fill(image, polygons, area, colour):
     # OpenCV's integer corner positions are pixel centres, hence the half.
-    corners = np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
-    cv2.fillPoly(image, [corners], colour, cv2.LINE_AA, SHIFT)
+    corners = [np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
+               for points in polygons]
+    cv2.fillPoly(image, corners, colour, cv2.LINE_AA, SHIFT)
 
 
 def _strip(curve, normals, low, high):
     return np.vstack([curve + low * normals, (curve + high * normals)[::-1]])
 
 
-def dashes(curve, spec):
+def dashes(lane, spec):
     """Yield the centre line's dashes as (M, 2) pieces of the curve, evenly spread over it."""
-    length = closed_length(curve)
+    whole = lane.length
     period = spec.dash_length + spec.dash_gap
-    count = max(1, int(round(length / period)))
+    count = max(1, int(round(whole / period)))
     share = spec.dash_length / period
-    along = np.linspace(0.0, length, len(curve) + 1)
-    closed = np.vstack([curve, curve[:1]])
+    line = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
+    along = np.linspace(0.0, whole, len(line))
     for k in range(count):
-        at = np.linspace(k, k + share, 6) * length / count
-        yield np.stack([np.interp(at, along, closed[:, axis]) for axis in (0, 1)], axis=1)
+        at = np.linspace(k, k + share, 6) * whole / count
+        yield np.stack([np.interp(at, along, line[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def cross_lines(lane, spec):
+    """Yield the corners (4, 2) of the lines across the lane: start, and finish if it is open."""
+    across, ahead = (f(lane.curve, lane.closed) for f in (left_normals, tangents))
+    for k in (0,) if lane.closed else (0, -1):
+        left = lane.curve[k] + (lane.left[k] - spec.border_width) * across[k]
+        right = lane.curve[k] - (lane.right[k] - spec.border_width) * across[k]
+        half = 0.02 * ahead[k]
+        yield np.array([right - half, left - half, left + half, right + half])
 
 
 def _noise(shape, generator, cell, strength):
@@ -79,39 +95,33 @@ def _noise(shape, generator, cell, strength):
     return large * strength
 
 
-def paint(curve, spec):
+def paint(lane, spec):
     """Paint the ground seen from above.
 
     Args:
-        curve: Centreline (N, 2) in the track's frame [m].
+        lane: geometry.Lane.
         spec: TrackSpec.
 
     Returns:
         (image (H, W, 3) uint8 BGR, extent (xmin, xmax, ymin, ymax) [m]); north (+y) is up.
     """
-    area, shape = whole_pixels(extent(curve, spec.width))
+    area, shape = whole_pixels(extent(lane))
     bgr = {name: tuple(rgb[::-1]) for name, rgb in spec.colours.items()}
     image = np.empty((*shape, 3), np.uint8)
     image[:] = bgr['grass']
-    half, border = spec.width / 2.0, spec.border_width
-    rings = sorted((offset(curve, side * half) for side in (-1.0, 1.0)), key=closed_length)
-    inside = sorted((offset(curve, side * (half - border)) for side in (-1.0, 1.0)),
-                    key=closed_length)
-    _fill(image, rings[1], area, bgr['border'])
-    _fill(image, inside[1], area, bgr['asphalt'])
-    _fill(image, inside[0], area, bgr['border'])
-    _fill(image, rings[0], area, bgr['grass'])
-    line = spec.centre_line_width / 2.0
-    for piece in dashes(curve, spec):
+    # lines that would be thinner than a pixel and a half are drawn that wide
+    least = 1.5 * resolution(area)
+    _fill(image, rings(lane_area(lane)), area, bgr['border'])
+    _fill(image, rings(lane_area(lane, max(spec.border_width, least))), area, bgr['asphalt'])
+    line = max(spec.centre_line_width, least) / 2.0
+    for piece in dashes(lane, spec):
         direction = np.gradient(piece, axis=0)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        _fill(image, _strip(piece, direction[:, ::-1] * (-1.0, 1.0), -line, line), area,
+        _fill(image, [_strip(piece, direction[:, ::-1] * (-1.0, 1.0), -line, line)], area,
               bgr['centre_line'])
     if spec.start_line:
-        across, ahead = left_normals(curve)[0], tangents(curve)[0]
-        ends = np.array([-1.0, 1.0])[:, None] * across * (half - border)
-        _fill(image, np.vstack([curve[0] + ends - 0.02 * ahead,
-                                (curve[0] + ends + 0.02 * ahead)[::-1]]), area, bgr['border'])
+        for corners in cross_lines(lane, spec):
+            _fill(image, [corners], area, bgr['border'])
     generator = np.random.Generator(np.random.PCG64(spec.seed))
     grain = _noise(shape, generator, 2, 3.0) + _noise(shape, generator, 40, 2.5)
     return np.clip(image + grain[:, :, None], 0, 255).astype(np.uint8), area

@@ -14,9 +14,11 @@ class Track:
 
     Attributes:
         name: The file's stem.
-        centreline: (N, 2) evenly spaced closed curve [m], the first point is the origin.
-        width: Lane, outer edge to outer edge of the borders [m].
-        inner, outer: (N, 2) edges of the lane [m], inside and outside of the circuit.
+        centreline: (N, 2) evenly spaced curve [m], the first point is the origin.
+        closed: Whether it is a circuit.
+        width: Lane, outer edge to outer edge of the borders, at its widest [m].
+        lane: geometry.Lane: the centreline with the distances to both edges.
+        inner, outer: (N, 2) edges of the lane [m], the shorter and the longer one.
         length: Of the centreline [m].
         extent: (xmin, xmax, ymin, ymax) of the texture [m].
         texture: Path of the PNG, +y up.
@@ -26,7 +28,9 @@ class Track:
 
     name: str
     centreline: np.ndarray
+    closed: bool
     width: float
+    lane: geometry.Lane
     inner: np.ndarray
     outer: np.ndarray
     length: float
@@ -40,7 +44,7 @@ def load_track(name_or_path):
     """Load a track, generating its files if they are not cached.
 
     Args:
-        name_or_path: default, easy, medium, hard, or the path of a YAML file.
+        name_or_path: default, easy, medium, hard, or the path of a YAML, .npy or .csv file.
 
     Returns:
         Track.
@@ -50,11 +54,11 @@ def load_track(name_or_path):
     """
     path = spec.find(name_or_path)
     directory = cache.ensure(path)
-    parsed = spec.parse(spec.read(path), path)
-    curve = geometry.centreline(parsed)
-    inner, outer = sorted((geometry.offset(curve, side * parsed.width / 2.0)
-                           for side in (-1.0, 1.0)), key=geometry.closed_length)
-    return Track(name=parsed.name, centreline=curve, width=parsed.width, inner=inner, outer=outer,
-                 length=geometry.closed_length(curve),
-                 extent=texture.whole_pixels(texture.extent(curve, parsed.width))[0],
+    parsed = spec.load(path)
+    lane = geometry.lane(parsed)
+    inner, outer = sorted((lane.edge(side) for side in (-1.0, 1.0)),
+                          key=lambda edge: geometry.length(edge, lane.closed))
+    return Track(name=parsed.name, centreline=lane.curve, closed=lane.closed, width=parsed.width,
+                 lane=lane, inner=inner, outer=outer, length=lane.length,
+                 extent=texture.whole_pixels(texture.extent(lane))[0],
                  texture=os.path.join(directory, 'track.png'), directory=directory, spec=parsed)

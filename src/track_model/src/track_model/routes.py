@@ -1,0 +1,141 @@
+"""Routes of other projects as tracks: DeepRacer .npy files and F1TENTH centreline .csv files."""
+import io
+
+import numpy as np
+
+from track_model import spec as track_spec
+from track_model.spec import TrackError
+
+LARGEST = 500.0         # coordinates [m]
+SAME = 1e-3             # points nearer than this are one [m]
+CLOSING_GAP = 4.0       # a route whose ends are nearer than this many median spacings is closed
+NARROWEST = 0.2         # of a lane [m]
+
+
+def parse(content, path):
+    """Turn a route file into a TrackSpec; borders, colours and walls are a track file's defaults.
+
+    A .npy holds N x 6: centre, inner and outer edge points (DeepRacer's route files; the last
+    point may repeat the first, points may repeat, the route may be open). A .csv holds x, y,
+    distance to the right edge, distance to the left edge (F1TENTH and TUM centrelines; '#' starts
+    a comment; more columns are ignored).
+
+    Raises:
+        TrackError: Names file, row, value and what is valid.
+    """
+    if path.lower().endswith('.npy'):
+        points, left, right = _deepracer(_read_npy(content, path), path)
+    else:
+        points, left, right = _f1tenth(_read_csv(content, path), path)
+    points, sides, closed = _distinct(points, np.stack([left, right], axis=1), path)
+    narrow = int(np.argmin(sides.sum(axis=1)))
+    width = float(sides.sum(axis=1)[narrow])
+    if width < NARROWEST or (sides < 0).any():
+        raise TrackError(path, 'width near point %d' % narrow, '%.3f m' % width,
+                         'at least %g m, with the centre between the edges' % NARROWEST)
+    values = {key: value for key, value in track_spec.DEFAULTS.items()
+              if key not in ('width', 'closed', 'description')}
+    values['border_width'] = min(values['border_width'], width / 8.0)
+    return track_spec.TrackSpec(
+        path=path, name=track_spec.stem(path), description='route of %d points' % len(points),
+        points=tuple(map(tuple, points.tolist())), sides=tuple(map(tuple, sides.tolist())),
+        closed=closed, width=float(sides.sum(axis=1).max()), colours=dict(track_spec.COLOURS),
+        walls=track_spec.WallSpec(**track_spec.WALLS), imported=True, **values)
+
+
+def _read_npy(content, path):
+    try:
+        array = np.load(io.BytesIO(content), allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise TrackError(path, 'content', 'not an array file (%s)' % ' '.join(str(error).split()),
+                         'a NumPy .npy file of numbers') from error
+    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] != 6 \
+            or array.dtype.kind not in 'fiu':
+        raise TrackError(path, 'array', '%s of %s' % (getattr(array, 'shape', '?'),
+                                                      getattr(array, 'dtype', type(array))),
+                         'N x 6 numbers: centre x y, inner x y, outer x y')
+    return _checked(array.astype(float), path)
+
+
+def _read_csv(content, path):
+    try:
+        lines = content.decode('utf-8-sig').splitlines()
+    except UnicodeDecodeError as error:
+        raise TrackError(path, 'content', 'not text (%s)' % error, 'a CSV file') from error
+    rows = []
+    for number, line in enumerate(lines, 1):
+        words = line.split('#')[0].replace(';', ',').strip()
+        if not words:
+            continue
+        cells = [cell.strip() for cell in words.split(',')]
+        try:
+            rows.append([float(cell) for cell in cells[:4]])
+        except ValueError as error:
+            if not rows and not any(_is_number(cell) for cell in cells):
+                continue        # a header without '#'
+            raise TrackError(path, 'line %d' % number, repr(line.strip()),
+                             'numbers x, y, right width, left width [m]') from error
+        if len(rows[-1]) < 4:
+            raise TrackError(path, 'line %d' % number, '%d columns' % len(rows[-1]),
+                             '4: x, y, right width, left width [m]')
+    if not rows:
+        raise TrackError(path, 'content', 'no rows', 'at least 3 points')
+    return _checked(np.array(rows), path)
+
+
+def _is_number(text):
+    try:
+        float(text)
+        return True
+    except ValueError:
+        return False
+
+
+def _checked(array, path):
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        row, column = bad[0]
+        raise TrackError(path, 'row %d, column %d' % (row, column), array[row, column],
+                         'a finite number')
+    if len(array) and np.abs(array).max() > LARGEST:
+        row = int(np.argmax(np.abs(array).max(axis=1)))
+        raise TrackError(path, 'row %d' % row, np.abs(array[row]).max(),
+                         'at most %g m' % LARGEST)
+    return array
+
+
+def _deepracer(array, path):
+    """Split N x 6 into points and distances to the left and right edge."""
+    centre, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
+    to_inner, to_outer = (np.linalg.norm(edge - centre, axis=1) for edge in (inner, outer))
+    if len(array) < 3:
+        raise TrackError(path, 'points', '%d points' % len(array), 'at least 3 distinct')
+    ahead = np.gradient(centre, axis=0)
+    across = inner - outer
+    turn = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
+    return (centre, to_inner, to_outer) if turn > 0 else (centre, to_outer, to_inner)
+
+
+def _f1tenth(array, _path):
+    return array[:, 0:2], array[:, 3], array[:, 2]
+
+
+def _distinct(points, sides, path):
+    """Drop repeated points; tell whether the route is closed."""
+    keep = [0]
+    for index in range(1, len(points)):
+        if np.linalg.norm(points[index] - points[keep[-1]]) >= SAME:
+            keep.append(index)
+    points, sides = points[keep], sides[keep]
+    closed = False
+    if len(points) > 1:
+        spacing = np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))
+        gap = np.linalg.norm(points[0] - points[-1])
+        closed = gap < CLOSING_GAP * spacing and len(points) > 2 * CLOSING_GAP
+        if gap < SAME:
+            closed = True
+            points, sides = points[:-1], sides[:-1]
+    distinct = len(np.unique(points, axis=0))
+    if distinct < 3:
+        raise TrackError(path, 'points', '%d distinct points' % distinct, 'at least 3')
+    return points, sides, closed
