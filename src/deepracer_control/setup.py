@@ -1,4 +1,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["deepracer_control"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["deepracer_control", "deepracer_control.drivers"], package_dir={"": "src"}))

@@ -2,4 +2,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=['track_model'], package_dir={'': 'src'}))
+setup(**generate_distutils_setup(packages=['track_model', 'track_model.referee'], package_dir={'': 'src'}))

@@ -190,14 +190,20 @@ class CarControl:
         self._publish_steering(commands.left_steering, commands.right_steering)
 
     def _publish_wheels(self, right_rear, left_rear, right_front, left_front):
-        self.rightRearPub.publish(Float64(right_rear))
-        self.leftRearPub.publish(Float64(left_rear))
-        self.rightFrontPub.publish(Float64(right_front))
-        self.leftFrontPub.publish(Float64(left_front))
+        self._send((self.rightRearPub, right_rear), (self.leftRearPub, left_rear),
+                   (self.rightFrontPub, right_front), (self.leftFrontPub, left_front))
 
     def _publish_steering(self, left, right):
-        self.leftSteeringPub.publish(Float64(left))
-        self.rightSteeringPub.publish(Float64(right))
+        self._send((self.leftSteeringPub, left), (self.rightSteeringPub, right))
+
+    @staticmethod
+    def _send(*commands):
+        for publisher, value in commands:
+            try:
+                publisher.publish(Float64(value))
+            except rospy.ROSException:
+                if not rospy.is_shutdown():     # else the topic is closed, as it should be
+                    raise
 
 
 def main():

@@ -25,7 +25,7 @@ class View:
             MARGIN + (self.ymax - points[:, 1]) * self.scale])).astype(np.int32)
 
 
-def draw(track, samples, width=1200):
+def draw(track, samples, width=1200, names=("buttons", "cruise + slider")):
     """Draws track, path, start, axes in metres and a scale bar.
 
     Args:
@@ -33,6 +33,7 @@ def draw(track, samples, width=1200):
         samples: Recorder samples, at least one; phases that begin with "cruise" get a colour of
             their own.
         width: Of the picture [px].
+        names: Words for the path's colours; one of them: one colour for all of it.
 
     Returns:
         (H, W, 3) uint8 BGR.
@@ -43,10 +44,10 @@ def draw(track, samples, width=1200):
     _draw_axes(picture, view)
     points = view.pixels([(sample.x, sample.y) for sample in samples])
     for first, second, sample in zip(points[:-1], points[1:], samples[1:]):
-        colour = COLOURS[sample.phase.startswith("cruise")]
+        colour = COLOURS[len(names) > 1 and sample.phase.startswith("cruise")]
         cv2.line(picture, tuple(map(int, first)), tuple(map(int, second)), colour, 3, cv2.LINE_AA)
     _draw_ends(picture, view, samples)
-    _draw_legend(picture, view)
+    _draw_legend(picture, view, names)
     return picture
 
 
@@ -90,10 +91,9 @@ def _draw_ends(picture, view, samples):
     cv2.circle(picture, end, 6, (255, 255, 255), -1, cv2.LINE_AA)
 
 
-def _draw_legend(picture, view):
+def _draw_legend(picture, view, names):
     left, top = MARGIN + 90, MARGIN - 40
-    for words, colour in (("start", (90, 230, 90)), ("buttons", COLOURS[0]),
-                          ("cruise + slider", COLOURS[1]), ("end", (0, 0, 0))):
+    for words, colour in (("start", (90, 230, 90)), *zip(names, COLOURS), ("end", (0, 0, 0))):
         cv2.circle(picture, (left, top + 8), 7, colour, 1 if words == "end" else -1, cv2.LINE_AA)
         _write(picture, words, (left + 14, top + 13))
         left += 40 + 10 * len(words)

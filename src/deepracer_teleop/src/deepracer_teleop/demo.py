@@ -13,22 +13,18 @@ import time
 import cv2
 import rospy
 from nav_msgs.msg import Odometry
-from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
-from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QStyle
 
 from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from deepracer_teleop import birdseye
+from deepracer_teleop.hands import Hands
 from deepracer_teleop.recorder import Pursuit, Recorder, along
 from deepracer_teleop.window import connect
 from track_model.track import load_track
 
 FILES = ("window.png", "camera.png", "birdseye.png", "path.csv", "result.json")
 WHEEL_RADIUS = 0.03  # [m]
-WHEELBASE = 0.164  # [m]
 REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
-DEGREES_PER_UNIT = 15.0  # steering of angular.z 1 in the original's units [deg]
 STILL = 0.01  # speed that counts as standing [m/s]
 
 
@@ -51,6 +47,7 @@ class Demo:
         """
         self.window, self.track, self.out_dir = window, track, out_dir
         self.drive_time, self.patience = drive_time, patience
+        self.hands = Hands(window)
         self.recorder = Recorder()
         self.pursuit = Pursuit(track.centreline)
         self.speed = window.settings.default_speed * WHEEL_RADIUS  # that is commanded [m/s]
@@ -92,43 +89,12 @@ class Demo:
         self.wait("standing car", lambda: abs(self.recorder.last.v) < STILL, limit)
         return self.recorder.last
 
-    # Widgets
     def click(self, name):
         """Clicks a button with the mouse; gives the car's state just before."""
         before = self.recorder.last
         self.recorder.phase = name
-        QTest.mouseClick(self.window.buttons[name], Qt.LeftButton)
+        self.hands.click(name)
         return before
-
-    def toggle_cruise(self):
-        """Clicks the cruise checkbox with the mouse."""
-        box = self.window.cruise
-        QTest.mouseClick(box, Qt.LeftButton, pos=QPoint(8, box.height() // 2))
-
-    def slider_place(self, value):
-        """Gives the pixel of the slider's handle for a value."""
-        slider = self.window.slider
-        handle = slider.style().pixelMetric(QStyle.PM_SliderLength, None, slider)
-        span = slider.width() - handle
-        x = QStyle.sliderPositionFromValue(slider.minimum(), slider.maximum(), round(value), span)
-        return QPoint(x + handle // 2, slider.height() // 3)
-
-    def grab_slider(self):
-        """Presses the mouse on the slider's handle."""
-        QTest.mousePress(self.window.slider, Qt.LeftButton,
-                         pos=self.slider_place(self.window.slider.value()))
-
-    def pull_slider(self, value):
-        """Moves the pressed mouse to a value's place."""
-        slider, place = self.window.slider, QPointF(self.slider_place(value))
-        QApplication.sendEvent(slider, QMouseEvent(
-            QEvent.MouseMove, place, QPointF(slider.mapToGlobal(place.toPoint())), Qt.NoButton,
-            Qt.LeftButton, Qt.NoModifier))
-
-    def release_slider(self):
-        """Lets go of the slider."""
-        QTest.mouseRelease(self.window.slider, Qt.LeftButton,
-                           pos=self.slider_place(self.window.slider.value()))
 
     # Checks
     def check(self, what, measured, low, high, unit):
@@ -178,22 +144,22 @@ class Demo:
     def drive_cruise(self):
         """Cruise on, slider to both sides, then along the track, then Stop."""
         self.recorder.phase = "cruise"
-        self.toggle_cruise()
+        self.hands.toggle_cruise()
         self.run_for(0.5)
         self.check("Cruise: speed", self.recorder.last.v, self.speed * 0.9, self.speed * 1.1, "m/s")
-        self.grab_slider()
+        self.hands.grab_slider()
         # right first: the Left and Right buttons have brought the car to the lane's left side
         for name, value, low, high in (("right", 15, -90.0, -5.0), ("left", -15, 5.0, 90.0)):
             start = self.recorder.last
-            self.pull_slider(value)
+            self.hands.pull_slider(value)
             self.run_for(0.5)
             turned = math.degrees(self.recorder.last.yaw - start.yaw)
             self.check(f"Slider {name}: change of heading", turned, low, high, "deg")
         self.follow_track()
-        self.release_slider()
+        self.hands.release_slider()
         self.click("Stop")
         self.check("Stop in cruise: speed", abs(self.settle(0.5).v), 0.0, STILL, "m/s")
-        self.toggle_cruise()
+        self.hands.toggle_cruise()
 
     def follow_track(self):
         """Drives along the centre line with the slider, steering 10 times a second."""
@@ -205,7 +171,7 @@ class Demo:
             car = self.recorder.last
             curvature = self.pursuit.curvature(car.x + REAR_AXLE * math.cos(car.yaw),
                                                car.y + REAR_AXLE * math.sin(car.yaw), car.yaw)
-            self.pull_slider(self.slider_value(curvature))
+            self.hands.pull_slider(self.hands.slider_value(curvature))
             if car.t > settled:  # it comes from the side after the turns before
                 worst = max(worst, self.pursuit.nearest(car.x, car.y)[1])
             if car.t - begin.t > next_print:
@@ -222,13 +188,6 @@ class Demo:
         self.check("Track: way along the centre line", self.pursuit.progress(start, finish),
                    0.85 * way, 1.1 * way, "m")
         self.check("Track: largest distance from it", worst, 0.0, self.track.width / 2.0, "m")
-
-    def slider_value(self, curvature):
-        """Gives the slider's value for a curvature [1/m, left positive]; right is positive."""
-        degrees = math.degrees(math.atan(WHEELBASE * curvature))
-        value = -degrees / DEGREES_PER_UNIT * self.window.settings.slider_scale
-        limit = self.window.settings.slider_limit
-        return max(-limit, min(limit, value))
 
     # Results
     def grab_window(self):

@@ -1,0 +1,1 @@
+"""Drivers: nodes that steer the car on /cmd_vel."""

@@ -1,0 +1,109 @@
+"""The node `follow_line`: drives along the dashed centre line by the camera's picture alone."""
+import math
+import sys
+import threading
+
+import rospy
+from cv_bridge import CvBridge, CvBridgeError
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import CameraInfo, Image
+
+from deepracer_control import topics
+from deepracer_control.drivers.line_vision import LineVision, Mount
+from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.units import Units
+
+
+class LineFollower:
+    """What to command for what is seen. No ROS.
+
+    Args:
+        vision: LineVision.
+        speed: On straights [m/s].
+        grip: Lateral acceleration [m/s^2] that lowers the speed in bends.
+        patience: Time [s] for which the last curvature is kept when the line is out of sight.
+    """
+
+    def __init__(self, vision, speed=0.6, grip=0.8, patience=1.0):
+        for name, value in (("speed", speed), ("grip", grip), ("patience", patience)):
+            if isinstance(value, bool) or not isinstance(value, (int, float)) \
+                    or not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+        self.vision, self.speed, self.grip, self.patience = vision, speed, grip, patience
+        self._curvature, self._seen = 0.0, None
+
+    def command(self, time, picture, matrix):
+        """Gives (speed [m/s], curvature [1/m]) for a picture taken at a time [s]."""
+        if self._seen is not None and time < self._seen:
+            self._seen = None       # the simulation was reset
+            self.vision.restart()
+        goal = self.vision.look(picture, matrix)
+        if goal is not None:
+            self._seen, self._curvature = time, towards(*goal)
+        elif self._seen is None or time - self._seen > self.patience:
+            return 0.0, 0.0
+        slow = math.sqrt(self.grip / max(abs(self._curvature), 1e-6))
+        return min(self.speed, slow), self._curvature
+
+
+class FollowLine:
+    """Subscribes camera and camera_info, publishes /cmd_vel once per picture."""
+
+    def __init__(self):
+        """Connects.
+
+        Raises:
+            ValueError: A parameter is not valid.
+        """
+        def number(name, default):
+            value = rospy.get_param("~" + name, default)
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
+            return float(value)
+
+        mount = Mount(*(number("camera_" + name, getattr(Mount, name))
+                        for name in ("ahead", "height", "pitch")))
+        vision = LineVision(mount, lookahead=number("lookahead", 0.55))
+        self._follower = LineFollower(vision, number("speed", 0.6), number("grip", 0.8),
+                                      number("patience", 1.0))
+        self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
+        self._bridge = CvBridge()
+        self._lock = threading.Lock()
+        self._matrix = None
+        self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
+        rospy.on_shutdown(self._stop)
+        rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
+        rospy.Subscriber(topics.CAMERA_TOPIC, Image, self._drive, queue_size=1, buff_size=2 ** 24)
+
+    def _take_info(self, message):
+        if message.K[0] <= 0.0 or message.K[4] <= 0.0:
+            rospy.logerr_throttle(5.0, "follow_line: camera_info has focal lengths "
+                                  f"{message.K[0]}, {message.K[4]}; they must be above 0")
+            return
+        self._matrix = tuple(message.K)
+
+    def _drive(self, message):
+        if self._matrix is None:
+            return
+        try:
+            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
+        except CvBridgeError as error:
+            rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
+            return
+        with self._lock:
+            command = self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
+        self._publisher.publish(self._units.twist(*command))
+
+    def _stop(self):
+        self._publisher.publish(Twist())
+
+
+def main():
+    """Runs the node until ROS shuts down."""
+    rospy.init_node("follow_line")
+    try:
+        FollowLine()
+    except ValueError as error:
+        rospy.logfatal("follow_line cannot start: %s", error)
+        sys.exit(1)
+    rospy.spin()

@@ -1,0 +1,208 @@
+"""Sees the dashed centre line in a camera picture and tells where it runs on the ground.
+
+In a hairpin the line leaves the picture; then the lane's white border, half a lane beside it, says
+where it must be.
+"""
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+FARTHEST = 1.6      # of points that count [m] from the rear axle
+RINGS = 0.09        # spacing of the rings in which the line is looked for [m]
+WINDOW = 0.22       # how far from the expected place a line's point may be [m]
+FEWEST = 6          # pixels in a ring that make a sighting
+WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255), np.uint8)
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where the camera is, from the ground under the rear axle's centre; x ahead.
+
+    Attributes:
+        ahead, height: [m].
+        pitch: Downward tilt of the optical axis [rad].
+    """
+
+    # The DeepRacer's mast and lens; its chassis rests nose up by 0.024 rad.
+    ahead: float = 0.227
+    height: float = 0.127
+    pitch: float = 0.2375
+
+    def __post_init__(self):
+        if not (math.isfinite(self.ahead) and math.isfinite(self.height) and self.height > 0.0
+                and math.isfinite(self.pitch) and abs(self.pitch) < 1.5):
+            raise ValueError(f"camera mount is {self}; height must be above 0 m, pitch within "
+                             "1.5 rad, all finite")
+
+
+def ground_points(width, height, matrix, mount, scale=1):
+    """Projects pixel centres onto the ground.
+
+    Args:
+        width, height: Of the picture [px].
+        matrix: Nine numbers K of CameraInfo, row by row.
+        mount: Mount.
+        scale: Only each scale-th pixel in both directions.
+
+    Returns:
+        (H, W, 2) x ahead of the rear axle, y to the left [m]; nan at and above the horizon.
+    """
+    fx, cx, fy, cy = matrix[0], matrix[2], matrix[4], matrix[5]
+    u, v = np.meshgrid(np.arange(0, width, scale) + 0.5 * scale,
+                       np.arange(0, height, scale) + 0.5 * scale)
+    right, down = (u - cx) / fx, (v - cy) / fy
+    cosine, sine = math.cos(mount.pitch), math.sin(mount.pitch)
+    sinking = sine + down * cosine          # of the ray, per unit along the optical axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(sinking > 1e-3, mount.height / sinking, np.nan)
+    return np.stack([mount.ahead + reach * (cosine - down * sine), -reach * right], axis=2)
+
+
+def ring_chain(points, expected, lookahead, first=0.15):
+    """Follows a line outwards, ring by ring around the rear axle.
+
+    Args:
+        points: (N, 2) ground points that have the line's colour [m].
+        expected: Function of a radius [m]: where (2,) the first ring's piece should be.
+        lookahead: Where to stop [m].
+        first: How much wider the first ring's window is [m].
+
+    Returns:
+        List of (2,) means of the line's points, from near to far; empty: none in sight.
+    """
+    distance = np.hypot(points[:, 0], points[:, 1])
+    chain = []
+    for radius in np.arange(0.36, FARTHEST, RINGS):
+        if not chain:
+            place = expected(radius)
+        else:           # straight on along what was seen
+            way = chain[-1] - chain[-2] if len(chain) > 1 else chain[-1]
+            place = chain[-1] + way / max(np.hypot(*way), 1e-6) * (radius - np.hypot(*chain[-1]))
+        near = points[np.abs(distance - radius) < RINGS / 2.0]
+        near = near[np.hypot(*(near - place).T) < WINDOW + (0.0 if chain else first)]
+        if len(near) >= FEWEST:
+            chain.append(near.mean(axis=0))
+            if np.hypot(*chain[-1]) >= lookahead:
+                break
+        elif chain and radius - np.hypot(*chain[-1]) > 0.35:
+            break
+    return chain
+
+
+def on_arc(radius, curvature):
+    """Gives the point (2,) at a distance [m] on the arc that leaves the rear axle straight on."""
+    angle = math.asin(max(-0.99, min(0.99, curvature * radius / 2.0)))
+    return radius * np.array((math.cos(angle), math.sin(angle)))
+
+
+class LineVision:
+    """Finds the goal point on the line.
+
+    Args:
+        mount: Mount.
+        hue, saturation, value: (low, high) of the line's colour in OpenCV's HSV: 0..180, 0..255.
+        lookahead: Distance of the goal from the rear axle [m].
+        half_lane: Line to border [m], until both have been seen together.
+    """
+
+    def __init__(self, mount=Mount(), hue=(8, 25), saturation=(120, 255), value=(90, 255),
+                 lookahead=0.55, half_lane=0.365):
+        if not (math.isfinite(lookahead) and 0.4 <= lookahead <= FARTHEST):
+            raise ValueError(f"lookahead is {lookahead!r}; it must be 0.4 to {FARTHEST} m")
+        self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
+        self._low, self._high = (np.array(ends, np.uint8)
+                                 for ends in zip(hue, saturation, value))
+        self._ground = self._key = None
+        self.restart()
+
+    def restart(self):
+        """Forget where the line was."""
+        self._side = 0.0        # of the line at the nearest ring in the last picture [m]
+        self._curvature = 0.0   # of the arc to the last goal [1/m]
+        self._half = self._first_half
+
+    def look(self, picture, matrix):
+        """Looks for the line.
+
+        Args:
+            picture: (H, W, 3) uint8 BGR.
+            matrix: K of CameraInfo.
+
+        Returns:
+            (x ahead, y left) of the goal point from the rear axle [m], or None: neither line nor
+            border in sight.
+        """
+        height, width = picture.shape[:2]
+        scale = 2 if width >= 480 else 1
+        key = (width, height, tuple(matrix))
+        if key != self._key:
+            ground = ground_points(width, height, matrix, self._mount, scale)
+            rows = np.nonzero(np.nanmin(np.where(np.isnan(ground[:, :, 0]), np.inf,
+                                                 ground[:, :, 0]), axis=1) < FARTHEST)[0]
+            self._top = int(rows[0]) if len(rows) else 0
+            self._ground, self._key = ground[self._top:], key
+        hsv = cv2.cvtColor(picture[::scale, ::scale][self._top:], cv2.COLOR_BGR2HSV)
+        goal = self._goal(self._points(cv2.inRange(hsv, self._low, self._high)),
+                          self._points(cv2.inRange(hsv, WHITE_LOW, WHITE_HIGH)))
+        if goal is None:
+            return None
+        self._curvature = 2.0 * goal[1] / (goal[0] ** 2 + goal[1] ** 2)
+        return tuple(map(float, goal))
+
+    def _points(self, mask):
+        points = self._ground[mask > 0]
+        return points[np.isfinite(points).all(axis=1)]
+
+    def _goal(self, orange, white):
+        def start(radius):
+            side = max(-radius, min(radius, self._side))
+            return np.array((math.sqrt(radius ** 2 - side ** 2), side))
+
+        chain = ring_chain(orange, start, self._lookahead)
+        borders = [self._border(white, side) for side in (1.0, -1.0)]
+        if chain:
+            self._side = float(chain[0][1])
+            self._learn(chain, borders)
+            return chain[-1]
+        goals = [goal for border, side in zip(borders, (1.0, -1.0))
+                 if (goal := self._beside(border, side)) is not None]
+        if not goals:
+            return None
+        self._side = 0.0
+        return max(goals, key=lambda goal: goal[0])[1]
+
+    def _border(self, white, side):
+        """Chain of the border to the left (side 1) or right (-1) of the arc that is driven."""
+        bearing = np.arctan2(white[:, 1], white[:, 0])
+        arc = np.arcsin(np.clip(self._curvature * np.hypot(*white.T) / 2.0, -0.99, 0.99))
+        points = white[side * (bearing - arc) > 0.0]
+
+        def start(radius):
+            return on_arc(radius, self._curvature) + side * np.array((0.0, self._half))
+
+        return ring_chain(points, start, self._lookahead + 0.3, 0.3)
+
+    def _beside(self, border, side):
+        """(number of rings, point half a lane beside a border near the lookahead), or None."""
+        if len(border) < 2:
+            return None
+        border = np.array(border)
+        ahead = np.gradient(border, axis=0)
+        ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-6)[:, None]
+        line = border - side * self._half * ahead[:, ::-1] * (-1.0, 1.0)
+        line = line[line[:, 0] > 0.1]
+        if not len(line):
+            return None
+        best = int(np.argmin(np.abs(np.hypot(*line.T) - self._lookahead)))
+        return len(border) + 1e-6 * best, line[best]
+
+    def _learn(self, chain, borders):
+        """Take the lane's half width from line and border seen together."""
+        for border in borders:
+            if len(border) > 2 and len(chain) > 2:
+                gap = np.linalg.norm(np.array(border)[:, None] - np.array(chain)[None], axis=2)
+                width = float(np.median(gap.min(axis=0)))
+                if 0.15 < width < 1.5:
+                    self._half += 0.1 * (width - self._half)

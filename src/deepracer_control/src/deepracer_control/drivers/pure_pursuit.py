@@ -1,0 +1,75 @@
+"""The node `pure_pursuit`: the reference driver, from odometry and a path."""
+import math
+import sys
+import threading
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as PathMessage
+
+from deepracer_control import topics
+from deepracer_control.drivers.pursuit import Path, Pursuit
+from deepracer_control.drivers.units import Units
+
+REAR_AXLE = -0.081663   # x of the rear axle from base_link [m]
+
+
+class PurePursuit:
+    """Follows `path` (nav_msgs/Path, its frame is the odometry's) with /cmd_vel."""
+
+    def __init__(self):
+        """Connects.
+
+        Raises:
+            ValueError: A parameter is not valid.
+        """
+        self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
+        self._limits = {name: rospy.get_param("~" + name, default) for name, default in
+                        (("lookahead", 0.4), ("max_speed", 1.0), ("max_lateral_acceleration", 2.0))}
+        self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
+        Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)     # checks the limits
+        self._lock = threading.Lock()
+        self._pursuit = None
+        self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
+        rospy.on_shutdown(self._stop)
+        rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
+        rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
+
+    def _take_path(self, message):
+        try:
+            path = Path([(pose.pose.position.x, pose.pose.position.y) for pose in message.poses])
+        except ValueError as error:
+            rospy.logerr("pure_pursuit: path refused: %s", error)
+            return
+        with self._lock:
+            self._pursuit = Pursuit(path, **self._limits)
+
+    def _drive(self, message):
+        with self._lock:
+            if self._pursuit is None:
+                return
+            q, place = message.pose.pose.orientation, message.pose.pose.position
+            yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+            if not all(map(math.isfinite, (place.x, place.y, yaw))):
+                rospy.logerr_throttle(1.0, "pure_pursuit: odometry is not finite; the car stops")
+                speed, curvature = 0.0, 0.0
+            else:
+                speed, curvature = self._pursuit.command(
+                    place.x + self._rear_axle * math.cos(yaw),
+                    place.y + self._rear_axle * math.sin(yaw), yaw)
+        self._publisher.publish(self._units.twist(speed, curvature))
+
+    def _stop(self):
+        self._publisher.publish(Twist())
+
+
+def main():
+    """Runs the node until ROS shuts down."""
+    rospy.init_node("pure_pursuit")
+    try:
+        PurePursuit()
+    except ValueError as error:
+        rospy.logfatal("pure_pursuit cannot start: %s", error)
+        sys.exit(1)
+    rospy.spin()

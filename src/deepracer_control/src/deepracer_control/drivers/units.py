@@ -1,0 +1,42 @@
+"""Speed and curvature as the Twist that the car's control understands in either mode."""
+import math
+from dataclasses import dataclass
+
+from geometry_msgs.msg import Twist
+
+from deepracer_control.ackermann import Geometry
+from deepracer_control.control import DEGREES_PER_UNIT, MODES
+
+
+@dataclass(frozen=True)
+class Units:
+    """How control reads /cmd_vel.
+
+    Attributes:
+        mode: "original" or "ackermann", as control's parameter.
+        geometry: The car's Geometry.
+    """
+
+    mode: str = "ackermann"
+    geometry: Geometry = Geometry()
+
+    def __post_init__(self):
+        if self.mode not in MODES:
+            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
+
+    def steering(self, curvature):
+        """Gives the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""
+        limit = self.geometry.max_steering
+        return max(-limit, min(limit, math.atan(self.geometry.wheelbase * curvature)))
+
+    def twist(self, speed, curvature):
+        """Gives the geometry_msgs/Twist for a speed [m/s] and a curvature [1/m, left positive]."""
+        angle = self.steering(curvature)
+        message = Twist()
+        if self.mode == "ackermann":
+            message.linear.x = speed
+            message.angular.z = speed * math.tan(angle) / self.geometry.wheelbase
+        else:
+            message.linear.x = speed / self.geometry.wheel_radius
+            message.angular.z = -math.degrees(angle) / DEGREES_PER_UNIT
+        return message

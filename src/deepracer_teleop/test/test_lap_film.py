@@ -1,0 +1,39 @@
+"""The film of a lap."""
+import cv2
+import numpy as np
+import pytest
+
+from deepracer_teleop.lap_film import Film
+
+
+def test_film_has_the_frames_that_were_due(tmp_path):
+    path = str(tmp_path / "lap.mp4")
+    film = Film(path, rate=10.0)
+    shown = 0
+    for k in range(90):     # 3 s at 30 Hz
+        picture = np.full((120, 160, 3), (40, 90, 200), np.uint8)
+        shown += film.add(5.0 + k / 30.0, picture, "line  lap 1") is not None
+        assert (picture == (40, 90, 200)).all()     # the overlay goes onto a copy
+    film.close()
+    assert shown == film.frames == 30
+    video = cv2.VideoCapture(path)
+    assert (video.get(3), video.get(4)) == (160, 120) and video.get(5) == pytest.approx(10.0)
+    good, frame = video.read()
+    assert good and video.get(cv2.CAP_PROP_FRAME_COUNT) == 30
+    assert np.abs(frame[60].astype(int) - (40, 90, 200)).max() < 25
+    assert frame[:40].max() > 200 and frame[100:].max() > 200       # words above and below
+
+
+def test_a_clock_that_jumps_back_does_not_end_the_film(tmp_path):
+    film = Film(str(tmp_path / "lap.mp4"), rate=10.0)
+    picture = np.zeros((48, 64, 3), np.uint8)
+    for time in (100.0, 100.1, 0.0, 0.1):
+        assert film.add(time, picture, "") is not None
+    film.close()
+
+
+def test_bad_folder_and_rate(tmp_path):
+    with pytest.raises(ValueError, match="film rate"):
+        Film(str(tmp_path / "lap.mp4"), rate=0.0)
+    with pytest.raises(OSError, match="cannot be written"):
+        Film(str(tmp_path / "missing" / "lap.mp4")).add(0.0, np.zeros((48, 64, 3), np.uint8), "")

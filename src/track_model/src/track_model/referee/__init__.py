@@ -1,0 +1,1 @@
+"""The lap referee: what a car did on a track, from its ground truth."""

@@ -1,0 +1,197 @@
+"""The referee's logic: from poses over time to laps, progress and offences. No ROS."""
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from shapely.geometry import Polygon
+from shapely.ops import unary_union
+from shapely.prepared import prep
+
+from track_model.referee.rules import Car, Rules
+
+MOVING = 0.02       # speed that counts as moving [m/s]
+JUMP = 0.25         # way between two poses that no car drives [m]
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the referee knows; see LapStatus.msg for units."""
+
+    time: float = 0.0
+    progress: float = 0.0
+    distance: float = 0.0
+    arc_length: float = 0.0
+    lateral_error: float = 0.0
+    speed: float = 0.0
+    laps: int = 0
+    lap_time: float = 0.0
+    last_lap_time: float = 0.0
+    best_lap_time: float = 0.0
+    penalty: float = 0.0
+    running: bool = False
+    wheels_off: tuple = (False,) * 4
+    off_track: bool = False
+    wrong_way: bool = False
+    stuck: bool = False
+    crashed: bool = False
+
+
+def wall_polygons(boxes, thickness):
+    """Return shapely polygons of wall boxes (x, y, yaw, length) [m], [rad]."""
+    polygons = []
+    for x, y, yaw, length in boxes:
+        along = np.array((math.cos(yaw), math.sin(yaw))) * length / 2.0
+        across = np.array((-math.sin(yaw), math.cos(yaw))) * thickness / 2.0
+        polygons.append(Polygon([(x, y) + a * along + b * across
+                                 for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]))
+    return polygons
+
+
+class Referee:
+    """Watches one car on one course.
+
+    Args:
+        course: Course.
+        walls: shapely polygons of what the car can hit.
+        rules, car: Rules and Car.
+    """
+
+    def __init__(self, course, walls=(), rules=Rules(), car=Car()):
+        self.course, self.rules, self.car = course, rules, car
+        walls = list(walls)
+        self._walls = prep(unary_union(walls)) if walls else None
+        self.restart()
+
+    def restart(self):
+        """Forget the run, as after a reset of the simulation."""
+        self.status = Status()
+        self._before = None         # (time, x, y, arc length)
+        self._standing = False
+        self._lap_start = None      # time [s]
+        self._way = self._best_way = 0.0    # along the course since the first start [m]
+        self._lap_way = 0.0         # of it, before this lap
+        self._stuck_since = self._stuck_way = None
+
+    def update(self, time, x, y, yaw, speed):
+        """Take the car's ground truth.
+
+        Args:
+            time: [s], growing.
+            x, y, yaw: reference point in the track's frame [m], [rad].
+            speed: forward [m/s].
+
+        Returns:
+            (Status, list of events: 'start', 'lap', 'off_track', 'crash', 'wrong_way', 'stuck').
+        """
+        events = []
+        if self._before is not None and time < self._before[0]:
+            self.restart()
+        s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
+        if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
+            s, lateral = self.course.project(x, y)      # it was put somewhere else
+            self._before = None
+        if self._before is None:
+            self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
+        else:
+            self._move(time, x, y, s, speed, events)
+        self._before = (time, x, y, s)
+        turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
+        wheels = ~self.course.contains(np.array(self.car.wheels) @ turn.T + (x, y))
+        off = bool(wheels.all() if self.rules.off_track == 'all' else wheels.any())
+        crashed = self._touches(np.array(self.car.corners) @ turn.T + (x, y))
+        old = self.status
+        penalty = old.penalty
+        for name, now, was, cost in (
+                ('off_track', off, old.off_track, self.rules.off_track_penalty),
+                ('crash', crashed, old.crashed, self.rules.collision_penalty)):
+            if now and not was:
+                events.append(name)
+                penalty += cost
+        wrong, stuck = self._judge_way(time)
+        events += ['wrong_way'] * (wrong and not old.wrong_way) + ['stuck'] * (
+            stuck and not old.stuck)
+        running = self._lap_start is not None
+        self.status = replace(
+            old, time=time, arc_length=s, lateral_error=lateral, speed=speed, distance=self._way,
+            progress=self._progress() if running else 0.0, running=running,
+            lap_time=time - self._lap_start if running else 0.0, penalty=penalty,
+            wheels_off=tuple(map(bool, wheels)), off_track=off, wrong_way=wrong, stuck=stuck,
+            crashed=crashed)
+        return self.status, events
+
+    def _progress(self):
+        return max(0.0, min(100.0, 100.0 * (self._way - self._lap_way) / self.course.length))
+
+    def _move(self, time, x, y, s, speed, events):
+        """Progress since the last pose; starts and ends laps."""
+        before_time, before_x, before_y, before = self._before
+        step = self.course.difference(s, before)
+        self._standing &= 0.0 <= s < self.rules.standing_start
+        if self._standing and speed > MOVING:
+            self._start(before_time, events)
+            self._lap_way = -before
+        crossing = self._crossing(0.0, before_time, before_x, before_y, time, x, y, step)
+        if crossing is not None and self.course.closed:
+            self._cross(crossing, events)
+        elif crossing is not None and self._lap_start is None and not self.status.laps:
+            self._start(crossing, events)
+        if not self.course.closed and self._lap_start is not None:
+            finish = self._crossing(self.course.length, before_time, before_x, before_y, time, x,
+                                    y, step)
+            if finish is not None:
+                self._finish(finish, events)
+                self._lap_start = None
+        if self._lap_start is not None:
+            self._way += step
+
+    def _cross(self, time, events):
+        if self._lap_start is None:
+            self._start(time, events)
+        # going back over the line and forth again is no lap
+        elif self._way > self.course.length * (self.status.laps + 0.5):
+            self._finish(time, events)
+            self._lap_start, self._lap_way = time, self._way
+
+    def _crossing(self, s, before_time, before_x, before_y, time, x, y, step):
+        """Time [s] at which the line at arc length s was crossed forwards, or None."""
+        if not 0.0 < step < 0.5:
+            return None
+        line_x, line_y, yaw = self.course.pose(s)
+        ahead = np.array((math.cos(yaw), math.sin(yaw)))
+        old = float(np.dot((before_x - line_x, before_y - line_y), ahead))
+        new = float(np.dot((x - line_x, y - line_y), ahead))
+        if not old < 0.0 <= new or math.dist((x, y), (line_x, line_y)) > 1.5:
+            return None
+        return before_time + (time - before_time) * old / (old - new)
+
+    def _start(self, time, events):
+        self._lap_start = time
+        self._way = self._best_way = self._lap_way = 0.0
+        self._standing = False
+        events.append('start')
+
+    def _finish(self, time, events):
+        lap = time - self._lap_start
+        best = self.status.best_lap_time
+        self.status = replace(self.status, laps=self.status.laps + 1, last_lap_time=lap,
+                              best_lap_time=min(best, lap) if best else lap)
+        events.append('lap')
+
+    def _touches(self, corners):
+        return self._walls is not None and self._walls.intersects(Polygon(corners))
+
+    def _judge_way(self, time):
+        """(wrong way, stuck) from the way along the course."""
+        if self._lap_start is None:
+            self._stuck_since = None
+            return False, False
+        self._best_way = max(self._best_way, self._way)
+        wrong = self._best_way - self._way > self.rules.wrong_way_distance
+        if self._stuck_since is None \
+                or abs(self._way - self._stuck_way) > self.rules.stuck_distance:
+            self._stuck_since, self._stuck_way = time, self._way
+        return bool(wrong), bool(time - self._stuck_since >= self.rules.stuck_time)
+
+    def put_back_pose(self):
+        """Return (x, y, yaw) on the centreline, where the car is along the course now."""
+        return self.course.pose(self.status.arc_length)
