@@ -1,0 +1,1 @@
+"""Observers: processes of their own that watch a running world; bench starts them."""

@@ -1,0 +1,99 @@
+"""latency COUNT CAMERA: from a command to the first message that shows it, in wall time."""
+
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from observers import graph
+
+HINGE = 'left_steering_hinge_joint'
+WHEEL = 'left_rear_wheel_joint'
+
+
+class States:
+    """Joint states with their receipt."""
+
+    def __init__(self):
+        self._changed = threading.Condition()
+        self._last = None
+        rospy.Subscriber('/racecar/joint_states', JointState, self._take, tcp_nodelay=True)
+
+    def _take(self, message):
+        now = time.monotonic()
+        with self._changed:
+            self._last = (now, dict(zip(message.name, zip(message.position, message.velocity))))
+            self._changed.notify_all()
+
+    def wait(self, shows, limit=2.0):
+        """Receipt of the first message from now on that shows something, or None."""
+        end = time.monotonic() + limit
+        with self._changed:
+            while True:
+                before = self._last
+                if not self._changed.wait_for(lambda: self._last is not before,
+                                              end - time.monotonic()):
+                    return None
+                if shows(self._last[1]):
+                    return self._last[0]
+
+    def now(self):
+        """The newest joints: name -> (position, velocity)."""
+        with self._changed:
+            return self._last[1]
+
+
+def hinge_latencies(states, count):
+    """[s] from a Float64 on the hinge's command topic to joint states that show it."""
+    publisher = rospy.Publisher('/racecar/left_steering_hinge_position_controller/command',
+                                Float64, queue_size=1, tcp_nodelay=True)
+    graph.start_circle([(publisher, 0.0)])
+    time.sleep(0.5)
+    found, sign = [], 1.0
+    for number in range(count):
+        before = states.now()[HINGE][0]
+        sent = time.monotonic()
+        publisher.publish(0.2 * sign)
+        seen = states.wait(lambda joints: abs(joints[HINGE][0] - before) > 1e-3)
+        if seen is not None:
+            found.append(seen - sent)
+        sign = -sign
+        time.sleep(0.25 + 0.0037 * (number % 7))    # all phases of the publish period
+    return found
+
+
+def wheel_latencies(states, count):
+    """[s] from a Twist on /cmd_vel to wheels that move, or stand again."""
+    publisher = rospy.Publisher('/cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+    limit = time.monotonic() + graph.START_LIMIT
+    while not publisher.get_num_connections() and time.monotonic() < limit:
+        time.sleep(0.01)
+    found = []
+    for number in range(count):
+        command = Twist()
+        command.linear.x = 10.0 if number % 2 == 0 else 0.0
+        before = states.now()[WHEEL][1]
+        sent = time.monotonic()
+        publisher.publish(command)
+        seen = states.wait(lambda joints: abs(joints[WHEEL][1] - before) > 0.5)
+        if seen is not None:
+            found.append(seen - sent)
+        time.sleep(0.25 + 0.0037 * (number % 7))
+    return found
+
+
+def main(count, with_camera):
+    """Answers both lists and the publish period of the joint states [s]."""
+    graph.join()
+    pictures = graph.record('/camera/image') if with_camera == 'camera' else []
+    graph.wait_for_controllers()
+    states = States()
+    states.wait(lambda _: True, graph.START_LIMIT)
+    time.sleep(1.0)
+    hinge = hinge_latencies(states, int(count))
+    wheel = wheel_latencies(states, int(count))
+    graph.say(hinge=hinge, wheel=wheel, asked=int(count), pictures=len(pictures),
+              period=1.0 / rospy.get_param('/racecar/joint_state_controller/publish_rate'))
