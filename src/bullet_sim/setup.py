@@ -3,5 +3,5 @@ from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
 setup(**generate_distutils_setup(packages=[
-    'bullet_sim', 'bullet_sim.render', 'bullet_sim.sensors'],
+    'bullet_sim', 'bullet_sim.controllers', 'bullet_sim.render', 'bullet_sim.sensors'],
     package_dir={'': 'src'}))

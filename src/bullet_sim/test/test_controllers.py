@@ -4,6 +4,7 @@ import math
 import pytest
 
 from bullet_sim.controllers import KINDS, parse_controller
+from bullet_sim.description import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.pid import parse_pid
@@ -12,6 +13,12 @@ STATE = 'joint_state_controller/JointStateController'
 VELOCITY = 'velocity_controllers/JointVelocityController'
 GROUP = 'velocity_controllers/JointGroupVelocityController'
 POSITION = 'position_controllers/JointPositionController'
+EFFORT = 'effort_controllers/JointEffortController'
+EFFORT_GROUP = 'effort_controllers/JointGroupEffortController'
+EFFORT_POSITION = 'effort_controllers/JointPositionController'
+EFFORT_GROUP_POSITION = 'effort_controllers/JointGroupPositionController'
+EFFORT_VELOCITY = 'effort_controllers/JointVelocityController'
+VELOCITY_POSITION = 'velocity_controllers/JointPositionController'
 JOINTS = ('left', 'right')
 
 
@@ -23,9 +30,23 @@ class FakeJoints:
     def __init__(self):
         self.calls = []
 
+    limits = {name: Joint(name, 'continuous', 'base', name) for name in JOINTS}
+
     def positions_of(self, names):
         """Where the joints are."""
         return (0.25,) * len(names)
+
+    def state(self):
+        """Positions and velocities."""
+        return dict.fromkeys(JOINTS, 0.25), dict.fromkeys(JOINTS, 0.0)
+
+    def effort_bounds(self, _name, _position, _velocity):
+        """Limits of the efforts."""
+        return -10.0, 10.0
+
+    def apply_efforts(self, efforts):
+        """Note it."""
+        self.calls.append(('effort', dict(efforts)))
 
     def drive_velocities(self, names, values):
         """Note it."""
@@ -70,20 +91,27 @@ BAD = [
     ({'type': GROUP, 'joints': 'left'}, ["joints 'left'", 'a list']),
     ({'type': GROUP, 'joints': []}, ['joints []', 'a list']),
     ({'type': GROUP, 'joints': ['left', 'nose']}, ["joint 'nose'"]),
-    ({'type': VELOCITY, 'joint': 'left', 'gain': 1}, ["key 'gain'", VELOCITY]),
     ({'type': VELOCITY, 'joint': 'left', 'interface_name': 'effort'}, ["'effort'", "'velocity'"]),
     ({'type': VELOCITY, 'joint': 'left', 'pid': 3}, ['pid is 3', 'mapping']),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1, 'q': 1}}, ["key 'q'", 'p, i, d']),
     ({'type': VELOCITY, 'joint': 'left', 'pid': {'i': 1}}, ['no p']),
     ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 'high'}}, ["pid p is 'high'", 'finite']),
     ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1, 'd': math.nan}}, ['pid d is nan']),
-    ({'type': STATE, 'publish_rate': 0}, ['publish_rate is 0', 'above 0']),
-    ({'type': STATE, 'publish_rate': 'fast'}, ["publish_rate is 'fast'"]),
-    ({'type': STATE, 'publish_rate': True}, ['publish_rate is True']),
+    ({'type': STATE, 'publish_rate': 0}, ['publish_rate 0', 'above 0']),
+    ({'type': STATE, 'publish_rate': 'fast'}, ["publish_rate 'fast'"]),
+    ({'type': STATE, 'publish_rate': True}, ['publish_rate True']),
     ({'type': STATE, 'joints': ['nose']}, ["joint 'nose'"]),
+    ({'type': STATE, 'extra_joints': 3}, ['extra_joints 3', 'a list']),
+    ({'type': STATE, 'extra_joints': [{'position': 1}]}, ['extra_joints #0', 'name None']),
+    ({'type': GROUP, 'joints': ['left', 'right', 'left']}, ["joint 'left' twice"]),
+    ({'type': EFFORT_GROUP, 'joints': ['left', 'left']}, ["joint 'left' twice"]),
+    ({'type': EFFORT_POSITION, 'joint': 'left'}, ['has no pid', EFFORT_POSITION]),
+    ({'type': EFFORT_VELOCITY, 'joint': 'left', 'pid': {'i': 1}}, ['no p']),
+    ({'type': VELOCITY_POSITION, 'joint': 'left', 'pid': {'p': '1.x'}}, ["pid p is '1.x'"]),
+    ({'type': EFFORT_POSITION, 'joint': 'left', 'pid': {'p': 1, 'antiwindup': 3}},
+     ['antiwindup is 3', 'true or false']),
+    ({'type': EFFORT_GROUP_POSITION, 'joints': ['left', 'right'], 'left': {'pid': {'p': 1}}},
+     ["controller 'c' right has no pid"]),
     ({'type': STATE, 'joints': 3}, ['joints 3', 'a list']),
-    ({'type': STATE, 1: 2, 'x': 3}, ["key '1'"]),
-    ({'type': STATE, 'joint': 'left'}, ["key 'joint'"]),
 ]
 
 
@@ -95,22 +123,42 @@ def test_bad_configurations_are_refused_by_name(config, parts):
         assert part in str(error.value)
 
 
+UNKNOWN = [
+    ({'type': VELOCITY, 'joint': 'left', 'gain': 1}, "controller 'c' has key 'gain'"),
+    ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1, 'q': 1}}, "pid has key 'q'"),
+    ({'type': STATE, 1: 2}, "key '1'"),
+    ({'type': STATE, 'joint': 'left'}, "key 'joint'"),
+    ({'type': STATE, 'extra_joints': [{'name': 'x', 'speed': 1}]}, "#0 has key 'speed'"),
+    ({'type': EFFORT_GROUP_POSITION, 'joints': ['left'],
+      'left': {'pid': {'p': 1}, 'gear': 2}}, "controller 'c' left has key 'gear'"),
+]
+
+
+@pytest.mark.parametrize('config, text', UNKNOWN, ids=[text for _, text in UNKNOWN])
+def test_unknown_keys_are_one_warning_each_and_the_rest_counts(config, text):
+    spec = parse_controller('c', config, JOINTS)
+    assert len(spec.warnings) == 1 and text in spec.warnings[0]
+
+
 @pytest.mark.parametrize('values, bounds', [
     ({'p': 1}, (0, 0)),
+    ({'p': '1e0', 'i_clamp': '2.5e1'}, (-25, 25)),
+    ({'p': 1, 'i_clamp': 4, 'i_clamp_min': 0}, (0, 4)),
     ({'p': 1, 'i': 2, 'd': 3, 'i_clamp': 4}, (-4, 4)),
     ({'p': 1, 'i_clamp_min': -5, 'i_clamp_max': 6, 'antiwindup': True}, (-5, 6)),
     ({'p': 1.5, 'publish_state': True}, (0, 0)),
 ])
 def test_pid_keys(values, bounds):
     gains = parse_pid(values, 'c')
-    assert (gains.p, gains.i, gains.d) == (values['p'], values.get('i', 0), values.get('d', 0))
+    assert (gains.p, gains.i, gains.d) == (float(values['p']), values.get('i', 0),
+                                           values.get('d', 0))
     assert (gains.i_clamp_min, gains.i_clamp_max) == bounds
     assert gains.antiwindup is values.get('antiwindup', False)
 
 
 def test_unused_pid_is_said():
     spec = parse_controller('c', {'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1}}, JOINTS)
-    assert spec.pid.p == 1 and "controller 'c'" in spec.notes[0]
+    assert spec.gains == () and "controller 'c': pid is accepted and not used" in spec.notes[0]
 
 
 def test_types_and_interfaces():
@@ -231,3 +279,108 @@ def test_restart_forgets_commands(manager, joints):
     manager.restart()
     assert joints.calls[-1] == ('velocity', ('left',), (0,))
     assert states(manager)['speed'] == RUNNING
+
+
+def test_effort_is_given_before_every_step_until_the_stop(joints):
+    manager = Manager(joints)
+    manager.load('push', {'type': EFFORT, 'joint': 'left'})
+    assert not manager.periodic
+    manager.switch(['push'], [])
+    assert manager.periodic and joints.calls == [('release', ('left',))]
+    manager.command('push', [4.0])
+    manager.update(0.001)
+    manager.update(0.001)
+    assert joints.calls[-2:] == [('effort', {'left': 4.0})] * 2
+    manager.command('push', [40.0])
+    manager.update(0.001)
+    assert joints.calls[-1] == ('effort', {'left': 10.0})
+    manager.switch([], ['push'])
+    assert not manager.periodic and joints.calls[-1] == ('release', ('left',))
+
+
+@pytest.mark.parametrize('kind, command, effort', [
+    (EFFORT_POSITION, 0.75, 2.0 * (0.75 - 0.25)),
+    (EFFORT_VELOCITY, 3.0, 2.0 * 3.0),
+])
+def test_pid_controllers_give_gain_times_error(joints, kind, command, effort):
+    manager = Manager(joints)
+    manager.load('arm', {'type': kind, 'joint': 'left', 'pid': {'p': 2.0}})
+    manager.switch(['arm'], [])
+    manager.update(0.001)
+    assert joints.calls[-1] == ('effort', {'left': 0.0})
+    manager.command('arm', [command])
+    manager.update(0.001)
+    assert joints.calls[-1][1]['left'] == pytest.approx(effort)
+    sample = manager.get('arm').sample
+    assert (sample.set_point, sample.time, sample.period) == (command, 0.001, 0.001)
+
+
+def test_velocity_from_a_position_pid(joints):
+    manager = Manager(joints)
+    manager.load('arm', {'type': VELOCITY_POSITION, 'joint': 'left', 'pid': {'p': 2.0}})
+    manager.switch(['arm'], [])
+    manager.command('arm', [0.75])
+    manager.update(0.001)
+    assert ('velocity', ('left',), (1.0,)) in joints.calls
+
+
+def test_group_of_position_pids_has_gains_a_joint(joints):
+    manager = Manager(joints)
+    manager.load('arms', {'type': EFFORT_GROUP_POSITION, 'joints': ['right', 'left'],
+                          'right': {'pid': {'p': 1.0}}, 'left': {'pid': {'p': 3.0}}})
+    manager.switch(['arms'], [])
+    manager.command('arms', [1.25, 1.25])
+    manager.update(0.001)
+    assert joints.calls[-1] == ('effort', {'right': 1.0, 'left': 3.0})
+
+
+def test_control_period_updates_seldom_and_holds_the_effort(joints):
+    description = ModelDescription('bot', control_period=0.004)
+    manager = Manager(joints, description)
+    manager.load('arm', {'type': EFFORT_VELOCITY, 'joint': 'left', 'pid': {'p': 1.0}})
+    manager.switch(['arm'], [])
+    times = []
+    for step in range(9):
+        manager.command('arm', [float(step)])
+        manager.update(0.001)
+        times.append((manager.get('arm').sample.time, joints.calls[-1][1]['left']))
+    held = [(0.0, 0.0)] * 4 + [(0.004, 4.0)] * 4 + [(0.008, 8.0)]
+    assert [(round(t, 9), effort) for t, effort in times] == held
+    assert manager.get('arm').sample.period == pytest.approx(0.004)
+
+
+def test_gains_of_a_joint_turn_its_velocity_command_into_an_effort(joints, manager):
+    manager.hardware.set_gains('left', parse_pid({'p': 0.5}, 'gains'))
+    manager.switch(['speed', 'other'], [])
+    manager.command('speed', [3.0])
+    manager.update(0.001)
+    assert joints.calls[-1] == ('effort', {'left': 1.5})
+    assert ('velocity', ('right',), (0.0,)) in joints.calls
+    assert not [call for call in joints.calls if call[:2] == ('velocity', ('left',))]
+    manager.switch([], ['speed'])
+    assert not manager.periodic and joints.calls[-1] == ('release', ('left',))
+
+
+def test_gains_of_no_joint_are_refused(manager):
+    with pytest.raises(ControllerError, match="joint 'nose', which does not exist.* left, right"):
+        manager.hardware.set_gains('nose', parse_pid({'p': 1}, 'gains'))
+
+
+def test_interfaces_of_transmissions(joints):
+    description = ModelDescription('bot', transmissions={'left': ('effort',)})
+    manager = Manager(joints, description)
+    with pytest.raises(ControllerError, match="'v' needs the velocity interface of joint 'left', "
+                                              'whose <transmission> offers effort'):
+        manager.load('v', {'type': VELOCITY, 'joint': 'left'})
+    assert manager.list() == []
+    assert manager.load('e', {'type': EFFORT, 'joint': 'left'}).warnings == ()
+    warnings = manager.load('g', {'type': EFFORT_GROUP, 'joints': ['left', 'right']}).warnings
+    assert len(warnings) == 1 and 'no <transmission> names right' in warnings[0]
+
+
+def test_a_name_given_twice_in_a_switch_counts_once(manager, joints):
+    manager.switch(['speed', 'speed'], [])
+    assert states(manager)['speed'] == RUNNING
+    manager.switch([], ['speed', 'speed'])
+    assert states(manager)['speed'] == STOPPED
+    assert joints.calls.count(('release', ('left',))) == 1

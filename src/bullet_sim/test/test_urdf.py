@@ -112,7 +112,7 @@ REFUSED = [
     (robot('<link name="a"/>' + joint(parent='a', child='a')), ['0 root links', 'loop']),
     (robot('<link name="x"/>' + TWO_LINKS + joint()
            + joint(parent='tip', child='base').replace('"j"', '"k"')),
-     ["joints of 'car' form a loop", "root 'x'", 'base, tip']),
+     ["joints of model 'car' form a loop", "root 'x'", 'base, tip']),
     (robot(TWO_LINKS + joint() + joint()), ["two joints named 'j'"]),
     (robot(TWO_LINKS + joint() + joint().replace('"j"', '"k"')),
      ["'tip'", 'more than one parent']),

@@ -1,10 +1,11 @@
 """What a model is made of, whatever file format it came from."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
+from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
 MOVABLE_TYPES = ('revolute', 'continuous', 'prismatic')
@@ -12,21 +13,44 @@ MOVABLE_TYPES = ('revolute', 'continuous', 'prismatic')
 
 @dataclass
 class Geometry:
-    """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, or mesh."""
+    """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, or mesh.
+
+    Attributes:
+        path, scale: file and size factors of a mesh; a negative factor mirrors.
+        submesh: name of the one part of the mesh file that is meant; empty: all of it.
+        centered: the submesh is moved so that its middle is the origin.
+    """
 
     kind: str
     size: Tuple[float, ...] = ()
     path: str = ''
     scale: Tuple[float, float, float] = (1.0, 1.0, 1.0)
+    submesh: str = ''
+    centered: bool = False
 
 
 @dataclass
 class Shape:
-    """A visual or a collision: geometry at a pose in its link's frame, colour RGBA 0..1."""
+    """A visual or a collision: geometry at a pose in its link's frame, colour RGBA 0..1.
+
+    Attributes:
+        texture: path of a picture that covers it; empty: none.
+        painted: the colour goes over a mesh's own materials.
+        name: name of the collision or visual.
+        link: link that had it in the file, before links were merged.
+    """
 
     geometry: Geometry
     pose: Pose = Pose()
     color: Optional[Tuple[float, float, float, float]] = None
+    texture: str = ''
+    painted: bool = False
+    name: str = ''
+    link: str = ''
+
+    def at(self, pose):
+        """The same shape in a frame in which its present frame has the given pose."""
+        return replace(self, pose=pose * self.pose)
 
 
 @dataclass
@@ -40,7 +64,13 @@ class Surface:
 
 @dataclass
 class Link:
-    """A rigid part: mass [kg], centre of mass in the link frame, inertia (3, 3) about it."""
+    """A rigid part: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
+
+    Attributes:
+        gravity: False: the file wants that gravity does not pull it.
+        self_collide: collides with other such links of its model.
+        color: of a <gazebo> material, which goes over the colours of its visuals; None: none.
+    """
 
     name: str
     mass: float = 0.0
@@ -49,6 +79,9 @@ class Link:
     visuals: List[Shape] = field(default_factory=list)
     collisions: List[Shape] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
+    gravity: bool = True
+    self_collide: bool = False
+    color: Optional[Tuple[float, float, float, float]] = None
 
 
 @dataclass
@@ -56,7 +89,8 @@ class Joint:
     """A joint: origin of the child's frame in the parent's, unit axis in the child's frame.
 
     Limits: lower/upper [rad, m] (None: none), effort [N m, N], velocity [rad/s, m/s];
-    0 effort or velocity means that the file gives none.
+    0 effort or velocity means that the file gives none. anchor: the joint's frame in the child
+    link's frame, in which the axis is given; in a URDF the two are one.
     """
 
     name: str
@@ -71,6 +105,7 @@ class Joint:
     velocity: float = 0.0
     damping: float = 0.0
     friction: float = 0.0
+    anchor: Pose = Pose()
 
 
 @dataclass
@@ -82,7 +117,11 @@ class ModelDescription:
         root: name of the root link.
         sensors: sensor specifications (see specs.py).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
+        control_period: of its controllers [s]; 0: every physics step.
+        transmissions: what each joint offers: 'effort', 'velocity', 'position'.
         static: never moves.
+        fixed_base: the root link is fixed to the world; joints move.
+        self_collide: parts collide with each other.
         warnings: what was ignored or mended, one sentence each.
     """
 
@@ -92,7 +131,11 @@ class ModelDescription:
     root: str = ''
     sensors: List[object] = field(default_factory=list)
     control_namespace: Optional[str] = None
+    control_period: float = 0.0
+    transmissions: Dict[str, Tuple[str, ...]] = field(default_factory=dict)
     static: bool = False
+    self_collide: bool = False
+    fixed_base: bool = False
     warnings: List[str] = field(default_factory=list)
 
     def warn(self, text):
@@ -110,3 +153,39 @@ class ModelDescription:
         for name in found:
             found += [j.child for j in self.joints_of(name) if j.child not in found]
         return [name for name in self.links if name not in found]
+
+    def find_root(self, what):
+        """Set the root link and check that the joints make a tree.
+
+        Args:
+            what: the kind of description, for messages, e.g. "URDF of 'car'".
+
+        Raises:
+            ModelError: no link, a link with two parents, no or several roots, a loop.
+        """
+        if not self.links:
+            raise ModelError(f'{what} has no link')
+        children = [joint.child for joint in self.joints.values()]
+        twice = sorted({child for child in children if children.count(child) > 1})
+        if twice:
+            raise ModelError(f"link '{twice[0]}' of '{self.name}' has more than one parent joint")
+        roots = [link for link in self.links if link not in children]
+        if len(roots) != 1:
+            raise ModelError(f"{what} has {len(roots)} root links "
+                             f"({', '.join(roots) or 'a loop'}), must be one")
+        self.root = roots[0]
+        if self.unreachable():
+            raise ModelError(f"joints of model '{self.name}' form a loop: no way from its root "
+                             f"'{self.root}' to {', '.join(self.unreachable())}")
+
+
+def unit_axis(vector, what):
+    """A joint's axis with length 1.
+
+    Raises:
+        ModelError: it has no direction.
+    """
+    length = float(np.linalg.norm(vector))
+    if length < 1e-9:
+        raise ModelError(f'{what} axis is zero, must have a direction')
+    return tuple((np.asarray(vector, float) / length).tolist())

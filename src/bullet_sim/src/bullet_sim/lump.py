@@ -3,15 +3,16 @@
 It keeps PyBullet from giving links without <inertial> 1 kg, and saves work in every step.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, Tuple
 
 import numpy as np
 
-from bullet_sim.description import Joint, Link, ModelDescription, Shape, Surface
+from bullet_sim.description import Joint, Link, ModelDescription, Surface
 from bullet_sim.pose import Pose
 
 MIN_MASS = 1e-3       # [kg] of a movable part that has none
+TINY_RADIUS = 1e-5    # [m] radius of gyration below which an inertia cannot be meant
 MIN_RADIUS = 5e-3     # [m] radius of gyration used where an inertia is missing or impossible
 
 
@@ -45,13 +46,16 @@ def lump(model: ModelDescription) -> LumpedModel:
                 frames[joint.child] = (carrier, pose * joint.origin)
                 _merge(links[carrier], model.links[joint.child], pose * joint.origin)
             else:
-                frames[joint.child] = (joint.child, Pose())
-                links[joint.child] = _copy(model.links[joint.child])
-                joints.append(Joint(**{**vars(joint), 'parent': carrier,
-                                       'origin': pose * joint.origin}))
+                inner = joint.anchor.inverse()      # the link's frame in the joint's
+                frames[joint.child] = (joint.child, inner)
+                links[joint.child] = moved(model.links[joint.child], inner)
+                joints.append(replace(joint, parent=carrier, anchor=Pose(),
+                                      origin=pose * joint.origin * joint.anchor))
             pending.append(joint.child)
     if not model.static:
         for link in links.values():
+            if model.fixed_base and link.name == model.root and link.mass <= 0:
+                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS    # held by the world
             _mend_inertia(link, model)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
@@ -59,8 +63,20 @@ def lump(model: ModelDescription) -> LumpedModel:
 
 
 def _copy(link):
-    return Link(link.name, link.mass, link.centre.copy(), link.inertia.copy(),
-                list(link.visuals), list(link.collisions), Surface(**vars(link.surface)))
+    return replace(link, centre=link.centre.copy(), inertia=link.inertia.copy(),
+                   visuals=list(link.visuals), collisions=list(link.collisions),
+                   surface=Surface(**vars(link.surface)))
+
+
+def moved(link, pose):
+    """A copy of a link whose frame gets the given pose in the new one."""
+    copy = _copy(link)
+    if pose != Pose():
+        copy.centre = np.asarray(pose.position) + pose.matrix @ link.centre
+        copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
+        copy.visuals = [shape.at(pose) for shape in link.visuals]
+        copy.collisions = [shape.at(pose) for shape in link.collisions]
+    return copy
 
 
 def _merge(into, link, pose):
@@ -74,7 +90,8 @@ def _merge(into, link, pose):
                         + turned + _shift(link.mass, centre - common))
         into.mass, into.centre = mass, common
     for source, target in ((link.visuals, into.visuals), (link.collisions, into.collisions)):
-        target.extend(Shape(s.geometry, pose * s.pose, s.color) for s in source)
+        target.extend(shape.at(pose) for shape in source)
+    into.self_collide |= link.self_collide
     if into.surface.friction is None and link.collisions:
         into.surface = Surface(**vars(link.surface))
 
@@ -89,8 +106,8 @@ def _mend_inertia(link, model):
         model.warn(f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg")
         link.mass = MIN_MASS
     moments = np.linalg.eigvalsh(link.inertia)
-    if moments[0] <= 0:
+    if moments[0] <= link.mass * TINY_RADIUS ** 2:
         moment = 0.4 * link.mass * MIN_RADIUS ** 2
-        model.warn(f"link '{link.name}' has an inertia that is not positive definite "
+        model.warn(f"link '{link.name}' has an inertia that is impossible or tiny "
                    f'(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes')
         link.inertia = moment * np.eye(3)

@@ -21,7 +21,9 @@ class CameraSpec:
         rate: pictures per simulated second [Hz].
         topic, info_topic: resolved topic names.
         frame_id: frame written into the headers.
-        noise_stddev: of Gaussian noise on intensities in 0..1.
+        noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
+        encoding: of the messages: rgb8, bgr8 or mono8.
+        baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
     """
 
     name: str
@@ -37,11 +39,37 @@ class CameraSpec:
     info_topic: str = '/camera/camera_info'
     frame_id: str = 'camera_link'
     noise_stddev: float = 0.0
+    noise_mean: float = 0.0
+    encoding: str = 'rgb8'
+    baseline: float = 0.0
+
+
+@dataclass(frozen=True)
+class DepthCameraSpec(CameraSpec):
+    """A colour camera that also measures distances along its optical axis.
+
+    Attributes:
+        depth_topic, depth_info_topic, points_topic: resolved topic names.
+        cutoff, cutoff_max: depths outside are not known: NaN [m].
+        millimetres: depth pictures are 16UC1 [mm] with 0 for not known, instead of 32FC1 [m].
+    """
+
+    depth_topic: str = '/camera/depth/image_raw'
+    depth_info_topic: str = '/camera/depth/camera_info'
+    points_topic: str = '/camera/points'
+    cutoff: float = 0.4
+    cutoff_max: float = 5.0
+    millimetres: bool = False
 
 
 @dataclass(frozen=True)
 class RaySpec:
-    """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m]."""
+    """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
+
+    Attributes:
+        rate: scans per simulated second [Hz].
+        noise_stddev, noise_mean: of Gaussian noise on ranges [m].
+    """
 
     name: str
     link: str
@@ -56,11 +84,17 @@ class RaySpec:
     topic: str = '/scan'
     frame_id: str = 'laser'
     visualize: bool = False
+    noise_mean: float = 0.0
 
 
 @dataclass(frozen=True)
 class ImuSpec:
-    """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame."""
+    """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame.
+
+    Attributes:
+        rate: messages per simulated second [Hz]; 0: one a physics step.
+        variance: written on the diagonals of the covariances.
+    """
 
     name: str
     link: str
@@ -70,6 +104,27 @@ class ImuSpec:
     frame_id: str = 'imu_link'
     gyro_noise_stddev: float = 0.0
     accel_noise_stddev: float = 0.0
+    gyro_noise_mean: float = 0.0
+    accel_noise_mean: float = 0.0
+    variance: float = 0.0
+
+
+@dataclass(frozen=True)
+class ContactSpec:
+    """A bumper: contacts of some collision shapes.
+
+    Attributes:
+        link: link that carries it.
+        collisions: names of the shapes it watches, as collision names of the description.
+        rate: messages per simulated second [Hz]; 0: one a physics step.
+    """
+
+    name: str
+    link: str
+    collisions: Tuple[str, ...] = ()
+    rate: float = 0.0
+    topic: str = '/bumper_states'
+    frame_id: str = 'world'
 
 
 @dataclass(frozen=True)
@@ -79,9 +134,11 @@ class GroundTruthSpec:
     Attributes:
         link: link whose frame is reported.
         frame_id: the world frame's name in the header.
+        rate: messages per simulated second [Hz]; 0: one a physics step.
         child_frame_id: the link's name in the message.
         twist_in_child: True: twist in the child frame, as nav_msgs/Odometry asks; False: along
             the world's axes, as upstream's plugin gives it.
+        pose: (xyz [m], rpy [rad]) of the reported frame in the link frame.
     """
 
     link: str
@@ -91,3 +148,51 @@ class GroundTruthSpec:
     twist_in_child: bool = False
     child_frame_id: str = 'base_link'
     noise_stddev: float = 0.0
+    pose: PoseTuple = ZERO_POSE
+
+
+@dataclass(frozen=True)
+class JointStatesSpec:
+    """libgazebo_ros_joint_state_publisher: positions and velocities of named joints."""
+
+    name: str
+    link: str
+    joints: Tuple[str, ...]
+    rate: float = 100.0
+    topic: str = '/joint_states'
+    frame_id: str = ''
+
+
+@dataclass(frozen=True)
+class WheelDriveSpec:
+    """libgazebo_ros_diff_drive and _skid_steer_drive: velocity commands to wheels, odometry.
+
+    Attributes:
+        link: root link, whose pose the odometry reports.
+        left, right: joints of each side that get that side's speed.
+        separation: between the sides [m].
+        diameter: of the wheels [m].
+        torque: most a wheel gets [N m].
+        acceleration: of a wheel's rim [m/s^2]; 0: at once.
+        rate: of commands to the wheels and of odometry [Hz].
+        command_topic, topic: of velocity commands and of odometry.
+        frame_id, child_frame_id: of the odometry.
+        publish_tf: also send the odometry's transform on /tf.
+        from_wheels: odometry by the wheels' angles, from zero; else the true pose.
+    """
+
+    name: str
+    link: str
+    left: Tuple[str, ...]
+    right: Tuple[str, ...]
+    separation: float = 0.34
+    diameter: float = 0.15
+    torque: float = 5.0
+    acceleration: float = 0.0
+    rate: float = 100.0
+    command_topic: str = '/cmd_vel'
+    topic: str = '/odom'
+    frame_id: str = 'odom'
+    child_frame_id: str = 'base_footprint'
+    publish_tf: bool = True
+    from_wheels: bool = False

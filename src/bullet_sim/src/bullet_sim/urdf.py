@@ -1,16 +1,21 @@
 """URDF text -> ModelDescription; whatever is missing or odd is mended and said."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
 from bullet_sim import gazebo_tags
+from bullet_sim.colors import rgba
 from bullet_sim.description import (MOVABLE_TYPES, Geometry, Joint, Link, ModelDescription,
-                                    Shape)
+                                    Shape, unit_axis)
 from bullet_sim.errors import ModelError
-from bullet_sim.xml_read import floats, number, parse, urdf_origin
+from bullet_sim.transmissions import parse_transmissions
+from bullet_sim.xml_read import bound, floats, number, parse, urdf_origin
 
 MESH_TYPES = ('.obj', '.stl', '.dae')
+UNLIMITED = 1e9     # [rad, m] stands for no limit on one side
+UNSUPPORTED_TYPES = ('floating', 'planar')
 
 
 def parse_urdf(text, resolve, name='robot'):
@@ -27,6 +32,7 @@ def parse_urdf(text, resolve, name='robot'):
     robot = parse(text, f"URDF of '{name}'")
     if robot.tag != 'robot':
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
+    _refuse_xacro(robot, name)
     model = ModelDescription(name)
     materials = {m.get('name'): _material_color(m, name) for m in robot.findall('material')}
     for element in robot.findall('link'):
@@ -39,26 +45,39 @@ def parse_urdf(text, resolve, name='robot'):
         if joint.name in model.joints:
             raise ModelError(f"URDF of '{name}' has two joints named '{joint.name}'")
         model.joints[joint.name] = joint
-    model.root = _root(model)
-    if model.unreachable():
-        raise ModelError(f"joints of '{name}' form a loop: no way from its root '{model.root}' "
-                         f"to {', '.join(model.unreachable())}")
+    model.find_root(f"URDF of '{name}'")
+    _tie_to_world(model)
+    for joint in model.joints.values():
+        _stiffen(joint, model)
     gazebo_tags.apply(robot, model)
+    model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     return model
 
 
-def _root(model):
-    if not model.links:
-        raise ModelError(f"URDF of '{model.name}' has no link")
-    children = [joint.child for joint in model.joints.values()]
-    twice = sorted({child for child in children if children.count(child) > 1})
-    if twice:
-        raise ModelError(f"link '{twice[0]}' of '{model.name}' has more than one parent joint")
-    roots = [link for link in model.links if link not in children]
-    if len(roots) != 1:
-        raise ModelError(f"URDF of '{model.name}' has {len(roots)} root links "
-                         f"({', '.join(roots) or 'a loop'}), must be one")
-    return roots[0]
+def _refuse_xacro(robot, name):
+    for element in robot.iter():
+        if isinstance(element.tag, str) and 'xacro' in element.tag.split('}')[0]:
+            raise ModelError(f"URDF of '{name}' has <xacro:{element.tag.split('}')[-1]}>: process "
+                             'it with xacro first')
+
+
+def _tie_to_world(model):
+    """A root link `world` is Gazebo's word for the world itself: its child is held by it."""
+    joints = model.joints_of(model.root)
+    if model.root != 'world' or not joints:
+        return
+    if len(joints) == 1 and joints[0].kind == 'floating':
+        del model.joints[joints[0].name], model.links['world']
+        model.root = joints[0].child
+    else:
+        model.fixed_base = True
+
+
+def _stiffen(joint, model):
+    if joint.kind in UNSUPPORTED_TYPES:
+        model.warn(f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which "
+                   'cannot be simulated here; it is held fixed')
+        joint.kind = 'fixed'
 
 
 def _link(element, materials, resolve, model):
@@ -85,15 +104,22 @@ def _link(element, materials, resolve, model):
         for shape_element in element.findall(tag):
             shape = _shape(shape_element, f'{what} {tag}', materials, resolve, model)
             if shape is not None:
-                shapes.append(shape)
+                shapes.append(replace(
+                    shape, link=link.name,
+                    name=shape_element.get('name') or _shape_name(link.name, tag, len(shapes))))
     return link
+
+
+def _shape_name(link, tag, number):
+    """Name that sdformat gives to the number-th nameless collision or visual of a link."""
+    return f'{link}_{tag}' + (f'_{number}' if number else '')
 
 
 def _material_color(element, name):
     color = element.find('color')
     if color is None:
         return None
-    return floats(color.get('rgba'), 4, f"material '{element.get('name')}' of '{name}' rgba")
+    return rgba(color.get('rgba') or '', f"material '{element.get('name')}' of '{name}' rgba")
 
 
 def _shape(element, what, materials, resolve, model):
@@ -148,6 +174,9 @@ def mesh_geometry(uri, scale, what, resolve, model):
     except ValueError as error:
         model.warn(f"{what}: mesh '{uri}' is not found ({error}); it is left out")
         return None
+    if 0.0 in scale:
+        model.warn(f"{what}: mesh '{uri}' has scale {scale}, must not be 0; it is left out")
+        return None
     if not os.path.isfile(path):
         model.warn(f"{what}: mesh file '{path}' (from '{uri}') does not exist; it is left out")
         return None
@@ -161,9 +190,11 @@ def mesh_geometry(uri, scale, what, resolve, model):
 def _joint(element, model):
     name, kind = element.get('name') or '', element.get('type')
     what = f"joint '{name}' of '{model.name}'"
-    if kind not in MOVABLE_TYPES + ('fixed',):
+    if not name:
+        raise ModelError(f"a <joint> of '{model.name}' has no name")
+    if kind not in MOVABLE_TYPES + ('fixed',) + UNSUPPORTED_TYPES:
         raise ModelError(f"{what} has type '{kind}', must be one of "
-                         f"{', '.join(MOVABLE_TYPES)}, fixed")
+                         f"{', '.join(MOVABLE_TYPES + ('fixed',) + UNSUPPORTED_TYPES)}")
     ends = []
     for tag in ('parent', 'child'):
         found = element.find(tag)
@@ -175,23 +206,25 @@ def _joint(element, model):
     joint = Joint(name, kind, *ends, origin=urdf_origin(element, what))
     axis = element.find('axis')
     if axis is not None:
-        vector = np.array(floats(axis.get('xyz', '1 0 0'), 3, f'{what} axis'))
-        if kind != 'fixed' and np.linalg.norm(vector) < 1e-9:
-            raise ModelError(f'{what} axis is zero, must have a direction')
-        joint.axis = tuple(vector / max(np.linalg.norm(vector), 1e-9))
+        vector = floats(axis.get('xyz', '1 0 0'), 3, f'{what} axis')
+        if kind in MOVABLE_TYPES:
+            joint.axis = unit_axis(vector, what)
     limit = element.find('limit')
     if limit is not None:
-        joint.effort = abs(number(limit.get('effort', '0'), f'{what} effort limit'))
-        joint.velocity = abs(number(limit.get('velocity', '0'), f'{what} velocity limit'))
+        joint.effort = abs(bound(limit.get('effort'), f'{what} effort limit') or 0.0)
+        joint.velocity = abs(bound(limit.get('velocity'), f'{what} velocity limit') or 0.0)
     if kind in ('revolute', 'prismatic') and limit is not None:
-        joint.lower = number(limit.get('lower', '0'), f'{what} lower limit')
-        joint.upper = number(limit.get('upper', '0'), f'{what} upper limit')
-        if joint.lower > joint.upper:
-            raise ModelError(f'{what} has lower limit {joint.lower} above upper {joint.upper}')
+        lower = bound(limit.get('lower', '0'), f'{what} lower limit')
+        upper = bound(limit.get('upper', '0'), f'{what} upper limit')
+        if lower is not None or upper is not None:      # PyBullet has both or none
+            joint.lower = -UNLIMITED if lower is None else lower
+            joint.upper = UNLIMITED if upper is None else upper
+            if joint.lower > joint.upper:
+                raise ModelError(f'{what} has lower limit {lower} above upper {upper}')
     dynamics = element.find('dynamics')
     if dynamics is not None:
-        joint.damping = number(dynamics.get('damping', '0'), f'{what} damping')
-        joint.friction = number(dynamics.get('friction', '0'), f'{what} friction')
+        joint.damping = max(0.0, number(dynamics.get('damping', '0'), f'{what} damping'))
+        joint.friction = max(0.0, number(dynamics.get('friction', '0'), f'{what} friction'))
     if element.find('mimic') is not None:
         model.warn(f"{what} has <mimic>, which Gazebo ignores, too")
     return joint

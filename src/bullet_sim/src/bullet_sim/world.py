@@ -6,6 +6,7 @@ import tempfile
 from bullet_sim import sdf, urdf
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.forces import Forces
 from bullet_sim.model import Model
 from bullet_sim.pose import Pose
 from bullet_sim.snapshot import Snapshot
@@ -26,7 +27,11 @@ class World:
         self._next_key = 0
         self.name = 'default'
         self.models = {}
+        self.forces = Forces()
         self.step_count = 0
+        self._loaded_names = ()         # models of the world file, in its order
+        self._fresh = True              # no step yet since the start or the last reset
+        self._unsettled = self._holes = False   # models came or went, some went, since then
 
     @property
     def time_step(self):
@@ -48,6 +53,25 @@ class World:
         """The engine, for sensors that cast rays."""
         return self._engine
 
+    def set_time_step(self, time_step):
+        """Change the physics step [s] between two steps; simulated time stays.
+
+        Raises:
+            WorldError: it is not above 0, or something counts in steps of the present length.
+        """
+        if not 0 < time_step < 1:
+            raise WorldError(f'time_step is {time_step} s, must be above 0 and below 1')
+        busy = [name for name, model in self.models.items()
+                if model.manager is not None or model.description.sensors]
+        if busy:
+            raise WorldError(f'time_step cannot change while models with controllers or sensors '
+                             f"exist, their periods count in steps: {', '.join(busy)}")
+        if self.forces.active:
+            raise WorldError('time_step cannot change while a wrench or an effort is applied; '
+                             'clear it first')
+        self.step_count = round(self.time / time_step)
+        self._engine.set_time_step(time_step)
+
     def close(self):
         """Free the engine and the temporary files."""
         self._engine.close()
@@ -66,6 +90,7 @@ class World:
         for model, pose in described.models:
             self.spawn(model, pose)
             warnings += model.warnings
+        self._loaded_names += tuple(model.name for model, _ in described.models)
         return warnings
 
     def spawn_urdf(self, name, text, pose, resolve):
@@ -96,6 +121,7 @@ class World:
         model = Model(self._engine, self._next_key, description, pose.normalised(),
                       self._folder)
         self.models[description.name] = model
+        self._unsettled = True
         return model
 
     def model(self, name):
@@ -111,22 +137,28 @@ class World:
 
     def delete(self, name):
         """Remove a model."""
+        self.forces.forget(self.model(name))
         self.model(name).remove()
         del self.models[name]
+        self._unsettled = self._holes = True
 
     def step(self, count=1):
-        """Advance by `count` time steps; periodic controllers are updated before each."""
+        """Advance by `count` time steps; before each, periodic controllers and forces act."""
         managers = [model.manager for model in self.models.values()
                     if model.manager is not None and model.manager.periodic]
-        if not managers:
+        if not managers and not self.forces.active:
             self._engine.step(count)
             self.step_count += count
+            self._fresh = False
             return
         for _ in range(count):
             for manager in managers:
                 manager.update(self.time_step)
+            if self.forces.active:
+                self.forces.apply(self.step_count)
             self._engine.step()
             self.step_count += 1
+        self._fresh = False
 
     def reset(self, time=True):
         """Reload every model at its initial pose into a cleared engine: as a fresh start.
@@ -134,11 +166,51 @@ class World:
         Args:
             time: also set simulated time to 0.
         """
+        self.forces.clear()
         self._engine.clear()
         for model in self.models.values():
             model.reload()
+        self._fresh, self._unsettled, self._holes = True, False, False
         if time:
             self.step_count = 0
+
+    def arrange(self):
+        """Order the models: those of the world file as it lists them, then the others by name.
+
+        The engine's results depend, in the last bits, on the order in which bodies were loaded;
+        programs that spawn at the same time do it in any order. A reset keeps the order.
+
+        Returns:
+            Whether anything changed its place.
+        """
+        first = {name: number for number, name in enumerate(self._loaded_names)}
+        ordered = sorted(self.models, key=lambda name: (first.get(name, len(first)), name))
+        changed = ordered != list(self.models)
+        self.models = {name: self.models[name] for name in ordered}
+        return changed
+
+    def settle(self):
+        """Before the first step: make what follows independent of the order of spawning.
+
+        Loads the models anew in the order of `arrange` where they were spawned in another one or
+        some were deleted again; poses and joint positions that were set meanwhile stay.
+        Controllers restart, so call it before commands are handed over.
+
+        Returns:
+            Whether models were loaded anew.
+        """
+        if not (self._fresh and self._unsettled):
+            return False
+        self._unsettled = False
+        if not self.arrange() and not self._holes:
+            return False
+        self._holes = False
+        kept = [model.placement() for model in self.models.values()]
+        self._engine.clear()
+        for model, placement in zip(self.models.values(), kept):
+            model.reload()
+            model.place(placement)
+        return True
 
     def sources(self):
         """BodySources of all models, for a mirror."""

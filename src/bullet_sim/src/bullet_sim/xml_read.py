@@ -36,6 +36,8 @@ def floats(text, count, what):
     if values is None or (count is not None and len(values) != count) \
             or not all(math.isfinite(v) for v in values):
         wanted = 'finite numbers' if count is None else f'{count} finite number(s)'
+        if '$' in (text or ''):
+            wanted += '; it looks like xacro: process the file with xacro first'
         raise ModelError(f"{what} is '{(text or '').strip()}', must be {wanted}")
     return values
 
@@ -43,6 +45,17 @@ def floats(text, count, what):
 def number(text, what):
     """One finite number."""
     return floats(text, 1, what)[0]
+
+
+def bound(text, what):
+    """A limit: a finite number, or None for one that is missing or infinite (1e16 or more)."""
+    try:
+        value = float(text or 'inf')
+    except ValueError:
+        value = math.nan
+    if math.isinf(value) or abs(value) >= 1e16:
+        return None
+    return number(text, what)
 
 
 def child_text(element, path, default=None):
@@ -79,3 +92,14 @@ def sdf_pose(element, what):
         return Pose()
     values = floats(text, 6, f'{what} <pose>')
     return Pose.from_xyz_rpy(values[:3], values[3:])
+
+
+def whole(value, what):
+    """A number as int.
+
+    Raises:
+        ModelError: it has a fraction.
+    """
+    if value != int(value):
+        raise ModelError(f'{what} is {value}, must be a whole number')
+    return int(value)

@@ -220,9 +220,12 @@ class RenderClient:
                     job.error = rest[1]
                 self._call(self.on_error, rest[1])
                 continue
-            name, time, step, shape = rest
+            name, time, step, shape, deep = rest
             rgb = np.frombuffer(connection.recv_bytes(), np.uint8).reshape(shape)
-            frame = Frame(name, time, step, rgb)
+            depth = None
+            if deep:
+                depth = np.frombuffer(connection.recv_bytes(), np.float32).reshape(shape[:2])
+            frame = Frame(name, time, step, rgb, depth)
             if job:
                 job.frames[name] = frame
             elif not self._closing:

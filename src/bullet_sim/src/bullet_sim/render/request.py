@@ -1,7 +1,10 @@
 """What travels between the bridge and the render worker: plain picklable values."""
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
+
+from bullet_sim.specs import DepthCameraSpec
 
 RENDERERS = ('auto', 'egl', 'tiny')
 
@@ -18,8 +21,9 @@ class CameraRequest:
         width, height: [px].
         horizontal_fov: [rad].
         near, far: clip distances [m].
-        noise_stddev: of the full scale, see sensors.camera.add_noise.
+        noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
+        depth: distances are wanted, too.
     """
 
     name: str
@@ -33,6 +37,8 @@ class CameraRequest:
     far: float
     noise_stddev: float = 0.0
     seed: int = 0
+    noise_mean: float = 0.0
+    depth: bool = False
 
     @classmethod
     def from_spec(cls, spec, key, link_index, seed=0):
@@ -41,7 +47,8 @@ class CameraRequest:
         return cls(spec.name, int(key), int(link_index),
                    (tuple(map(float, xyz)), tuple(map(float, rpy))), int(spec.width),
                    int(spec.height), float(spec.horizontal_fov), float(spec.near),
-                   float(spec.far), float(spec.noise_stddev), int(seed))
+                   float(spec.far), float(spec.noise_stddev), int(seed),
+                   float(spec.noise_mean), isinstance(spec, DepthCameraSpec))
 
 
 @dataclass(frozen=True)
@@ -53,12 +60,15 @@ class Frame:
         time: of the snapshot [s].
         step: of the snapshot.
         rgb: (H, W, 3) uint8, top row first, read-only.
+        depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not asked
+            for.
     """
 
     camera: str
     time: float
     step: int
     rgb: np.ndarray
+    depth: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from bullet_sim.sensors.camera import FAR_DEPTH
+
 ZENITH = (110, 160, 220)
 HORIZON = (205, 222, 240)
-FAR_DEPTH = np.float32(0.9999998)   # depth buffer value at and beyond which nothing was drawn
 
 
 @lru_cache(maxsize=16)

@@ -3,8 +3,8 @@
 Messages (pickled tuples through the socket):
     to the worker    ('draw', sources or None, [(snapshot, [CameraRequest, ...]), ...])
     from the worker  ('ready', kind), then for each draw: ('error', camera or '', text),
-                     ('frame', camera, time, step, shape) each followed by the raw pixels,
-                     and ('done',) at the end.
+                     ('frame', camera, time, step, shape, with depth), each followed by the raw
+                     pixels and, with depth, the raw distances, and ('done',) at the end.
 The process ends when the other end of the socket closes, however its parent died. It leaves
 Ctrl-C to its parent. PyBullet's prints go wherever the parent pointed fd 1 and 2; a failing EGL
 plugin ends the process, which is why it has one of its own.
@@ -62,12 +62,15 @@ def draw(connection, mirror, sources, batch):
         mirror.apply(snapshot)
         for request in requests:
             try:
-                rgb = mirror.render(request, snapshot.step)
+                rgb, depth = mirror.render_with_depth(request, snapshot.step)
             except ValueError as error:
                 connection.send(('error', request.name, str(error)))
                 continue
-            connection.send(('frame', request.name, snapshot.time, snapshot.step, rgb.shape))
+            connection.send(('frame', request.name, snapshot.time, snapshot.step, rgb.shape,
+                             request.depth))
             connection.send_bytes(rgb.data.cast('B'))
+            if request.depth:
+                connection.send_bytes(depth.data.cast('B'))
     connection.send(('done',))
 
 

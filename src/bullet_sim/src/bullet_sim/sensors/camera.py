@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+FAR_DEPTH = np.float32(0.9999998)   # depth buffer value at and beyond which nothing was drawn
 OPTICAL_FROM_CAMERA = np.array([[0., -1., 0.], [0., 0., -1.], [1., 0., 0.]])
 
 
@@ -111,21 +112,63 @@ def projection_matrix(horizontal_fov, aspect, near, far, shift=(0.0, 0.0)):
             0.0, 0.0, 2.0 * far * near / depth, 0.0)
 
 
-def add_noise(rgb, stddev, rng):
+def metres_from_buffer(buffer, near, far):
+    """Distances along the optical axis of an OpenGL depth buffer.
+
+    The inverse of projection_matrix: d = (1/near - 1/z) / (1/near - 1/far).
+
+    Args:
+        buffer: (H, W) float32, 0 at the near plane ... 1 at the far plane.
+        near, far: clip distances [m].
+
+    Returns:
+        (H, W) float32 [m]; far where nothing was drawn.
+    """
+    wide = np.asarray(buffer, dtype=np.float64)
+    distance = near * far / (far - wide * (far - near))
+    return np.where(wide >= FAR_DEPTH, far, distance).astype(np.float32)
+
+
+def points(depth, k):
+    """Points of a depth picture in the optical frame.
+
+    Args:
+        depth: (H, W) float32 [m] along the optical axis; NaN stays NaN.
+        k: (3, 3) [px].
+
+    Returns:
+        (H, W, 3) float32 [m].
+    """
+    rows, columns = np.indices(depth.shape, dtype=np.float32)
+    x = (columns - np.float32(k[0, 2])) / np.float32(k[0, 0]) * depth
+    y = (rows - np.float32(k[1, 2])) / np.float32(k[1, 1]) * depth
+    return np.stack([x, y, depth], axis=2).astype(np.float32)
+
+
+def within(depth, low, high):
+    """A depth picture with NaN where it is not low < depth < high [m]."""
+    return np.where((depth > low) & (depth < high), depth, np.float32(np.nan))
+
+
+def add_noise(rgb, stddev, rng, mean=0.0):
     """Gaussian noise on every channel, cut off at 0 and 255.
 
     Args:
         rgb: (H, W, 3) uint8.
         stddev: of the full scale, 0.007 is 1.8 grey levels (Gazebo's unit); 0 = no noise.
         rng: numpy.random.Generator, or None when stddev is 0.
+        mean: of the noise, of the full scale.
 
     Returns:
         (H, W, 3) uint8; `rgb` itself without noise.
     """
-    if stddev <= 0.0:
+    if stddev <= 0.0 and not mean:
         return rgb
-    noisy = rng.standard_normal(rgb.shape, dtype=np.float32)
-    noisy *= np.float32(stddev * 255.0)
+    noisy = np.zeros(rgb.shape, np.float32)
+    if stddev > 0.0:
+        noisy = rng.standard_normal(rgb.shape, dtype=np.float32)
+        noisy *= np.float32(stddev * 255.0)
+    noisy += np.float32(mean * 255.0)
     noisy += rgb
     np.rint(noisy, out=noisy)
     np.clip(noisy, 0, 255, out=noisy)

@@ -39,8 +39,10 @@ def mean_acceleration(velocity, velocity_before, elapsed):
     return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
 
 
-def add_noise(values, stddev, rng):
-    """White Gaussian noise of standard deviation `stddev` (unit of `values`); 0 = none."""
+def add_noise(values, stddev, rng, mean=0.0):
+    """White Gaussian noise of a mean and a standard deviation (unit of `values`); 0 = none."""
+    if mean:
+        values = np.asarray(values, dtype=float) + mean
     if stddev <= 0.0:
         return values
     return values + rng.normal(0.0, stddev, np.shape(values))

@@ -69,7 +69,8 @@ class Lidar:
                 raise ValueError(f'lidar {spec.name}: noise_stddev {spec.noise_stddev} m '
                                  'needs a random generator (rng)')
             ranges = ranges + rng.normal(0.0, spec.noise_stddev, len(ranges))
-            ranges = np.clip(ranges, spec.range_min, spec.range_max)
+        if spec.noise_stddev > 0.0 or spec.noise_mean:
+            ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
         ranges = np.where(hit, ranges, np.inf)
         if spec.range_min > 0.0:
             centre = np.broadcast_to(position, inner.shape)

@@ -1,0 +1,20 @@
+"""Controllers: their types as a table, their configuration, and what they do."""
+
+from bullet_sim.controllers.drive import Ackermann, DiffDrive
+from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
+from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
+from bullet_sim.controllers.parse import check_command, parse_controller
+
+__all__ = ['KINDS', 'ControllerSpec', 'Kind', 'check_command', 'make_controller',
+           'parse_controller']
+
+_DRIVES = {'diff': DiffDrive, 'ackermann': Ackermann}
+
+
+def make_controller(spec, hardware):
+    """The Controller of a ControllerSpec."""
+    if spec.kind.interface == 'state':
+        return Controller(spec, hardware)
+    if spec.kind.drive:
+        return _DRIVES[spec.kind.drive](spec, hardware)
+    return (PidControl if spec.kind.goal else Forward)(spec, hardware)

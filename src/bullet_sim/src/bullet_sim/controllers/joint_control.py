@@ -1,0 +1,156 @@
+"""Controllers of joints: the command as it is, or through a PID."""
+
+from dataclasses import dataclass
+
+from bullet_sim.angles import position_error
+from bullet_sim.pid import Pid
+
+
+class Controller:
+    """A loaded controller; this one does nothing, as a joint state controller.
+
+    Args:
+        spec: ControllerSpec.
+        hardware: Hardware of the robot.
+    """
+
+    periodic = False        # whether update() is to be called before physics steps
+    pids = ()
+    sample = None
+
+    def __init__(self, spec, hardware):
+        self.spec = spec
+        self.hardware = hardware
+
+    def start(self, time):
+        """Take the joints over; `time` [s] of the manager's clock."""
+
+    def stop(self):
+        """Let the joints go."""
+        for _, joints in self.spec.claims:
+            self.hardware.release(joints)
+
+    def restart(self, time):
+        """Start afresh: the world was reset."""
+        self.start(time)
+
+    def command(self, values):
+        """Take a checked command (a tuple of floats)."""
+
+    def update(self, state, time, period):
+        """Compute and write commands.
+
+        Args:
+            state: Hardware.state().
+            time: now [s].
+            period: since the last update [s].
+        """
+
+    def observe(self, state, time):
+        """Bring what is published up to a state; nothing is commanded."""
+
+
+class Forward(Controller):
+    """Hands its command to the joints: velocities, positions or efforts."""
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        self._command = ()
+        self._write = {'velocity': hardware.velocities, 'position': hardware.positions,
+                       'effort': hardware.efforts}[spec.kind.interface]
+
+    def start(self, time):
+        """Positions start where the joints are, velocities and efforts at 0."""
+        if self.spec.kind.interface == 'position':
+            self._command = self.hardware.positions_of(self.spec.joints)
+        else:
+            self._command = (0.0,) * len(self.spec.joints)
+        self._write(self.spec.joints, self._command)
+
+    def command(self, values):
+        """Write a command that differs from the last."""
+        if values != self._command:
+            self._command = values
+            self._write(self.spec.joints, values)
+
+
+@dataclass
+class Sample:
+    """What a PID controller did in its last update, for its state topic.
+
+    Attributes:
+        time: of the manager's clock [s].
+        period: [s].
+        set_point, process_value, error: of the goal, a position [rad, m] or velocity.
+        process_value_dot: rate of the process value, where it is measured.
+        command: what was given to the joint.
+    """
+
+    time: float
+    period: float
+    set_point: float
+    process_value: float
+    process_value_dot: float
+    error: float
+    command: float
+
+
+class PidControl(Controller):
+    """Regulates positions or velocities by efforts or velocities, as ros_control does.
+
+    Attributes:
+        pids: one Pid a joint.
+        sample: Sample of the first joint, None before the first update.
+    """
+
+    periodic = True
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        self.pids = tuple(Pid(gains) for gains in spec.gains)
+        self._command, self._cut = (), {}
+        self._write = {'velocity': hardware.velocities,
+                       'effort': hardware.efforts}[spec.kind.interface]
+
+    def start(self, time):
+        """Hold the joints where they are, or at rest."""
+        joints = self.spec.joints
+        self.sample = None
+        for pid in self.pids:
+            pid.reset()
+        self._command = (self.hardware.positions_of(joints) if self.spec.kind.goal == 'position'
+                         else (0.0,) * len(joints))
+        self._write(joints, (0.0,) * len(joints))
+
+    def command(self, values):
+        """Take new set points."""
+        self._command = values
+
+    def update(self, state, time, period):
+        """One computation of each PID."""
+        positions, velocities = state
+        outputs, first = [], None
+        for joint, pid, target in zip(self.spec.joints, self.pids, self._command):
+            if self.spec.kind.goal == 'position':
+                limits = self.hardware.limits[joint]
+                if limits.lower is not None:
+                    target = min(max(target, limits.lower), limits.upper)
+                value, rate = positions[joint], velocities[joint]
+                error = position_error(limits, value, target)
+            else:
+                value, rate = velocities[joint], 0.0
+                error = target - value
+            outputs.append(pid.compute(error, period, gains=self._gains(joint, pid, period)))
+            first = first or (target, value, rate, error)
+        self._write(self.spec.joints, outputs)
+        self.sample = Sample(time, period, *first, outputs[0])
+
+    def _gains(self, joint, pid, period):
+        """Gains to compute an output with: for an effort, what a step can bear of the PID's own."""
+        if self.spec.kind.interface != 'effort':
+            return pid.gains
+        own, cut, of_period = self._cut.get(joint, (None, None, 0.0))
+        if own is not pid.gains or of_period != period:
+            cut = self.hardware.bearable(joint, pid.gains, self.spec.kind.goal, period)
+            self._cut[joint] = (pid.gains, cut, period)
+        return cut

@@ -1,0 +1,89 @@
+"""Controller types as a table."""
+
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+from bullet_sim.pid import PidGains
+
+INTERFACES = {'velocity': 'hardware_interface::VelocityJointInterface',
+              'position': 'hardware_interface::PositionJointInterface',
+              'effort': 'hardware_interface::EffortJointInterface',
+              'state': 'hardware_interface::JointStateInterface'}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A controller type.
+
+    Attributes:
+        type: its ros_control name.
+        interface: what it commands: velocity, position, effort; state: nothing.
+        group: several joints, with a command each.
+        goal: what a PID regulates, velocity or position; None: the command goes to the joint.
+        drive: 'diff' or 'ackermann' for a controller of a whole base; None otherwise.
+    """
+
+    type: str
+    interface: str
+    group: bool = False
+    goal: Optional[str] = None
+    drive: Optional[str] = None
+
+    @property
+    def hardware_interface(self):
+        """Name of the ros_control hardware interface, as list_controllers reports it."""
+        return INTERFACES[self.interface]
+
+
+KINDS = {kind.type: kind for kind in (
+    Kind('joint_state_controller/JointStateController', 'state'),
+    Kind('velocity_controllers/JointVelocityController', 'velocity'),
+    Kind('velocity_controllers/JointGroupVelocityController', 'velocity', True),
+    Kind('velocity_controllers/JointPositionController', 'velocity', goal='position'),
+    Kind('position_controllers/JointPositionController', 'position'),
+    Kind('position_controllers/JointGroupPositionController', 'position', True),
+    Kind('effort_controllers/JointEffortController', 'effort'),
+    Kind('effort_controllers/JointGroupEffortController', 'effort', True),
+    Kind('effort_controllers/JointPositionController', 'effort', goal='position'),
+    Kind('effort_controllers/JointGroupPositionController', 'effort', True, goal='position'),
+    Kind('effort_controllers/JointVelocityController', 'effort', goal='velocity'),
+    Kind('diff_drive_controller/DiffDriveController', 'velocity', drive='diff'),
+    Kind('ackermann_steering_controller/AckermannSteeringController', 'velocity',
+         drive='ackermann'),
+)}
+
+
+@dataclass(frozen=True)
+class ControllerSpec:
+    """One checked entry of the controllers' YAML.
+
+    Attributes:
+        name: the entry's key.
+        kind: its row of the table.
+        joints: joint names; empty for a state controller that reports all.
+        publish_rate: of joint states or odometry [Hz].
+        gains: PidGains of each joint, where the type has a PID.
+        publish_pid: whether each joint's PID publishes its inner state.
+        extra_joints: (name, position, velocity, effort) added to joint states.
+        drive: DriveConfig of a controller of a whole base.
+        claims: (interface, joint names) pairs; empty for a state controller.
+        notes: what is accepted without effect, one sentence each.
+        warnings: what is ignored, one sentence each.
+    """
+
+    name: str
+    kind: Kind
+    joints: Tuple[str, ...] = ()
+    publish_rate: float = 50.0
+    gains: Tuple[PidGains, ...] = ()
+    publish_pid: Tuple[bool, ...] = ()
+    extra_joints: Tuple[Tuple[str, float, float, float], ...] = ()
+    drive: Optional[object] = None
+    claims: Tuple[Tuple[str, Tuple[str, ...]], ...] = ()
+    notes: Tuple[str, ...] = ()
+    warnings: Tuple[str, ...] = ()
+
+    @property
+    def command_size(self):
+        """Numbers in a command: one a joint; a base: forward and turning velocity."""
+        return 2 if self.kind.drive else len(self.joints)

@@ -1,0 +1,95 @@
+"""Contacts of a body as a bumper reports them: grouped by pairs of collision shapes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bullet_sim.errors import ModelError
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact point, seen from body A.
+
+    Attributes:
+        body, link: the engine's numbers of the other body and its link.
+        position: (3,) [m] on A, in the world.
+        normal: (3,) unit vector from the other body towards A, in the world.
+        depth: penetration [m]; negative: a gap within the margin.
+        force: (3,) [N] on A, world axes.
+    """
+
+    body: int
+    link: int
+    position: np.ndarray
+    normal: np.ndarray
+    depth: float
+    force: np.ndarray
+
+
+def watched_links(spec, description):
+    """Links and shape names that a ContactSpec means.
+
+    Names are those of the description's collisions or, as sdformat makes them, LINK_collision,
+    LINK_collision_1 ... and PARENT_fixed_joint_lump__LINK_collision ... for links on fixed
+    joints.
+
+    Args:
+        spec: ContactSpec.
+        description: ModelDescription.
+
+    Returns:
+        Set of (link, shape name); shape name '' means all shapes of the link.
+
+    Raises:
+        ModelError: a name fits nothing; lists the names there are.
+    """
+    if not spec.collisions:
+        return {(spec.link, '')}
+    known = {shape.name: link.name for link in description.links.values()
+             for shape in link.collisions}
+    found = set()
+    for name in spec.collisions:
+        plain = name.rsplit('::', 1)[-1].rsplit('_fixed_joint_lump__', 1)[-1]
+        if plain in known:
+            numbered = '_fixed_joint_lump__' in name    # sdformat numbers those through
+            found.add((known[plain], '' if numbered else plain))
+            continue
+        link = plain.rsplit('_collision', 1)[0]
+        if link not in description.links or not description.links[link].collisions:
+            raise ModelError(f"contact sensor '{spec.name}' watches collision '{name}', which "
+                             f"does not exist; collisions are {', '.join(known) or '(none)'}")
+        found.add((link, ''))
+    return found
+
+
+def distance(shape, point):
+    """Distance [m] from a point of the link's frame to a shape's surface, 0 inside.
+
+    Exact for spheres, boxes and cylinders; a mesh counts as a ball round its origin of no size,
+    a plane as its surface.
+    """
+    local = shape.pose.matrix.T @ (np.asarray(point) - np.asarray(shape.pose.position))
+    geometry = shape.geometry
+    if geometry.kind == 'box':
+        outside = np.maximum(np.abs(local) - np.asarray(geometry.size) / 2.0, 0.0)
+        return float(np.linalg.norm(outside))
+    if geometry.kind == 'sphere':
+        return max(0.0, float(np.linalg.norm(local)) - geometry.size[0])
+    if geometry.kind == 'cylinder':
+        radius, length = geometry.size
+        return float(np.hypot(max(0.0, np.hypot(local[0], local[1]) - radius),
+                              max(0.0, abs(local[2]) - length / 2.0)))
+    return abs(float(local[2])) if geometry.kind == 'plane' else float(np.linalg.norm(local))
+
+
+def nearest(shapes, point):
+    """The shape of a link that a contact point belongs to, or None when it has none.
+
+    Args:
+        shapes: collision Shapes in the link's frame.
+        point: (3,) [m] in that frame.
+    """
+    if len(shapes) < 2:
+        return shapes[0] if shapes else None
+    return min(shapes, key=lambda shape: distance(shape, point))
