@@ -3,7 +3,6 @@ import math
 
 import pytest
 
-from bullet_bridge import node
 from bullet_bridge.config import Config, parse_config
 
 
@@ -27,6 +26,8 @@ def test_defaults():
     ('pub_clock_frequency', 100, 'clock_rate', 100.0),
     ('pub_clock_frequency', 0, 'clock_rate', 200.0),
     ('seed', 7, 'seed', 7),
+    ('monotonic_clock', True, 'monotonic_clock', True),
+    ('step_timeout', 2, 'step_timeout', 2.0),
     ('gui', True, 'gui', True),
     ('headless', True, 'headless', True),
 ])
@@ -39,6 +40,7 @@ def test_good_values(name, value, field, expected):
     ('real_time_factor', 'fast'), ('real_time_factor', True),
     ('pub_clock_frequency', -1), ('pub_clock_frequency', None), ('pub_clock_frequency', math.nan),
     ('renderer', 'ogre'), ('renderer', 3), ('paused', 'yes'), ('paused', 1), ('lockstep', 'no'),
+    ('monotonic_clock', 0), ('step_timeout', -1), ('step_timeout', math.inf),
     ('gui', 'true'), ('seed', 'x'), ('seed', math.nan)])
 def test_bad_values_are_named(name, value):
     with pytest.raises(ValueError) as error:
@@ -47,10 +49,5 @@ def test_bad_values_are_named(name, value):
     assert 'must be' in str(error.value)
 
 
-@pytest.mark.parametrize('gui, headless, said', [
-    (True, False, ['no viewer yet; use rviz:=true']), (True, True, []), (False, False, [])])
-def test_gui_is_warned_about(monkeypatch, gui, headless, said):
-    log = []
-    monkeypatch.setattr(node.rospy, 'logwarn', log.append)
-    node.warn_about_gui(Config(gui=gui, headless=headless))
-    assert log == said
+def test_lockstep_starts_paused():
+    assert parse(lockstep=True).paused and not parse(lockstep=False).paused

@@ -6,7 +6,7 @@ import pytest
 from controller_manager_msgs import srv
 from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge import control
+from bullet_bridge import control, controller_topics
 from bullet_bridge.control import RobotControl
 from bullet_bridge.jobs import JobQueue
 from bullet_sim.pose import Pose
@@ -65,8 +65,9 @@ class Bot:
         def make(name, kind, call=None, **_):
             self.wires[name] = Wire(name, kind, call)
             return self.wires[name]
-        for kind in ('Publisher', 'Subscriber', 'Service'):
+        for kind in ('Subscriber', 'Service'):
             monkeypatch.setattr(control.rospy, kind, make)
+        monkeypatch.setattr(controller_topics, 'publisher', make)
         monkeypatch.setattr(control.rospy, 'get_param',
                             lambda name, default=None: PARAMS.get(name, default))
         for level in ('loginfo', 'logwarn', 'logerr'):
@@ -146,8 +147,10 @@ def test_load_switch_list_unload(bot):
     assert bot.wires['/bot/drive/command'].closed
 
 
-def test_a_slash_before_the_name_does_not_matter(bot):
-    assert bot.load('/drive') and bot.unload('/drive')
+@pytest.mark.parametrize('name', ['/drive', '/bot/drive', 'bot/drive', 'drive/'])
+def test_slashes_and_the_namespace_in_a_name_do_not_matter(bot, name):
+    assert bot.load(name) and bot.switch(start=[name]) and bot.states() == {'drive': 'running'}
+    assert bot.switch(stop=[name]) and bot.unload(name)
     assert bot.wires['/bot/drive/command'].closed
 
 

@@ -99,7 +99,7 @@ def test_laser_scan_fields():
     assert (message.angle_min, message.angle_max, message.angle_increment) == (-1.0, 1.0, 1.0)
     assert (message.range_min, message.range_max) == (0.2, 8.0)
     assert (message.scan_time, message.time_increment) == (0.05, 0.0)
-    assert message.ranges == [1.0, math.inf, 2.0] and list(message.intensities) == []
+    assert message.ranges == [1.0, math.inf, 2.0] and list(message.intensities) == [0] * 3
     assert message.header.frame_id == 'laser' and packs(message)
 
 

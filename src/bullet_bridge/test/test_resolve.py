@@ -42,6 +42,61 @@ def test_model_path_of_a_package():
     assert Resolver()('model://bullet_bridge/package.xml') == f'{share}/package.xml'
 
 
+def test_a_folder_within_a_model(models):
+    (models / 'cone' / 'materials' / 'scripts').mkdir(parents=True)
+    assert Resolver()('model://cone/materials/scripts') == str(
+        models / 'cone' / 'materials' / 'scripts')
+
+
+@pytest.mark.parametrize('config, file', [
+    ('<model><sdf version="1.4">old.sdf</sdf><sdf version="1.6">new.sdf</sdf></model>', 'new.sdf'),
+    ('<model><sdf>lost.sdf</sdf></model>', 'model.sdf'),
+    ('<model', 'model.sdf')])
+def test_model_config_names_the_file(models, config, file):
+    for name in ('old.sdf', 'new.sdf'):
+        (models / 'cone' / name).write_text('<sdf/>')
+    (models / 'cone' / 'model.config').write_text(config)
+    assert Resolver()('model://cone') == str(models / 'cone' / file)
+
+
+@pytest.mark.parametrize('depends', [
+    '<depend>gazebo_ros</depend>', '<exec_depend>gazebo_ros</exec_depend>', ''])
+def test_a_package_exports_its_model_folder(tmp_path, monkeypatch, depends):
+    package = tmp_path / 'park_sim'
+    (package / 'models' / 'tree').mkdir(parents=True)
+    (package / 'models' / 'tree' / 'model.sdf').write_text('<sdf/>')
+    (package / 'package.xml').write_text(f'''<package format="2"><name>park_sim</name>
+        <version>0.0.1</version><description>d</description>
+        <maintainer email="a@example.org">a</maintainer><license>MIT</license>{depends}
+        <export><gazebo_ros gazebo_model_path="${{prefix}}/models"/></export></package>''')
+    (tmp_path / 'broken').mkdir()
+    (tmp_path / 'broken' / 'package.xml').write_text('<package><name>broken</name></package>')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
+    assert Resolver()('model://tree') == str(package / 'models' / 'tree' / 'model.sdf')
+
+
+def test_models_of_the_home_folder(tmp_path, monkeypatch):
+    folder = tmp_path / '.gazebo' / 'models' / 'tree'
+    folder.mkdir(parents=True)
+    (folder / 'model.sdf').write_text('<sdf/>')
+    monkeypatch.setenv('HOME', str(tmp_path))
+    monkeypatch.delenv('GAZEBO_MODEL_PATH', raising=False)
+    assert Resolver()('model://tree') == str(folder / 'model.sdf')
+
+
+def test_a_models_folder_by_path(models):
+    assert Resolver()(str(models / 'cone')) == str(models / 'cone' / 'model.sdf')
+    assert Resolver()(f"file://{models / 'cone'}") == str(models / 'cone' / 'model.sdf')
+
+
+def test_relative_file_in_resource_path(tmp_path, monkeypatch):
+    (tmp_path / 'media').mkdir()
+    (tmp_path / 'media' / 'a.stl').write_text('')
+    monkeypatch.setenv('GAZEBO_RESOURCE_PATH', str(tmp_path))
+    assert Resolver()('file://media/a.stl') == str(tmp_path / 'media' / 'a.stl')
+    assert Resolver()('file://media/b.stl') == 'media/b.stl'
+
+
 def test_unknown_model_names_it_and_the_folders(models):
     with pytest.raises(ValueError) as error:
         Resolver()('model://no_such_model')
@@ -79,6 +134,18 @@ def test_world_file_of_gazebo_ros(monkeypatch):
     monkeypatch.delenv('GAZEBO_RESOURCE_PATH', raising=False)
     share = rospkg.RosPack().get_path('gazebo_ros')
     assert find_world('worlds/empty.world') == f'{share}/worlds/empty.world'
+
+
+def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
+    package = tmp_path / 'park_sim'
+    (package / 'worlds').mkdir(parents=True)
+    (package / 'worlds' / 'park.world').write_text(WORLD)
+    (package / 'package.xml').write_text('''<package format="2"><name>park_sim</name>
+        <version>0.0.1</version><description>d</description>
+        <maintainer email="a@example.org">a</maintainer><license>MIT</license>
+        <export><gazebo_ros gazebo_media_path="/nowhere:${prefix}"/></export></package>''')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
+    assert find_world('worlds/park.world') == str(package / 'worlds' / 'park.world')
 
 
 def test_missing_world_file_names_all_places(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pytest
 
+from bullet_bridge.clock import SimClock
 from bullet_bridge.schedule import Schedule
 
 
@@ -46,3 +47,20 @@ def test_a_missed_step_is_made_up_for_once():
 def test_an_impossible_rate_is_an_error_with_the_value(rate):
     with pytest.raises(ValueError, match=f'rate is {rate} Hz.*at most 1000 Hz'):
         Schedule(rate, 0.001)
+
+
+@pytest.mark.parametrize('steps, expected', [(0, 110), (1, 110), (10, 110), (11, 120), (35, 140)])
+def test_skip_leaves_out_what_is_too_soon(steps, expected):
+    schedule = Schedule(100.0, 0.001)
+    assert schedule.due(100)
+    schedule.skip(steps)
+    assert schedule.next == expected
+    assert due_steps(schedule, 101, 200) == list(range(expected, 200, 10))
+
+
+def test_the_clock_tells_at_most_once_a_step():
+    said = []
+    clock = SimClock(200.0, 0.01, said.append)
+    assert clock.next == 1
+    clock.set_time_step(0.001, 30)
+    assert clock.next == 35

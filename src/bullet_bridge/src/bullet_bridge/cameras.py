@@ -22,6 +22,7 @@ class Cameras:
         self._starting = threading.Lock()
         self._ready = False
         self._sources = []
+        self._failures = []
 
     def start(self):
         """Start the worker unless it runs; called outside the simulation thread."""
@@ -57,6 +58,7 @@ class Cameras:
     def draw(self, world, outputs):
         """Order pictures of the due outputs (simulation thread)."""
         if not self._ready:
+            self._failures = ['there is no renderer, pictures are missing']
             return
         requests = [output.request for output in outputs]
         if not self._lockstep:
@@ -66,7 +68,14 @@ class Cameras:
             for frame in self._client.render_sync(world.snapshot(), requests):
                 self._publish(frame)
         except RenderError as error:
-            rospy.logerr_throttle(5.0, f'pictures at {world.time:.3f} s are missing: {error}')
+            text = f'pictures at {world.time:.3f} s are missing: {error}'
+            rospy.logerr_throttle(5.0, text)
+            self._failures = self._failures[-2:] + [text]
+
+    def take_failures(self):
+        """What went wrong in lockstep since the last call, at most three sentences."""
+        failures, self._failures = self._failures, []
+        return failures
 
     def _publish(self, frame):
         output = self._outputs.get(frame.camera)

@@ -1,21 +1,19 @@
-"""ros_control's face of one robot: controller_manager services and command topics."""
+"""ros_control's face of one robot: its controllers' life cycles, topics and live tuning."""
 
 import math
 import threading
 
 import rospy
-from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
-from controller_manager_msgs.srv import (
-    ListControllers, ListControllersResponse, ListControllerTypes, ListControllerTypesResponse,
-    LoadController, LoadControllerResponse, ReloadControllerLibraries,
-    ReloadControllerLibrariesResponse, SwitchController, SwitchControllerRequest,
-    SwitchControllerResponse, UnloadController, UnloadControllerResponse)
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge import conversions
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.arrivals import Arrivals
+from bullet_bridge.controller_services import ControllerServices
+from bullet_bridge.controller_topics import topics_of
+from bullet_bridge.jobs import Ended
+from bullet_bridge.pid_tuning import PidTuning
 from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.pid import parse_pid
+
+PID_GAINS = 'gazebo_ros_control/pid_gains'
 
 
 class RobotControl:
@@ -25,25 +23,48 @@ class RobotControl:
         jobs: JobQueue of the simulation thread.
         world, model: of the core.
         namespace: e.g. '/racecar'.
+        arrivals: Arrivals, which count the commands.
     """
 
-    def __init__(self, jobs, world, model, namespace):
-        self._jobs, self._world, self._model = jobs, world, model
+    def __init__(self, jobs, world, model, namespace, arrivals=None):
+        self._jobs = jobs
+        self.world, self.model, self.manager = world, model, model.manager
         self.namespace = '/' + namespace.strip('/') if namespace.strip('/') else ''
-        self._manager = model.manager
+        self.arrivals = arrivals or Arrivals()
         self._mail, self._lock = {}, threading.Lock()
-        self._subscribers, self._state_schedules, self._said = {}, {}, set()
-        self._joint_states = rospy.Publisher(f'{self.namespace}/joint_states', JointState,
-                                             queue_size=10)
-        self._services = [rospy.Service(f'{self.namespace}/controller_manager/{name}', kind, do)
-                          for name, kind, do in (
-                              ('load_controller', LoadController, self._load),
-                              ('unload_controller', UnloadController, self._unload),
-                              ('switch_controller', SwitchController, self._switch),
-                              ('list_controllers', ListControllers, self._list),
-                              ('list_controller_types', ListControllerTypes, self._types),
-                              ('reload_controller_libraries', ReloadControllerLibraries,
-                               self._reload))]
+        self._topics, self._active, self._tunings, self._said = {}, (), {}, set()
+        self._set_joint_gains()
+        self._services = ControllerServices(self.namespace, self.manager, self._answer,
+                                            self._load, self._unload)
+
+    def _set_joint_gains(self):
+        """Joints with gains on the parameter server follow their commands by PID."""
+        entries = rospy.get_param(f'{self.namespace}/{PID_GAINS}', None) or {}
+        if not isinstance(entries, dict):
+            rospy.logerr('%s/%s is %r, must be a mapping from joints to gains', self.namespace,
+                         PID_GAINS, entries)
+            return
+        for joint, values in entries.items():
+            where, warnings = f'{self.namespace}/{PID_GAINS}/{joint}', []
+            try:
+                gains = parse_pid(values, where, warnings)
+                self.manager.hardware.set_gains(joint, gains)
+                self._tune(PID_GAINS, where, gains, lambda gains, j=joint:
+                           self.manager.hardware.set_gains(j, gains))
+            except (SimError, TimeoutError) as error:
+                warnings.append(f'{error}; the gains are not used')
+            for text in warnings:
+                rospy.logwarn('%s', text)
+
+    def _tune(self, owner, namespace, gains, take):
+        """Offer a dynamic_reconfigure server; `take` is run by the simulation."""
+        tuning = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: take(new)))
+        self._tunings.setdefault(owner, []).append(tuning)
+
+    def pid_namespace(self, spec, number):
+        """Where the parameters of a controller's PID are, those of its joint `number`."""
+        of_joint = f'/{spec.joints[number]}' if spec.kind.group else ''
+        return f'{self.namespace}/{spec.name}{of_joint}/pid'
 
     # simulation thread ------------------------------------------------------------------------
     def deliver(self):
@@ -54,124 +75,108 @@ class RobotControl:
             mail, self._mail = self._mail, {}
         for name, values in mail.items():
             try:
-                self._manager.command(name, values)
+                self.manager.command(name, values)
             except SimError as error:
                 rospy.logerr_throttle(1.0, f'{self.namespace}: {error}')
 
     def next_due(self):
-        """First physics step after which joint states are to be published, or infinity."""
-        return min((self._schedule(spec).next
-                    for spec in self._manager.running_state_controllers()), default=math.inf)
-
-    def _schedule(self, spec):
-        schedule = self._state_schedules.get(spec.name)
-        if schedule is None:
-            schedule = Schedule(spec.publish_rate, self._world.time_step, self._world.step_count)
-            self._state_schedules[spec.name] = schedule
-        return schedule
+        """First physics step after which something is to be published, or infinity."""
+        active = tuple(name for name in self._topics if self.manager.is_running(name))
+        for name in active:
+            if name not in self._active:
+                self._topics[name].restart(self.world.step_count)
+        self._active = active
+        return min((self._topics[name].next_due() for name in active), default=math.inf)
 
     def publish(self, step, time):
-        """Publish joint states that are due."""
-        for spec in self._manager.running_state_controllers():
-            if self._schedule(spec).due(step) and self._joint_states.get_num_connections() > 0:
-                self._joint_states.publish(conversions.joint_state(
-                    time, self._model.joints.names, *self._model.joints.read()))
+        """Publish what is due."""
+        for name, topics in self._topics.items():
+            if self.manager.is_running(name):
+                topics.publish(step, time)
 
     def restart(self):
         """Start afresh after a reset."""
         with self._lock:
             self._mail = {}
-        self._state_schedules = {}
+        for topics in self._topics.values():
+            topics.restart(self.world.step_count)
 
-    # service threads --------------------------------------------------------------------------
-    def _accept(self, name):
-        def callback(message):
-            data = message.data
-            with self._lock:
-                self._mail[name] = (data,) if isinstance(data, float) else tuple(data)
-        return callback
+    # other threads ----------------------------------------------------------------------------
+    def keep_mail(self, name, values):
+        """Keep a command for the next step; the latest wins."""
+        with self._lock:
+            self._mail[name] = values
 
-    def _load(self, request):
-        name = request.name.strip('/')
+    def _load(self, name):
         config = rospy.get_param(f'{self.namespace}/{name}', None)
         if config is None:
             rospy.logerr("%s: controller '%s' has no parameters: %s/%s is not on the parameter "
                          'server', self.namespace, name, self.namespace, name)
-            return LoadControllerResponse(ok=False)
-        spec = self._answer(lambda: self._check_rate(self._manager.load(name, config)))
+            return False
+        spec = self._answer(lambda: self._check_rate(self.manager.load(name, config)))
         if spec is None:
-            return LoadControllerResponse(ok=False)
+            return False
         for note in spec.notes:
-            self._say_once(spec.kind.type, note)
-        if spec.kind.interface != 'state':
-            kind = Float64MultiArray if spec.kind.group else Float64
-            self._subscribers[name] = rospy.Subscriber(
-                f'{self.namespace}/{name}/command', kind, self._accept(name), queue_size=1,
-                tcp_nodelay=True)
-        return LoadControllerResponse(ok=True)
+            self._say_once(rospy.loginfo, note.partition(': ')[2] or note, note)
+        for warning in (*spec.warnings, *self.manager.cut_gains(spec, self.world.time_step)):
+            self._say_once(rospy.logwarn, warning, warning)
+        try:
+            topics = topics_of(self, spec)
+            self._answer(lambda: self._topics.update({name: topics}))
+            for number, gains in enumerate(spec.gains):
+                self._tune(name, self.pid_namespace(spec, number), gains,
+                           lambda new, n=number: self._set_gains(name, n, new))
+        except (rospy.ROSException, OSError, ValueError) as error:
+            rospy.logerr("%s: topics of controller '%s' cannot be made: %s", self.namespace, name,
+                         error)
+            self._unload(name)
+            return False
+        return True
+
+    def _set_gains(self, name, number, gains):
+        self.manager.get(name).pids[number].gains = gains
 
     def _check_rate(self, spec):
-        if spec.kind.interface == 'state' and spec.publish_rate * self._world.time_step > 1:
-            self._manager.unload(spec.name)
+        """Refuse a rate that the physics cannot give; nothing is left behind then."""
+        if (spec.kind.interface == 'state' or spec.kind.drive) \
+                and spec.publish_rate * self.world.time_step > 1.0001:
+            self.manager.unload(spec.name)
             raise ControllerError(f"controller '{spec.name}' publish_rate is "
                                   f'{spec.publish_rate}, must be at most '
-                                  f'{1 / self._world.time_step:g} Hz, one per physics step')
+                                  f'{1 / self.world.time_step:g} Hz, one per physics step')
         return spec
 
-    def _say_once(self, key, text):
+    def _say_once(self, log, key, text):
         if key not in self._said:
             self._said.add(key)
-            rospy.loginfo('%s: %s', self.namespace, text)
+            log('%s: %s', self.namespace, text)
 
-    def _unload(self, request):
-        name = request.name.strip('/')
-        done = self._answer(lambda: self._manager.unload(name) or True)
-        subscriber = self._subscribers.pop(name, None) if done else None
-        if subscriber is not None:
-            subscriber.unregister()
-        return UnloadControllerResponse(ok=bool(done))
-
-    def _switch(self, request):
-        strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
-        left_out = self._answer(lambda: self._manager.switch(
-            request.start_controllers, request.stop_controllers, strict))
-        if left_out is None:
-            return SwitchControllerResponse(ok=False)
-        for reason in left_out:
-            rospy.logwarn('%s: %s', self.namespace, reason)
-        return SwitchControllerResponse(ok=True)
-
-    def _list(self, _):
-        response = ListControllersResponse()
-        for spec, state in self._answer(self._manager.list) or []:
-            resources = HardwareInterfaceResources(
-                hardware_interface=spec.kind.hardware_interface,
-                resources=[] if spec.kind.interface == 'state' else list(spec.joints))
-            response.controller.append(ControllerState(
-                name=spec.name, state=state, type=spec.kind.type,
-                claimed_resources=[resources]))
-        return response
-
-    def _types(self, _):
-        types = self._manager.types()
-        return ListControllerTypesResponse(types=types,
-                                           base_classes=['controller_interface'] * len(types))
-
-    def _reload(self, _):
-        return ReloadControllerLibrariesResponse(ok=True)
+    def _unload(self, name):
+        def work():
+            self.manager.unload(name)
+            with self._lock:
+                self._mail.pop(name, None)
+            return self._topics.pop(name, None), self._tunings.pop(name, [])
+        done = self._answer(work)
+        if done is None:
+            return False
+        topics, tunings = done
+        for wire in [topics] * (topics is not None) + tunings:
+            wire.close()
+        return True
 
     def _answer(self, work):
         """Result of a job, or None with the reason in the log."""
         try:
             return self._jobs.call(work)
+        except Ended:
+            return None     # whoever asks at the end of all is not in need of a reason
         except (SimError, TimeoutError) as error:
             rospy.logerr('%s: %s', self.namespace, error)
             return None
 
     def close(self):
         """Withdraw services and topics."""
-        for service in self._services:
-            service.shutdown('model deleted')
-        for subscriber in self._subscribers.values():
-            subscriber.unregister()
-        self._joint_states.unregister()
+        self._services.close()
+        for wire in [*self._topics.values(), *(t for ts in self._tunings.values() for t in ts)]:
+            wire.close()

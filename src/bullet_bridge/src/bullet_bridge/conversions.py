@@ -1,5 +1,6 @@
 """Arrays and poses of the core <-> ROS messages."""
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Twist
@@ -32,6 +33,11 @@ def pose_to_msg(pose):
     return message
 
 
+def vector(message):
+    """(3,) array of a geometry_msgs/Vector3 or Point."""
+    return np.array((message.x, message.y, message.z))
+
+
 def twist_to_msg(linear, angular):
     """geometry_msgs/Twist of two (3,) arrays [m/s, rad/s]."""
     message = Twist()
@@ -49,19 +55,25 @@ def joint_state(time, names, positions, velocities, efforts):
 
 
 def odometry(time, spec, pose, linear, angular):
-    """nav_msgs/Odometry of a GroundTruthSpec, without covariance: it has no error."""
+    """nav_msgs/Odometry of a GroundTruthSpec; covariances hold the square of its noise."""
     message = Odometry(child_frame_id=spec.child_frame_id)
     message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
     message.pose.pose = pose_to_msg(pose)
     message.twist.twist = twist_to_msg(linear, angular)
+    for covariance in (message.pose.covariance, message.twist.covariance):
+        covariance[::7] = [spec.noise_stddev ** 2] * 6
     return message
 
 
-def image(time, frame_id, rgb):
-    """sensor_msgs/Image rgb8 of an (H, W, 3) uint8 array."""
+def image(time, frame_id, rgb, encoding='rgb8'):
+    """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
     height, width = rgb.shape[:2]
-    message = Image(height=height, width=width, encoding='rgb8', step=3 * width,
-                    data=rgb.tobytes())
+    if encoding == 'bgr8':
+        rgb = rgb[:, :, ::-1]
+    elif encoding == 'mono8':
+        rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
+    message = Image(height=height, width=width, encoding=encoding,
+                    step=width * (1 if encoding == 'mono8' else 3), data=rgb.tobytes())
     message.header.stamp, message.header.frame_id = stamp(time), frame_id
     return message
 
@@ -71,6 +83,7 @@ def camera_info(spec, arrays):
     d, k, r, p = arrays
     message = CameraInfo(height=spec.height, width=spec.width, distortion_model='plumb_bob',
                          D=list(d), K=list(k), R=list(r), P=list(p))
+    message.P[3] = -message.P[0] * spec.baseline    # of a stereo pair's right camera
     message.header.frame_id = spec.frame_id
     return message
 
@@ -80,7 +93,7 @@ def laser_scan(time, spec, increment, ranges):
     message = LaserScan(angle_min=spec.min_angle, angle_max=spec.max_angle,
                         angle_increment=increment, scan_time=1.0 / spec.rate,
                         range_min=spec.range_min, range_max=spec.range_max,
-                        ranges=ranges.tolist())
+                        ranges=ranges.tolist(), intensities=[0.0] * len(ranges))
     message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
     return message
 
@@ -93,4 +106,7 @@ def imu_message(time, spec, orientation, rate, force):
     q.x, q.y, q.z, q.w = orientation
     w.x, w.y, w.z = (float(v) for v in rate)
     a.x, a.y, a.z = (float(v) for v in force)
+    for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                       message.linear_acceleration_covariance):
+        covariance[0] = covariance[4] = covariance[8] = spec.variance
     return message

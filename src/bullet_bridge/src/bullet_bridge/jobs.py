@@ -75,6 +75,8 @@ class JobQueue:
         """
         if wait > 0 and not self._jobs:
             self._bell.acquire(timeout=wait)
+        if not self._jobs:
+            return 0
         count = 0
         while True:
             try:

@@ -4,14 +4,21 @@ import sys
 
 import rospy
 
+from bullet_bridge import publishing
+from bullet_bridge.arrivals import Arrivals
 from bullet_bridge.cameras import Cameras
+from bullet_bridge.clock import SimClock, set_own_time
 from bullet_bridge.config import parse_config
 from bullet_bridge.gazebo_services import GazeboServices
 from bullet_bridge.jobs import JobQueue
 from bullet_bridge.resolve import Resolver, find_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.server import Server
+from bullet_bridge.statistics import StatisticsService
+from bullet_bridge.step import StepService
+from bullet_bridge.viewer_link import ViewerLink
 from bullet_sim.errors import SimError, WorldError
+from bullet_sim.quiet import keep_python_audible
 from bullet_sim.sdf import parse_world
 from bullet_sim.world import World
 
@@ -34,28 +41,35 @@ def load_world(world, path, resolve):
         rospy.logwarn('%s', warning)
 
 
-def warn_about_gui(config):
-    """Say once that the viewer that was asked for is missing."""
-    if config.gui and not config.headless:
-        rospy.logwarn('no viewer yet; use rviz:=true')
-
-
 def main():
     """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
-    rospy.init_node('gazebo')
+    keep_python_audible()
+    # The node would hear its own /clock through a socket and a thread: it sets its time itself.
+    rospy.init_node('gazebo', disable_rostime=True)
     world = World()
-    cameras = None
+    cameras = viewer = None
     try:
         config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
-        warn_about_gui(config)
+        publishing.set_lockstep(config.lockstep)
         resolve = Resolver()
         load_world(world, config.world_file, resolve)
         jobs = JobQueue()
         rospy.on_shutdown(jobs.close)
         cameras = Cameras(config.renderer, config.lockstep)
-        robots = Robots(jobs, world, cameras, config.seed)
-        server = Server(world, jobs, robots, config)
-        GazeboServices(world, jobs, robots, server, resolve)
+        arrivals = Arrivals()
+        robots = Robots(jobs, world, cameras, config.seed, arrivals)
+        own_time = set_own_time if rospy.get_param('/use_sim_time', False) else None
+        clock = SimClock(config.clock_rate, world.time_step, own=own_time)
+        server = Server(world, jobs, robots, config, clock)
+        GazeboServices(world, jobs, robots, server, resolve, config.states_rate,
+                       rospy.get_name())
+        StatisticsService(jobs, server)
+        StepService(jobs, server, arrivals, config.step_timeout)
+        robots.adopt()
+        viewer = ViewerLink(jobs, world, server, config.renderer)
+        viewer.offer()
+        if config.gui and not config.headless:
+            viewer.open()
         rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step,
                       f'real time x {config.real_time_factor:g}' if config.real_time_factor
                       else 'as fast as possible')
@@ -64,6 +78,8 @@ def main():
         rospy.logfatal('%s', error)
         return 1
     finally:
+        if viewer is not None:
+            viewer.close()
         if cameras is not None:
             cameras.close()
         world.close()

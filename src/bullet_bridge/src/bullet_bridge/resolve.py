@@ -1,8 +1,10 @@
 """URIs of models and meshes -> files: package://, model://, file:// and plain paths."""
 
 import os
+import xml.etree.ElementTree as ElementTree
 
 import rospkg
+from catkin_pkg.package import InvalidPackage
 
 
 class Resolver:
@@ -21,13 +23,14 @@ class Resolver:
         scheme, _, rest = uri.partition('://')
         if not rest:
             if os.path.isabs(uri):
-                return uri
+                return _sdf_file(uri) or uri
             raise ValueError('a mesh needs package://, model://, file:// or an absolute path')
         if scheme == 'file':
-            return rest
+            return self._file(rest)
         if scheme == 'package':
             name, _, path = rest.partition('/')
-            return os.path.join(self._package(name), path)
+            path = os.path.join(self._package(name), path)
+            return _sdf_file(path) or path
         if scheme == 'model':
             return self._model(rest)
         raise ValueError(f"scheme '{scheme}' is not one of package, model, file")
@@ -38,12 +41,23 @@ class Resolver:
         except rospkg.ResourceNotFound as error:
             raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
 
+    def _file(self, path):
+        """A file:// path; a relative one is looked for as Gazebo does, then taken as it is."""
+        places = [] if os.path.isabs(path) else [
+            folder for folder in os.environ.get('GAZEBO_RESOURCE_PATH', '').split(':') if folder]
+        if not os.path.isabs(path):
+            places += exported_folders(self._packages, 'gazebo_media_path') + self._folders()
+        found = [os.path.join(place, path) for place in places]
+        path = next((place for place in found if os.path.exists(place)), path)
+        return _sdf_file(path) or path
+
     def _model(self, rest):
         for folder in self._folders():
             path = os.path.join(folder, rest)
-            if os.path.isfile(os.path.join(path, 'model.sdf')):
-                return os.path.join(path, 'model.sdf')
-            if os.path.isfile(path):
+            model = _sdf_file(path)
+            if model:
+                return model
+            if '/' in rest.strip('/') and os.path.exists(path):     # a file or material folder
                 return path
         name, _, path = rest.partition('/')
         try:
@@ -55,20 +69,47 @@ class Resolver:
     def _folders(self):
         if self._model_paths is None:
             folders = os.environ.get('GAZEBO_MODEL_PATH', '').split(':')
-            for name in self._packages.get_depends_on('gazebo_ros', implicit=False):
-                exports = self._packages.get_manifest(name).get_export(
-                    'gazebo_ros', 'gazebo_model_path')
-                folders += [e.replace('${prefix}', self._packages.get_path(name))
-                            for e in exports]
-            self._model_paths = [folder for folder in folders if folder]
+            folders += exported_folders(self._packages, 'gazebo_model_path')
+            folders.append(os.path.join('~', '.gazebo', 'models'))
+            self._model_paths = [os.path.expanduser(folder) for folder in folders if folder]
         return self._model_paths
+
+
+def exported_folders(packages, key):
+    """Folders that packages name in their <export><gazebo_ros KEY="..."/>, in order.
+
+    Args:
+        packages: rospkg.RosPack.
+        key: gazebo_model_path (models) or gazebo_media_path (worlds, materials).
+    """
+    folders = []
+    for name in packages.list():        # rospkg overlooks <depend> of format 2
+        try:
+            exports = packages.get_manifest(name).get_export('gazebo_ros', key)
+        except (InvalidPackage, rospkg.InvalidManifest, rospkg.ResourceNotFound):
+            continue    # a broken package.xml has none
+        folders += [folder.replace('${prefix}', packages.get_path(name))
+                    for export in exports for folder in export.split(':') if folder]
+    return folders
+
+
+def _sdf_file(folder):
+    """The SDF file of a model's folder: the last that its model.config names, or model.sdf."""
+    names = ['model.sdf']
+    try:
+        config = ElementTree.parse(os.path.join(folder, 'model.config'))
+        names += [(element.text or '').strip() for element in config.iter('sdf')]
+    except (OSError, ElementTree.ParseError):
+        pass        # none, or a broken one
+    found = [os.path.join(folder, name) for name in names if name]
+    return next((path for path in reversed(found) if os.path.isfile(path)), None)
 
 
 def find_world(path):
     """Path of a world file, looked for as Gazebo does.
 
     A path that exists is taken as it is; a relative one is then looked for in the folders of
-    GAZEBO_RESOURCE_PATH and in the package gazebo_ros.
+    GAZEBO_RESOURCE_PATH, in the package gazebo_ros and in packages' gazebo_media_path exports.
 
     Raises:
         ValueError: it is nowhere; names all places.
@@ -77,10 +118,12 @@ def find_world(path):
         return path
     places = [os.getcwd()]
     places += [f for f in os.environ.get('GAZEBO_RESOURCE_PATH', '').split(':') if f]
+    packages = rospkg.RosPack()
     try:
-        places.append(rospkg.RosPack().get_path('gazebo_ros'))
+        places.append(packages.get_path('gazebo_ros'))
     except rospkg.ResourceNotFound:
         places.append('package gazebo_ros (not on ROS_PACKAGE_PATH)')
+    places += exported_folders(packages, 'gazebo_media_path')
     for place in places:
         found = os.path.join(place, path)
         if os.path.isfile(found):

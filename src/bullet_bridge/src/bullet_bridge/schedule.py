@@ -30,6 +30,12 @@ class Schedule:
         self._count = math.floor(step / self._ratio + 1e-9) + 1
         self.next = round(self._count * self._ratio)
 
+    def skip(self, steps):
+        """Leave out due steps that are less than `steps` after the last one before `next`."""
+        first = round((self._count - 1) * self._ratio) + steps
+        self._count = max(self._count, math.ceil(first / self._ratio - 1e-9))
+        self.next = round(self._count * self._ratio)
+
     def due(self, step):
         """Whether it is due at this step; then the next due step is set."""
         if step < self.next:

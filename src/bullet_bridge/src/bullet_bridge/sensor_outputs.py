@@ -4,15 +4,14 @@ Everything here runs in the simulation thread, except creation of publishers.
 """
 
 import numpy as np
-import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 
 from bullet_bridge import conversions
+from bullet_bridge.publishing import publisher
 from bullet_bridge.schedule import Schedule
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Pose, cross
 from bullet_sim.sensors import camera, ground_truth, imu, lidar
-from bullet_sim.specs import CameraSpec, GroundTruthSpec, ImuSpec, RaySpec
 
 
 class Output:
@@ -28,14 +27,19 @@ class Output:
 
     def __init__(self, world, model, spec, seed):
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        self.schedule = Schedule(spec.rate, world.time_step, world.step_count)
-        self.publisher = rospy.Publisher(spec.topic, self.message, queue_size=10)
+        fastest = 1.0 / world.time_step     # as in Gazebo: more often than a step is each step
+        rate = min(spec.rate or fastest, fastest)
+        self.schedule = Schedule(rate, world.time_step, world.step_count)
+        self.publisher = publisher(spec.topic, self.message)
         self.restart()
 
     def restart(self):
         """Start afresh after a reset: schedule and noise."""
         self.schedule.restart(self.world.step_count)
         self.rng = np.random.default_rng(self.seed)
+
+    def attach(self, arrivals):
+        """Subscribe to what it takes in, through Arrivals; most take in nothing."""
 
     def listened(self):
         """Whether somebody subscribes."""
@@ -54,7 +58,7 @@ class Output:
         pose, linear, angular = self.model.link_state(self.spec.link)
         offset = Pose.from_xyz_rpy(*self.spec.pose)
         arm = pose.matrix @ np.asarray(offset.position)
-        return pose * offset, linear + np.cross(angular, arm), angular
+        return pose * offset, linear + cross(angular, arm), angular
 
 
 class GroundTruthOutput(Output):
@@ -63,7 +67,7 @@ class GroundTruthOutput(Output):
     message = Odometry
 
     def update(self, time):
-        pose, linear, angular = self.model.link_state(self.spec.link)
+        pose, linear, angular = self.sensor_state()
         linear, angular = ground_truth.twist(pose.orientation, linear, angular,
                                              self.spec.twist_in_child)
         if self.spec.noise_stddev > 0:
@@ -83,9 +87,9 @@ class LidarOutput(Output):
         super().__init__(world, model, spec, seed)
 
     def update(self, time):
-        pose, _, _ = self.sensor_state()
+        pose, _, _ = self.model.link_state(self.spec.link)
         ranges = self._lidar.scan(self.world.engine, np.array(pose.position),
-                                  np.array(pose.orientation), self.rng)
+                                  np.array(pose.orientation), self.rng, self.model.body)
         self.publisher.publish(conversions.laser_scan(
             time, self.spec, self._lidar.angle_increment, ranges))
 
@@ -108,8 +112,10 @@ class ImuOutput(Output):
                                                  time - self._before[1])
         self._before = (linear, time)
         rate, force = imu.reading(pose.orientation, angular, acceleration, self.world.gravity)
-        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng)
-        force = imu.add_noise(force, self.spec.accel_noise_stddev, self.rng)
+        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng,
+                             self.spec.gyro_noise_mean)
+        force = imu.add_noise(force, self.spec.accel_noise_stddev, self.rng,
+                              self.spec.accel_noise_mean)
         self.publisher.publish(
             conversions.imu_message(time, self.spec, pose.orientation, rate, force))
 
@@ -129,7 +135,7 @@ class CameraOutput(Output):
         from bullet_sim.render.request import CameraRequest
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(world, model, spec, seed)
-        self._info_publisher = rospy.Publisher(spec.info_topic, CameraInfo, queue_size=10)
+        self._info_publisher = publisher(spec.info_topic, CameraInfo)
         self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
         index, offset = model.carrier(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
@@ -143,16 +149,16 @@ class CameraOutput(Output):
 
     def publish_frame(self, frame):
         """Publish a finished picture and its camera_info with the snapshot's stamp."""
-        message = conversions.image(frame.time, self.spec.frame_id, frame.rgb)
+        self._info_publisher.publish(self.info_message(frame.time))
+        self.publisher.publish(conversions.image(frame.time, self.spec.frame_id, frame.rgb,
+                                                 self.spec.encoding))
+
+    def info_message(self, time):
+        """camera_info for a simulated time [s]."""
         info = conversions.camera_info(self.spec, self._info)
-        info.header.stamp = message.header.stamp
-        self._info_publisher.publish(info)
-        self.publisher.publish(message)
+        info.header.stamp = conversions.stamp(time)
+        return info
 
     def close(self):
         super().close()
         self._info_publisher.unregister()
-
-
-OUTPUTS = {GroundTruthSpec: GroundTruthOutput, RaySpec: LidarOutput, ImuSpec: ImuOutput,
-           CameraSpec: CameraOutput}

@@ -1,0 +1,130 @@
+"""Sending without a thread in between.
+
+rospy hands every message of a publisher with a queue to a thread per subscriber and yields to it,
+which costs the physics several thread switches a message. Here the publishing thread writes to the
+socket itself as long as the kernel takes the bytes at once; only what it does not take waits for a
+thread. Nagle's algorithm is off: a message waits for nobody's acknowledgement.
+"""
+
+import collections
+import socket
+import threading
+
+import rospy
+from rospy.exceptions import TransportTerminated
+
+
+class DirectConnection:
+    """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does.
+
+    Args:
+        connection: rospy transport with a socket.
+        limit: messages that may wait, the oldest is dropped beyond; None: writing waits until the
+            kernel has taken all.
+    """
+
+    def __init__(self, connection, limit):
+        self._connection, self._limit = connection, limit
+        self._socket = connection.socket
+        self._socket.settimeout(None)
+        if self._socket.family in (socket.AF_INET, socket.AF_INET6):
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._changed = threading.Condition()
+        self._waiting, self._thread, self._busy = collections.deque(), None, False
+        connection.set_cleanup_callback(self._on_close)
+
+    def __getattr__(self, name):
+        if name.startswith('__'):
+            raise AttributeError(name)
+        return getattr(self._connection, name)
+
+    def write_data(self, data):
+        """Send a message; rospy calls it with the topic's lock held.
+
+        Raises:
+            TransportTerminated: the subscriber is gone.
+        """
+        if self._connection.done:
+            raise TransportTerminated('connection closed')
+        try:
+            if self._limit is None:
+                self._socket.sendall(data)
+            elif self._busy or not self._send_now(data):
+                self._send_later(data)
+        except OSError as error:
+            self._connection.close()
+            raise TransportTerminated(str(error)) from error
+        self._connection.stat_bytes += len(data)
+        self._connection.stat_num_msg += 1
+        return True
+
+    def _send_now(self, data):
+        """Whether the kernel took all; the rest of what it took in part goes to the thread."""
+        try:
+            sent = self._socket.send(data, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return False
+        if sent < len(data):
+            with self._changed:
+                self._waiting.appendleft(memoryview(data)[sent:])
+            self._wake()
+        return True
+
+    def _send_later(self, data):
+        with self._changed:
+            if len(self._waiting) > self._limit:
+                del self._waiting[1 if isinstance(self._waiting[0], memoryview) else 0]
+            self._waiting.append(data)
+        self._wake()
+
+    def _wake(self):
+        with self._changed:
+            self._busy = bool(self._waiting) or self._busy
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._drain, name='slow-subscriber',
+                                                daemon=True)
+                self._thread.start()
+            self._changed.notify_all()
+
+    def _drain(self):
+        """The thread: sends what waits, in order."""
+        while True:
+            with self._changed:
+                while not self._waiting and not self._connection.done:
+                    self._busy = False
+                    self._changed.wait()
+                if self._connection.done:
+                    return
+                data = self._waiting.popleft()
+            try:
+                self._socket.sendall(data)
+            except OSError:
+                self._connection.close()
+                return
+
+    def _on_close(self, _connection):
+        with self._changed:
+            self._changed.notify_all()
+
+
+def send_directly(publisher, limit):
+    """Let a new rospy.Publisher use DirectConnection for TCP subscribers.
+
+    Args:
+        publisher: rospy.Publisher without a queue, just made: nobody is connected yet.
+        limit: see DirectConnection.
+    """
+    impl = publisher.impl
+    if getattr(impl, 'sends_directly', False):     # another Publisher of the same topic did it
+        return
+    plain = impl.add_connection
+
+    def add_connection(connection):
+        if getattr(connection, 'socket', None) is not None:
+            try:
+                connection = DirectConnection(connection, limit)
+            except OSError as error:    # gone already
+                rospy.logdebug('subscriber of %s is gone: %s', impl.resolved_name, error)
+                return False
+        return plain(connection)
+    impl.add_connection, impl.sends_directly = add_connection, True

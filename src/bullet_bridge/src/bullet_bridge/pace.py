@@ -1,0 +1,61 @@
+"""How fast simulated time goes, and how well it keeps to that."""
+
+import collections
+import time as wall
+
+MAX_LAG = 0.25          # [s] wall time behind which the pace starts anew instead of catching up
+WINDOW = 1.0            # [s] wall time over which the real time factor is measured
+REMEMBERED = 4096       # batches whose lateness is kept
+
+
+class Pace:
+    """Wall time at which simulated times are due.
+
+    Args:
+        factor: simulated seconds per wall second; 0: as fast as possible.
+        now: function that gives wall time [s].
+
+    Attributes:
+        factor: as above.
+    """
+
+    def __init__(self, factor, now=wall.monotonic):
+        self.factor, self._now = factor, now
+        self._late = collections.deque(maxlen=REMEMBERED)
+        self._measured = 0.0
+        self.anchor(0.0)
+
+    def anchor(self, time):
+        """Count from simulated time [s] and now on."""
+        self._wall_start = self._mark_wall = self._now()
+        self._sim_start = self._mark_sim = time
+
+    def delay(self, time):
+        """Wall time [s] until the step that follows simulated time [s] is due; 0: it is due."""
+        now = self._now()
+        if now - self._mark_wall >= WINDOW:
+            self._measured = (time - self._mark_sim) / (now - self._mark_wall)
+            self._mark_wall, self._mark_sim = now, time
+        if self.factor == 0:
+            return 0.0
+        delay = self._wall_start + (time - self._sim_start) / self.factor - now
+        if delay > 0:
+            return delay
+        self._late.append(-delay)
+        if delay < -MAX_LAG:
+            self._wall_start, self._sim_start = now, time
+        return 0.0
+
+    def statistics(self):
+        """Lateness of the last batches and the speed that was measured.
+
+        Returns:
+            dict of lateness_p50, lateness_p99, lateness_max [s] (wall time between when a batch
+            was due and when it began; 0 without a pace), batches (how many that says) and
+            real_time_factor (over the last full WINDOW; 0: none yet).
+        """
+        late = sorted(self._late)
+        pick = (lambda share: late[min(int(share * len(late)), len(late) - 1)]) if late \
+            else lambda share: 0.0
+        return {'lateness_p50': pick(0.5), 'lateness_p99': pick(0.99), 'lateness_max': pick(1.0),
+                'batches': len(late), 'real_time_factor': self._measured}

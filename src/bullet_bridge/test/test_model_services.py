@@ -1,0 +1,120 @@
+"""Services about models, called as rospy calls them, without a ROS master."""
+import math
+import threading
+
+import pytest
+from gazebo_msgs import srv
+from geometry_msgs.msg import Pose as PoseMsg
+
+from bullet_bridge import answering, model_services
+from bullet_bridge.jobs import JobQueue
+from bullet_bridge.model_services import ModelServices
+from bullet_sim.world import World
+
+URDF = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
+        'izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" type="fixed">'
+        '<parent link="base"/><child link="plate"/></joint></robot>')
+
+
+class FakeRobots:
+    """Stands in for Robots; connect fails when it is told to."""
+
+    def __init__(self):
+        self.names, self.fault, self.closed, self.arrivals = [], None, [], self
+
+    def subscribe(self, *_):
+        """Nobody sends."""
+
+    def connect(self, model, _namespace):
+        """Note it, or fail."""
+        self.names.append(model.name)
+        if self.fault is not None:
+            raise self.fault
+
+    def disconnect(self, name):
+        """Give back what is to be closed."""
+        self.names.remove(name)
+        return [self]
+
+    def close(self):
+        """Note it."""
+        self.closed.append(True)
+
+
+class Desk:
+    """The services with everything around them."""
+
+    def __init__(self, monkeypatch):
+        self.handlers, self.log = {}, []
+        monkeypatch.setattr(model_services.rospy, 'Service',
+                            lambda name, _kind, handler: self.handlers.update({name: handler}))
+        monkeypatch.setattr(answering.rospy, 'logerr',
+                            lambda text, *rest: self.log.append(text % rest))
+        self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
+        ModelServices('/gazebo', self.world, self.jobs, self.robots, str)
+
+    def call(self, name, request):
+        """Call a handler in another thread; the jobs run in this one."""
+        results = []
+
+        def ask():
+            try:
+                results.append(self.handlers[f'/gazebo/{name}'](request))
+            except Exception as error:  # what rospy would tell the caller
+                results.append(error)
+        caller = threading.Thread(target=ask)
+        caller.start()
+        while caller.is_alive():
+            self.jobs.run_pending(wait=0.005)
+        caller.join()
+        return results[0]
+
+    def spawn(self, name='bot', text=URDF, frame=''):
+        """Answer to a spawn request."""
+        return self.call('spawn_urdf_model', srv.SpawnModelRequest(
+            model_name=name, model_xml=text, reference_frame=frame, initial_pose=PoseMsg()))
+
+
+@pytest.fixture(name='desk')
+def _desk(monkeypatch):
+    made = Desk(monkeypatch)
+    yield made
+    made.world.close()
+
+
+def test_spawn_ask_and_delete(desk):
+    assert desk.spawn().success and desk.robots.names == ['bot']
+    told = desk.call('get_model_properties', srv.GetModelPropertiesRequest('bot'))
+    assert (told.body_names, told.joint_names, told.is_static) == (['base'], [], False)
+    state = desk.call('get_model_state', srv.GetModelStateRequest('bot', 'bot::plate'))
+    assert state.success and state.header.frame_id == 'bot::plate' and state.header.seq == 1
+    assert desk.call('delete_model', srv.DeleteModelRequest('bot')).success
+    assert desk.world.models == {} and desk.robots.closed == [True]
+
+
+def test_a_robot_that_cannot_be_connected_does_not_stay(desk):
+    desk.robots.fault = ValueError('no room')
+    assert str(desk.spawn()) == 'no room'
+    assert desk.world.models == {} and desk.robots.names == []
+    desk.robots.fault = None
+    assert desk.spawn().success
+
+
+@pytest.mark.parametrize('values, part', [
+    (dict(name=''), 'needs a name'), (dict(text='<robot'), 'not well-formed'),
+    (dict(frame='moon'), "reference frame 'moon'")])
+def test_a_refused_spawn_says_why_once(desk, values, part):
+    answer = desk.spawn(**values)
+    assert not answer.success and part in answer.status_message
+    assert desk.log == [answer.status_message] and desk.world.models == {}
+
+
+@pytest.mark.parametrize('names, positions, part', [
+    (['weld'], [1.0], "joint 'weld' does not exist or does not move"),
+    (['weld'], [], 'joint_names has 1 entries and joint_positions 0'),
+    (['nose'], [math.nan], "'nose'")])
+def test_bad_configurations(desk, names, positions, part):
+    desk.spawn()
+    answer = desk.call('set_model_configuration', srv.SetModelConfigurationRequest(
+        'bot', '', names, positions))
+    assert not answer.success and part in answer.status_message

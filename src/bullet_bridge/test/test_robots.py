@@ -1,0 +1,162 @@
+"""Outputs and controls of models: who is asked, when, and who is left alone."""
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from bullet_bridge import robots as module
+from bullet_bridge.robots import Robots
+from bullet_bridge.schedule import Schedule
+
+
+class Spec(SimpleNamespace):
+    """A sensor's specification."""
+
+    topic, link = '/topic', 'base'
+
+
+class Output:
+    """Keeps the times at which it was updated."""
+
+    def __init__(self, world, model, spec, seed):
+        if spec.rate is None:
+            raise ValueError('bad sensor')
+        self.world, self.model, self.spec, self.seed = world, model, spec, seed
+        self.schedule = Schedule(spec.rate, 0.001, world.step_count)
+        self.times, self.heard, self.closed, self.restarts = [], True, False, 0
+
+    def attach(self, arrivals):
+        """Nothing to count."""
+
+    def listened(self):
+        """As set."""
+        return self.heard
+
+    def update(self, time):
+        """Keep it."""
+        self.times.append(time)
+
+    def restart(self):
+        """Start over."""
+        self.restarts += 1
+        self.schedule.restart(0)
+
+    def close(self):
+        """Withdraw."""
+        self.closed = True
+
+
+class Rig:
+    """Robots with stand-ins all around."""
+
+    def __init__(self, monkeypatch):
+        self.made, self.errors, self.before_register = [], [], lambda: None
+
+        def make(*arguments):
+            self.made.append(Output(*arguments))
+            return self.made[-1]
+        monkeypatch.setattr(module, 'OUTPUTS', {Spec: make})
+        monkeypatch.setattr(module.rospy, 'logerr', lambda text, *rest: self.errors.append(
+            text % rest))
+        self.world = SimpleNamespace(models={}, step_count=0, name='w', sources=lambda: [])
+        cameras = SimpleNamespace(set_sources=lambda _: None, take_failures=lambda: ['dark'])
+        self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
+
+    def call(self, job):
+        """Run it, after what came in between."""
+        self.before_register()
+        return job()
+
+    def model(self, name, *rates):
+        """A model with sensors of these rates [Hz], connected."""
+        model = SimpleNamespace(name=name, manager=None, description=SimpleNamespace(
+            warnings=[], sensors=[Spec(rate=rate, name=f's{rate}') for rate in rates]))
+        self.world.models[name] = model
+        self.robots.connect(model)
+        return model
+
+    def run(self, steps):
+        """As Server does: to the next due step, again and again; the steps that were due."""
+        step, due = self.world.step_count, []
+        while step < steps:
+            step = min(steps, self.robots.next_due())
+            self.robots.publish(step, step * 0.001)
+            due.append(step)
+        self.world.step_count = step
+        return due
+
+
+@pytest.fixture(name='rig')
+def _rig(monkeypatch):
+    return Rig(monkeypatch)
+
+
+def test_outputs_are_updated_when_due_and_nothing_else_stops_a_batch(rig):
+    rig.model('a', 100, 40)
+    assert rig.run(100) == [10, 20, 25, 30, 40, 50, 60, 70, 75, 80, 90, 100]
+    assert rig.made[0].times == pytest.approx([0.01 * k for k in range(1, 11)])
+    assert rig.made[1].times == pytest.approx([0.025, 0.05, 0.075, 0.1])
+
+
+def test_without_models_nothing_is_due(rig):
+    assert rig.robots.next_due() == math.inf
+    rig.robots.publish(5, 0.005)
+
+
+def test_no_subscriber_no_work(rig):
+    rig.model('a', 100)
+    rig.made[0].heard = False
+    rig.run(50)
+    assert rig.made[0].times == [] and rig.robots.sensor_counts() == {}
+    rig.made[0].heard = True
+    rig.run(100)
+    assert len(rig.made[0].times) == 5
+    assert rig.robots.sensor_counts() == {'w::a::base::s100': 5}
+
+
+def test_models_come_and_go(rig):
+    rig.model('a', 100)
+    rig.run(20)
+    rig.model('b', 50)
+    rig.run(40)
+    del rig.world.models['a']
+    gone = rig.robots.disconnect('a')
+    assert gone == [rig.made[0]]
+    rig.run(100)
+    assert len(rig.made[0].times) == 4
+    assert rig.made[1].times == pytest.approx([0.04, 0.06, 0.08, 0.1])
+
+
+def test_a_sensor_that_cannot_work_is_left_out(rig):
+    rig.model('a', None, 50)
+    assert rig.run(20) == [20] and len(rig.made) == 1
+    assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
+
+
+def test_a_model_that_was_deleted_meanwhile_leaves_nothing(rig):
+    rig.before_register = rig.world.models.clear
+    rig.model('a', 50, 100)
+    assert [output.closed for output in rig.made] == [True, True]
+    assert rig.robots.next_due() == math.inf
+
+
+def test_seeds_depend_on_model_and_place_and_stay(rig):
+    rig.model('a', 50, 100)
+    rig.model('b', 50)
+    seeds = [output.seed for output in rig.made]
+    assert len(set(seeds)) == 3
+    rig.robots.disconnect('a')
+    rig.model('a', 50, 100)
+    assert [output.seed for output in rig.made[3:]] == seeds[:2]
+
+
+def test_restart_reaches_all_and_starts_the_schedules_over(rig):
+    rig.model('a', 50)
+    rig.run(110)
+    rig.world.step_count = 0
+    rig.robots.restart()
+    assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
+
+
+def test_failures_of_pictures_are_handed_on(rig):
+    assert rig.robots.take_failures() == ['dark']

@@ -1,0 +1,330 @@
+"""The loop against a wall clock that only moves when somebody waits or works."""
+import math
+
+import pytest
+
+from bullet_bridge import clock as clock_module
+from bullet_bridge import server as module
+from bullet_bridge.clock import SimClock
+from bullet_bridge.config import Config
+from bullet_bridge.schedule import Schedule
+from bullet_bridge.server import Server
+from bullet_sim.errors import WorldError
+
+
+class Wall:
+    """Wall time [s] of the test."""
+
+    def __init__(self):
+        self.time = 100.0
+
+    def now(self):
+        """The time."""
+        return self.time
+
+
+class World:
+    """Counts steps; each takes `cost` of wall time [s]."""
+
+    def __init__(self, wall, cost, time_step=0.001):
+        self.wall, self.cost, self.time_step = wall, cost, time_step
+        self.step_count, self.batches, self.calls = 0, [], []
+
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self.step_count * self.time_step
+
+    def step(self, count):
+        """Work."""
+        self.batches.append(count)
+        self.step_count += count
+        self.wall.time += count * self.cost
+
+    def settle(self):
+        """Nothing to do."""
+        return False
+
+    def arrange(self):
+        """Remember it."""
+        self.calls.append('arrange')
+
+    def reset(self, time):
+        """Start over."""
+        self.calls.append(('reset', time))
+        if time:
+            self.step_count = 0
+
+
+class Jobs:
+    """An empty queue: waiting takes as long as it was asked for."""
+
+    def __init__(self, wall):
+        self.wall = wall
+
+    def run_pending(self, wait=0.0):
+        """Wait."""
+        self.wall.time += wait
+        return 0
+
+
+class Robots:
+    """One sensor; keeps the steps at which it was due."""
+
+    def __init__(self, rate=0.0):
+        self.schedule = Schedule(rate, 0.001) if rate else None
+        self.seen, self.delivered, self.failures, self.restarts = [], [], [], 0
+
+    def deliver(self):
+        """Commands."""
+        self.delivered.append(True)
+
+    def next_due(self):
+        """Next due step."""
+        return self.schedule.next if self.schedule else math.inf
+
+    def publish(self, step, _time):
+        """Keep it."""
+        if self.schedule and self.schedule.due(step):
+            self.seen.append(step)
+
+    def refresh(self):
+        """Nothing to do."""
+
+    def restart(self):
+        """Start over."""
+        self.restarts += 1
+        if self.schedule:
+            self.schedule.restart(0)
+
+    def take_failures(self):
+        """Hand out."""
+        failures, self.failures = self.failures, []
+        return failures
+
+
+class Rig:
+    """A server with all around it."""
+
+    def __init__(self, cost=1e-5, rate=0.0, clock_rate=200.0, **config):
+        self.wall = Wall()
+        self.world, self.robots = World(self.wall, cost), Robots(rate)
+        self.told = []
+        clock = SimClock(clock_rate, 0.001, lambda message: self.told.append(
+            (message.clock.to_sec(), self.wall.time)))
+        self.server = Server(self.world, Jobs(self.wall), self.robots,
+                             Config(clock_rate=clock_rate, **config), clock, self.wall.now)
+
+    def run(self, seconds):
+        """Turn for some wall time."""
+        end = self.wall.time + seconds
+        while self.wall.time < end:
+            self.server.turn()
+
+    def run_steps(self, steps):
+        """Turn until the steps are made."""
+        for _ in range(100000):
+            if steps.done.is_set():
+                return
+            self.server.turn()
+        raise AssertionError('the steps are never made')
+
+
+@pytest.mark.parametrize('factor', [0.1, 0.5, 1.0, 4.0, 20.0])
+def test_the_real_time_factor_is_kept(factor):
+    rig = Rig(real_time_factor=factor)
+    rig.run(10.0)
+    assert rig.world.time == pytest.approx(10.0 * factor, rel=1e-3)
+    statistics = rig.server.statistics()
+    assert statistics['real_time_factor'] == pytest.approx(factor, rel=0.01)
+    assert 0 <= statistics['lateness_p50'] <= statistics['lateness_max'] < 0.002
+
+
+def test_without_a_factor_it_runs_as_fast_as_the_steps_go():
+    rig = Rig(real_time_factor=0.0, cost=2e-5)
+    rig.run(3.0)
+    assert rig.world.time == pytest.approx(3.0 * 0.001 / 2e-5, rel=1e-3)
+    assert rig.server.statistics()['real_time_factor'] == pytest.approx(50, rel=0.01)
+    assert rig.server.statistics()['batches'] == 0
+
+
+def test_a_world_that_is_too_slow_runs_as_fast_as_it_can_and_says_how_late():
+    rig = Rig(real_time_factor=1.0, cost=0.002)
+    rig.run(5.0)
+    assert rig.world.time == pytest.approx(2.5, rel=0.01)
+    assert rig.server.statistics()['real_time_factor'] == pytest.approx(0.5, rel=0.01)
+    assert 0.2 < rig.server.statistics()['lateness_max'] < 0.3
+
+
+def test_after_a_hold_up_the_pace_starts_anew():
+    rig = Rig(real_time_factor=1.0)
+    rig.run(1.0)
+    rig.wall.time += 5.0
+    before = rig.world.time
+    rig.run(1.0)
+    assert rig.world.time - before == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize('factor', [0.1, 1.0, 4.0, 0.0])
+@pytest.mark.parametrize('rate', [30.0, 50.0, 1000.0])
+def test_due_steps_are_exact_at_any_pace(factor, rate):
+    rig = Rig(real_time_factor=factor, rate=rate)
+    while rig.world.time < 2.0:
+        rig.server.turn()
+    expected = [round(k * 1000 / rate) for k in range(1, int(2 * rate) + 1)]
+    assert [step for step in rig.robots.seen if step <= 2000] == expected
+
+
+def test_clock_at_a_pace_comes_at_its_rate():
+    rig = Rig(real_time_factor=1.0)
+    rig.run(1.0)
+    assert [round(time, 9) for time, _ in rig.told[:100]] == [
+        pytest.approx(0.005 * k) for k in range(1, 101)]
+
+
+@pytest.mark.parametrize('cost, least, most', [
+    (1e-3, 200, 200),       # real time: every one
+    (1e-2, 200, 200),       # slower: every one
+    (2.5e-5, 25, 25),       # 40 times as fast: every 40 ms
+    (1e-6, 20, 20),         # 1000 times as fast: by CLOCK_STRIDE, every 50 ms
+    (2e-4, 190, 200)])      # 5 times as fast: 1000 a wall second are allowed
+def test_clock_running_free_is_thinned_by_wall_time(cost, least, most):
+    rig = Rig(real_time_factor=0.0, cost=cost)
+    while rig.world.time < 5.0:
+        rig.server.turn()
+    times = [time for time, _ in rig.told if time > 1.0]
+    assert least <= len(times) / 4.0 <= most + 0.5
+    assert all(time * 200 == pytest.approx(round(time * 200), abs=1e-6) for time in times)
+    assert max(b - a for a, b in zip(times, times[1:])) <= module.CLOCK_STRIDE + 0.0001
+
+
+def test_paused_time_stands_still_and_is_not_caught_up():
+    rig = Rig(real_time_factor=1.0, paused=True)
+    rig.run(3.0)
+    assert rig.world.step_count == 0
+    rig.server.set_paused(False)
+    rig.run(1.0)
+    assert rig.world.time == pytest.approx(1.0, abs=0.01)
+    rig.server.set_paused(True)
+    assert rig.told[-1][0] == pytest.approx(rig.world.time)
+    assert rig.server.statistics()['real_time_factor'] == 0.0
+
+
+@pytest.mark.parametrize('count', [1, 7, 20, 1234])
+def test_steps_on_request_are_counted_exactly(count):
+    rig = Rig(paused=True, rate=50.0)
+    steps = rig.server.begin_steps(count)
+    rig.run_steps(steps)
+    rig.run(0.2)
+    assert rig.world.step_count == count and steps.error == ''
+    assert rig.robots.seen == list(range(20, count + 1, 20))
+    assert rig.told[-1][0] == pytest.approx(0.001 * count)
+    assert [round(time, 6) for time, _ in rig.told[:-1]] == [
+        round(0.005 * k, 6) for k in range(1, count // 5 + 1)]
+
+
+def test_commands_are_taken_before_the_first_step():
+    rig = Rig(paused=True)
+    order = []
+    rig.robots.deliver = lambda: order.append(('deliver', rig.world.step_count))
+    rig.run_steps(rig.server.begin_steps(1))
+    assert order == [('deliver', 0)]
+
+
+def test_steps_are_refused_while_it_runs_or_steps_already():
+    rig = Rig()
+    with pytest.raises(WorldError, match='pause it before stepping'):
+        rig.server.begin_steps(1)
+    rig.server.set_paused(True)
+    steps = rig.server.begin_steps(5)
+    with pytest.raises(WorldError, match='5 steps of another call'):
+        rig.server.begin_steps(1)
+    rig.run_steps(steps)
+    assert rig.world.step_count == 5
+
+
+@pytest.mark.parametrize('interrupt, reason', [
+    (lambda server: server.reset(True), 'was reset'),
+    (lambda server: server.set_paused(False), 'set going'),
+    (lambda server: server.set_paused(True), 'paused')])
+def test_steps_that_are_interrupted_say_why(interrupt, reason):
+    rig = Rig(paused=True)
+    steps = rig.server.begin_steps(10000)
+    rig.server.turn()
+    interrupt(rig.server)
+    assert steps.done.is_set() and reason in steps.error
+
+
+def test_pictures_that_are_missing_make_the_step_fail():
+    rig = Rig(paused=True)
+    rig.robots.failures = ['from before']
+    steps = rig.server.begin_steps(1)
+    rig.robots.failures = ['no picture of cam', 'at all']
+    rig.run_steps(steps)
+    assert steps.error == 'no picture of cam; at all'
+
+
+def test_lockstep_refuses_to_run_by_itself():
+    rig = Rig(paused=True, lockstep=True)
+    with pytest.raises(WorldError, match='only by /gazebo/step'):
+        rig.server.set_paused(False)
+    rig.server.set_paused(True)
+    rig.run(1.0)
+    assert rig.world.step_count == 0
+
+
+@pytest.mark.parametrize('time, monotonic, expected', [
+    (True, False, True), (False, False, False), (True, True, False)])
+def test_reset(time, monotonic, expected):
+    rig = Rig(monotonic_clock=monotonic)
+    rig.run(1.0)
+    before = rig.world.time
+    rig.server.reset(time=time)
+    assert rig.world.calls == ['arrange', ('reset', expected)]
+    assert rig.robots.restarts == 1
+    assert rig.told[-1][0] == pytest.approx(0.0 if expected else before)
+    rig.run(1.0)
+    assert rig.world.time == pytest.approx((0.0 if expected else before) + 1.0, abs=0.01)
+
+
+class Reporter:
+    """Due at every 7th step."""
+
+    def __init__(self):
+        self.schedule, self.seen, self.restarts = Schedule(1000 / 7, 0.001), [], 0
+
+    def next_due(self):
+        """Next due step."""
+        return self.schedule.next
+
+    def publish(self, step, time):
+        """Keep it."""
+        if self.schedule.due(step):
+            self.seen.append((step, round(time, 6)))
+
+    def restart(self):
+        """Start over."""
+        self.restarts += 1
+        self.schedule.restart(0)
+
+
+def test_reporters_are_asked_at_their_steps():
+    rig = Rig(paused=True)
+    reporter = Reporter()
+    rig.server.add_reporter(reporter)
+    rig.run_steps(rig.server.begin_steps(21))
+    assert reporter.seen == [(7, 0.007), (14, 0.014), (21, 0.021)]
+    rig.server.reset(True)
+    assert reporter.restarts == 1
+
+
+def test_the_process_keeps_the_time_it_tells(monkeypatch):
+    own = []
+    told = []
+    clock = SimClock(200.0, 0.001, told.append, own.append)
+    clock.tell(1.25)
+    assert [time.to_sec() for time in own] == [1.25] == [told[0].clock.to_sec()]
+    monkeypatch.setattr(clock_module.rospy.rostime, '_rostime_initialized', True)
+    monkeypatch.setattr(clock_module.rospy.rostime, '_rostime_current', None)
+    clock_module.set_own_time(own[0])
+    assert clock_module.rospy.get_time() == 1.25

@@ -1,0 +1,44 @@
+"""The loop's figures as a service."""
+import json
+import threading
+
+from bullet_bridge import statistics as module
+from bullet_bridge.jobs import JobQueue
+from bullet_bridge.pace import Pace
+
+
+class Server:
+    """Hands out a pace's figures."""
+
+    def __init__(self):
+        self.times = iter([0.0, 0.0015, 0.004, 2.0])
+        self.pace = Pace(1.0, lambda: next(self.times))
+        for step in range(2):
+            assert self.pace.delay(0.001 * step) == 0
+        self.pace.delay(1.0)
+
+    def statistics(self):
+        """As Server's."""
+        return self.pace.statistics()
+
+
+def test_figures_come_as_json(monkeypatch):
+    monkeypatch.setattr(module.rospy, 'Service', lambda *_: None)
+    jobs, answers = JobQueue(), []
+    service = module.StatisticsService(jobs, Server())
+    asker = threading.Thread(target=lambda: answers.append(service.handle(None)))
+    asker.start()
+    while asker.is_alive():
+        jobs.run_pending(wait=0.01)
+    values = json.loads(answers[0].message)
+    assert answers[0].success and values['batches'] == 3
+    assert abs(values['lateness_p50'] - 0.003) < 1e-9 and abs(values['lateness_max'] - 1.0) < 1e-9
+    assert abs(values['real_time_factor'] - 0.5) < 1e-9
+
+
+def test_when_the_simulation_has_ended_it_says_so(monkeypatch):
+    monkeypatch.setattr(module.rospy, 'Service', lambda *_: None)
+    jobs = JobQueue()
+    jobs.close()
+    answer = module.StatisticsService(jobs, Server()).handle(None)
+    assert not answer.success and 'has ended' in answer.message
