@@ -1,0 +1,1 @@
+"""The simulator's window. `main` is the process, started by the bridge; needs PyQt5."""

@@ -1,0 +1,54 @@
+"""The viewer's end of the socket to the bridge.
+
+Messages, pickled tuples through a multiprocessing Connection:
+    to the bridge     ('look',), ('pause',), ('unpause',), ('step', count), ('reset',)
+    from the bridge   ('view', WorldView) for each look, ('trouble', text) for what failed
+The viewer asks and the bridge answers, so a slow or hidden window costs the simulation nothing.
+"""
+
+from multiprocessing.connection import Connection
+
+from PyQt5.QtCore import QObject, QSocketNotifier, pyqtSignal
+
+
+class Feed(QObject):
+    """Messages as Qt signals.
+
+    Args:
+        descriptor: of the connected socket; the Feed closes it.
+    """
+
+    viewed = pyqtSignal(object)     # WorldView
+    troubled = pyqtSignal(str)
+    ended = pyqtSignal()
+
+    def __init__(self, descriptor):
+        super().__init__()
+        self._connection = Connection(descriptor)
+        self._notifier = QSocketNotifier(descriptor, QSocketNotifier.Read, self)
+        self._notifier.activated.connect(self._receive)
+
+    def send(self, *message):
+        """Send a message; a broken connection ends the feed."""
+        try:
+            self._connection.send(message)
+        except OSError:
+            self._end()
+
+    def close(self):
+        """Close the connection; the bridge takes it as the end of the viewer."""
+        self._notifier.setEnabled(False)
+        self._connection.close()
+
+    def _receive(self, *_):
+        try:
+            kind, content = self._connection.recv()
+        except (EOFError, OSError):
+            self._end()
+            return
+        {'view': self.viewed, 'trouble': self.troubled}[kind].emit(content)
+
+    def _end(self):
+        if self._notifier.isEnabled():
+            self._notifier.setEnabled(False)
+            self.ended.emit()

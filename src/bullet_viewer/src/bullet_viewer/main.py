@@ -1,0 +1,30 @@
+"""The viewer process: python -m bullet_viewer.main SOCKET_FD auto|egl|tiny.
+
+The bridge starts it with one end of a socket and may be closed or die at any time: then the
+viewer ends, too. The other way round the bridge only says so. Ctrl-C is left to the bridge.
+"""
+
+import signal
+import sys
+
+from PyQt5.QtWidgets import QApplication
+
+from bullet_viewer.feed import Feed
+from bullet_viewer.painter import Painter
+from bullet_viewer.window import ViewerWindow
+
+
+def main(arguments):
+    """Args: arguments: [socket file descriptor, renderer]. Returns the exit code."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    application = QApplication(['bullet_viewer'])
+    feed, painter = Feed(int(arguments[0])), Painter(arguments[1])
+    window = ViewerWindow(feed, painter)
+    feed.ended.connect(window.close)
+    window.show()
+    painter.start()
+    return application.exec_()
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

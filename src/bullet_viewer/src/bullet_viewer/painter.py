@@ -1,0 +1,70 @@
+"""Pictures from the render worker, as Qt signals."""
+
+import os
+import tempfile
+import threading
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from bullet_sim.errors import RenderError
+from bullet_sim.render.client import RenderClient
+from bullet_sim.render.request import CameraRequest
+from bullet_sim.snapshot import BodySource
+
+VIEWPOINT = -1      # key of an empty body at the world's origin; models have positive ones
+
+
+class Painter(QObject):
+    """Draws one picture at a time in a render worker of its own.
+
+    Args:
+        kind: renderer: auto, egl or tiny.
+    """
+
+    started = pyqtSignal(str)       # which renderer
+    drawn = pyqtSignal(object)      # Frame
+    troubled = pyqtSignal(str)
+
+    def __init__(self, kind):
+        super().__init__()
+        self._folder = tempfile.TemporaryDirectory(prefix='bullet_viewer_')
+        path = os.path.join(self._folder.name, 'viewpoint.urdf')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write('<robot name="viewpoint"><link name="origin"/></robot>')
+        self._viewpoint = BodySource(VIEWPOINT, path, True)
+        self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.troubled.emit)
+        self._starter = threading.Thread(target=self._start, args=(kind,), daemon=True)
+
+    def start(self):
+        """Start the worker; `started` or `troubled` tells when it is done."""
+        self._starter.start()
+
+    def _start(self, kind):
+        try:
+            self.started.emit(self._client.start(kind).kind)
+        except RenderError as error:
+            self.troubled.emit(f'no pictures: {error}')
+
+    def set_sources(self, sources):
+        """Tell which bodies there are."""
+        self._client.set_sources((self._viewpoint, *sources))
+
+    def draw(self, snapshot, camera, width, height):
+        """Order a picture; `drawn` or `troubled` follows.
+
+        Args:
+            snapshot: Snapshot.
+            camera: OrbitCamera.
+            width, height: [px].
+        """
+        near, far = camera.clip
+        self._client.submit(snapshot, [CameraRequest(
+            'viewer', VIEWPOINT, 0, camera.pose, width, height, camera.horizontal_fov, near,
+            far)])
+
+    def close(self):
+        """End the worker."""
+        if self._starter.is_alive():
+            self._starter.join(10.0)
+        self._client.close()
+        self._folder.cleanup()
