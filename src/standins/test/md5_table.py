@@ -1,6 +1,15 @@
 """MD5 sums of ROS Noetic's definitions: the contract with nodes built against the originals.
 
-Services are given as (request, response), actions as (goal, result, feedback).
+SUMS: services as (request, response), actions as (goal, result, feedback). WIRE: what a connection
+is refused by: a service's sum over both parts; of an action the messages that travel, which wrap
+goal, result and feedback with header and id.
+
+Where they come from: each sum of both tables was looked up, and found under its own name, in
+message code that others generated from the original packages and published (roscpp, roslisp,
+rosserial, gennodejs, and clients in C#, Swift and Elixir). None had to be taken from a list of
+fields alone. Where an original changed, the sum is that of its last form, as Noetic has it:
+GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
+SwitchController has start_asap and timeout.
 """
 EMPTY = 'd41d8cd98f00b204e9800998ecf8427e'
 STATUS = '2ec6f3eff0161f4257b808b12bc830c2'  # bool success, string status_message
@@ -100,4 +109,59 @@ SUMS = {
     'gazebo_msgs/srv/SetModelState.srv': ('cb042b0e91880f4661b29ea5b6234350', STATUS),
     'gazebo_msgs/srv/SetPhysicsProperties.srv': ('abd9f82732b52b92e9d6bb36e6a82452', STATUS),
     'gazebo_msgs/srv/SpawnModel.srv': ('6d0eba5753761cd57e6263a056b79930', STATUS),
+}
+
+WIRE = {
+    'control_msgs/action/FollowJointTrajectory.action': (
+        'cff5c1d533bf2f82dd0138d57f4304bb',
+        'c4fb3b000dc9da4fd99699380efcc5d9',
+        'd8920dc4eae9fc107e00999cce4be641'),
+    'control_msgs/action/GripperCommand.action': (
+        'aa581f648a35ed681db2ec0bf7a82bea',
+        '143702cb2df0f163c5283cedc5efc6b6',
+        '653dff30c045f5e6ff3feb3409f4558d'),
+    'control_msgs/action/JointTrajectory.action': (
+        'a99e83ef6185f9fdd7693efe99623a86',
+        '1eb06eeff08fa7ea874431638cb52332',
+        'aae20e09065c3809e8a8e87c4c8953fd'),
+    'control_msgs/action/PointHead.action': (
+        'b53a8323d0ba7b310ba17a2d3a82a6b8',
+        '1eb06eeff08fa7ea874431638cb52332',
+        '33c9244957176bbba97dd641119e8460'),
+    'control_msgs/action/SingleJointPosition.action': (
+        '4b0d3d091471663e17749c1d0db90f61',
+        '1eb06eeff08fa7ea874431638cb52332',
+        '3503b7cf8972f90d245850a5d8796cfa'),
+    'control_msgs/srv/QueryCalibrationState.srv': ('28af3beedcb84986b8e470dc5470507d',),
+    'control_msgs/srv/QueryTrajectoryState.srv': ('ec93cdecbd8062d761aa52b7c90cd44b',),
+    'controller_manager_msgs/srv/ListControllerTypes.srv': ('c1d4cd11aefa9f97ba4aeb5b33987f4e',),
+    'controller_manager_msgs/srv/ListControllers.srv': ('1341feb2e63fa791f855565d0da950d8',),
+    'controller_manager_msgs/srv/LoadController.srv': ('647e5c54b8d6468952d8d31f1efe96c0',),
+    'controller_manager_msgs/srv/ReloadControllerLibraries.srv': (
+        '40e8c411fd1797d2e2c486018f846040',),
+    'controller_manager_msgs/srv/SwitchController.srv': ('b29a7abc673b2c54c14b54e50f8d06a5',),
+    'controller_manager_msgs/srv/UnloadController.srv': ('647e5c54b8d6468952d8d31f1efe96c0',),
+    'gazebo_msgs/srv/ApplyBodyWrench.srv': ('585b9f9618aa0581b207e2f2d90866bc',),
+    'gazebo_msgs/srv/ApplyJointEffort.srv': ('c0039811b8cc919490b3cff748cdf46b',),
+    'gazebo_msgs/srv/BodyRequest.srv': ('5eade9afe7f232d78005bd0cafeab755',),
+    'gazebo_msgs/srv/DeleteLight.srv': ('ae11ea8100d536d5b92c2b5917abf912',),
+    'gazebo_msgs/srv/DeleteModel.srv': ('9ce56b4e9e54616de25d796dc972a262',),
+    'gazebo_msgs/srv/GetJointProperties.srv': ('7b30be900f50aa21efec4a0ec92d91c9',),
+    'gazebo_msgs/srv/GetLightProperties.srv': ('df2cef87e13e2e6990e81e8aaa454c19',),
+    'gazebo_msgs/srv/GetLinkProperties.srv': ('0e06a70386d0ee3fb880c02f23fcd821',),
+    'gazebo_msgs/srv/GetLinkState.srv': ('09d6c98cce97b35f7ab9bd70300657ab',),
+    'gazebo_msgs/srv/GetModelProperties.srv': ('5717f7bd34ed990fa80e28b3015027a3',),
+    'gazebo_msgs/srv/GetModelState.srv': ('4c515e936d3319c9610c559c60bfc3d4',),
+    'gazebo_msgs/srv/GetPhysicsProperties.srv': ('575a5e74786981b7df2e3afc567693a6',),
+    'gazebo_msgs/srv/GetWorldProperties.srv': ('36bb0f2eccf4d8be971410c22818ba3f',),
+    'gazebo_msgs/srv/JointRequest.srv': ('0be1351618e1dc030eb7959d9a4902de',),
+    'gazebo_msgs/srv/SetJointProperties.srv': ('15a76e921b1410c698d82782ea5fa370',),
+    'gazebo_msgs/srv/SetJointTrajectory.srv': ('88f5c10979e3f9649d5ae87a3b12aa65',),
+    'gazebo_msgs/srv/SetLightProperties.srv': ('e6f13430c57278bb364aca53a1bf5ebf',),
+    'gazebo_msgs/srv/SetLinkProperties.srv': ('d534ce1b36ee99de0ffa806c3a6348f0',),
+    'gazebo_msgs/srv/SetLinkState.srv': ('8a5146eb66ae4d26b0860b08f3f271be',),
+    'gazebo_msgs/srv/SetModelConfiguration.srv': ('10e3139d3b669c40afc057d38956fff7',),
+    'gazebo_msgs/srv/SetModelState.srv': ('5b3ab0281d4f5445def017e3a2e4a07b',),
+    'gazebo_msgs/srv/SetPhysicsProperties.srv': ('97e2057080558ce4730434b5fae75c91',),
+    'gazebo_msgs/srv/SpawnModel.srv': ('9ed9c82c96abe1a00c3e8cdaeee24413',),
 }

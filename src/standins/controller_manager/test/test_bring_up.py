@@ -20,7 +20,10 @@ class FakeManager:
 
     def switch(self, start=(), stop=(), strict=True):
         self.asked.append(('switch', list(start), list(stop), strict))
-        return True
+        return not strict or not any(name.startswith('rival') for name in start)
+
+    def running(self):
+        return [name for name in self.asked[-1][1] if not name.startswith('rival')]
 
 
 @pytest.fixture(name='manager')
@@ -41,7 +44,7 @@ def _spawner(manager, warnings):
 def test_loads_all_then_starts_all_at_once(spawner, manager, warnings):
     assert spawner.bring_up(['a', 'b'], start=True)
     assert manager.asked == [('load', 'a'), ('load', 'b'), ('switch', ['a', 'b'], [], True)]
-    assert spawner.started and not warnings
+    assert spawner.started == ['a', 'b'] and not warnings
 
 
 def test_stopped_only_loads(spawner, manager):
@@ -53,6 +56,14 @@ def test_one_that_does_not_load_is_named_and_the_rest_starts(spawner, manager, w
     assert not spawner.bring_up(['bad_one', 'b'], start=True)
     assert manager.asked[-1] == ('switch', ['b'], [], True)
     assert spawner.loaded == ['b'] and len(warnings) == 1 and "'bad_one'" in warnings[0]
+
+
+def test_one_that_cannot_start_is_named_and_the_rest_starts(spawner, manager, warnings):
+    assert not spawner.bring_up(['a', 'rival', 'b'], start=True)
+    assert manager.asked[-2:] == [('switch', ['a', 'rival', 'b'], [], True),
+                                  ('switch', ['a', 'rival', 'b'], [], False)]
+    assert spawner.started == ['a', 'b'] and spawner.loaded == ['a', 'rival', 'b']
+    assert len(warnings) == 1 and 'did not start: rival;' in warnings[0]
 
 
 def test_take_down_stops_all_then_unloads_backwards(spawner, manager):

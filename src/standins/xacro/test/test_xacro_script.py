@@ -30,14 +30,15 @@ def _package(tmp_path):
     return folder
 
 
-def _run(package, *args):
+def _run(package, *args, script=SCRIPT):
     env = dict(os.environ, ROS_PACKAGE_PATH=str(package.parent))
-    return subprocess.run([sys.executable, SCRIPT, *map(str, args)], env=env, timeout=30,
+    return subprocess.run([sys.executable, script, *map(str, args)], env=env, timeout=30,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
 
 
-def test_find_is_answered_by_ros_package_path(package):
-    result = _run(package, '--inorder', package / 'car.xacro')
+@pytest.mark.parametrize('script', [SCRIPT, SCRIPT + '.py'])
+def test_find_is_answered_by_ros_package_path(package, script):
+    result = _run(package, '--inorder', package / 'car.xacro', script=script)
     assert result.returncode == 0, result.stderr
     assert ElementTree.fromstring(result.stdout).find('link').get('name') == 'base'
     assert result.stderr == b''

@@ -5,7 +5,7 @@ class Spawner:
     """Brings controllers up and down.
 
     Args:
-        manager: ManagerClient, or anything with its load, unload and switch.
+        manager: ManagerClient, or anything with its load, unload, switch and running.
         log: called with a text for each step.
         warn: called with a text for each thing that went wrong.
     """
@@ -13,12 +13,14 @@ class Spawner:
     def __init__(self, manager, log, warn):
         self._manager = manager
         self._log = log
-        self._warn = warn
+        self.warn = warn
         self.loaded = []
-        self.started = False
+        self.started = []
 
     def bring_up(self, controllers, start):
-        """Loads controllers and starts those that loaded.
+        """Loads controllers and starts those that loaded, all in one step.
+
+        Where one of them cannot start (its joint is taken, say) the others start without it.
 
         Args:
             controllers: names.
@@ -31,14 +33,18 @@ class Spawner:
             if self._manager.load(name):
                 self.loaded.append(name)
             else:
-                self._warn("Controller '%s' did not load; the simulator's log says why" % name)
+                self.warn("Controller '%s' did not load; the simulator's log says why" % name)
         complete = len(self.loaded) == len(controllers)
         if not start or not self.loaded:
             return complete
-        self.started = self._manager.switch(start=self.loaded)
-        if not self.started:
-            self._warn('Controllers did not start: %s' % ', '.join(self.loaded))
-        return complete and self.started
+        self.started = list(self.loaded)
+        if not self._manager.switch(start=self.loaded):
+            self._manager.switch(start=self.loaded, strict=False)
+            running = self._manager.running()
+            self.started = [name for name in self.loaded if name in running]
+            self.warn("Controllers did not start: %s; the simulator's log says why" % ', '.join(
+                name for name in self.loaded if name not in running))
+        return complete and len(self.started) == len(self.loaded)
 
     def take_down(self):
         """Stops and unloads what this spawner loaded, the last one first."""
@@ -49,4 +55,4 @@ class Spawner:
         self._manager.switch(stop=names, strict=False)
         for name in reversed(names):
             if not self._manager.unload(name):
-                self._warn("Controller '%s' did not unload" % name)
+                self.warn("Controller '%s' did not unload" % name)

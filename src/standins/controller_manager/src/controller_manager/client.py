@@ -1,7 +1,9 @@
 """The services of one controller manager."""
+import socket
 import threading
 import time
 
+import rosgraph
 import rospy
 from controller_manager_msgs import srv
 
@@ -66,6 +68,16 @@ class ManagerClient:
         except rospy.ServiceException as error:
             raise ManagerError('%s failed: %s' % (self._names[name], error)) from None
 
+    def is_there(self):
+        """Whether the manager's services still answer; works during the node's own end, too."""
+        try:
+            uri = rosgraph.Master(rospy.get_name()).lookupService(self._names['switch_controller'])
+            host, port = rospy.core.parse_rosrpc_uri(uri)
+            socket.create_connection((host, port), 0.5).close()
+        except (rosgraph.MasterException, OSError, rospy.exceptions.ROSException):
+            return False
+        return True
+
     def load(self, controller):
         """Loads a controller; returns whether that worked."""
         return bool(self.call('load_controller', controller).ok)
@@ -94,6 +106,10 @@ class ManagerClient:
     def list(self):
         """Returns the loaded controllers, a list of ControllerState."""
         return self.call('list_controllers').controller
+
+    def running(self):
+        """Returns the names of the running controllers."""
+        return [state.name for state in self.list() if state.state == 'running']
 
     def list_types(self):
         """Returns (type, base class) pairs."""

@@ -4,9 +4,11 @@ import time
 import rospy
 from std_msgs.msg import Bool
 
-from controller_manager import options, waiting
+from controller_manager import ending, options, waiting
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
+
+LEAVING_TIME = 1.0  # [s] that a simulator, asked to end at the same time, may still answer
 
 
 def wait_for_true(topic):
@@ -24,40 +26,74 @@ def wait_for_true(topic):
     subscriber.unregister()
 
 
+def end_quietly(spawner, manager, timeout):
+    """Takes controllers down; warns about what failed unless the manager is ending, too.
+
+    roslaunch stops all nodes at once, and a simulator that has gone took its controllers along.
+
+    Args:
+        spawner: bring_up.Spawner.
+        manager: ManagerClient.
+        timeout: wall-clock limit [s].
+    """
+    failures = []
+    spawner.warn = failures.append
+    reason = run_bounded(spawner.take_down, timeout)
+    if reason:
+        failures.append('Controllers were not taken down: %s' % reason)
+    deadline = time.monotonic() + LEAVING_TIME
+    while failures and manager.is_there():
+        if time.monotonic() > deadline:
+            for text in failures:
+                rospy.logwarn(text)
+            return
+        time.sleep(0.05)
+
+
 def main():
     """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
     opts = options.parse_spawner(rospy.myargv()[1:])
-    rospy.init_node('spawner', anonymous=True)
-    begin = time.monotonic()
+    rospy.init_node('spawner', anonymous=True, disable_signals=True)
+    ending.watch()
     manager = ManagerClient(opts.namespace)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
-
-    def _on_shutdown():
-        reason = run_bounded(spawner.take_down, opts.shutdown_timeout)
-        if reason:
-            rospy.logwarn('Controllers were not taken down: %s' % reason)
-
-    rospy.on_shutdown(_on_shutdown)
     try:
-        controllers, parameters = options.expand(opts.controllers)
-        for name, value in parameters.items():
-            rospy.set_param(name, value)
-        manager.wait(opts.timeout)
-        if opts.wait_for:
-            wait_for_true(opts.wait_for)
-        spawner.bring_up(controllers, start=not opts.stopped)
+        return run(opts, manager, spawner)
     except rospy.ROSInterruptException:
         return 0
     except (ManagerError, ValueError, OSError) as error:
-        if rospy.is_shutdown():
+        if ending.over():
             return 0
         rospy.logfatal('spawner: %s', error)
         return 1
-    if not spawner.loaded and not rospy.is_shutdown():
+    finally:
+        end_quietly(spawner, manager, opts.shutdown_timeout)
+        rospy.signal_shutdown('the spawner has ended')
+
+
+def run(opts, manager, spawner):
+    """Brings the controllers up and waits for the end; returns the exit code.
+
+    Args:
+        opts: of options.parse_spawner.
+        manager: ManagerClient.
+        spawner: bring_up.Spawner.
+    """
+    begin = time.monotonic()
+    controllers, parameters = options.expand(opts.controllers)
+    for name, value in parameters.items():
+        rospy.set_param(name, value)
+    manager.wait(opts.timeout)
+    if opts.wait_for:
+        wait_for_true(opts.wait_for)
+    spawner.bring_up(controllers, start=not opts.stopped)
+    if not spawner.loaded and not ending.over():
         rospy.logfatal('spawner: none of the controllers loaded: %s', ', '.join(controllers))
         return 1
+    done = spawner.started or spawner.loaded
     rospy.loginfo('%s %d of %d controllers in %.2f s: %s',
-                  'Started' if spawner.started else 'Loaded', len(spawner.loaded),
-                  len(controllers), time.monotonic() - begin, ', '.join(spawner.loaded))
-    rospy.spin()
+                  'Started' if spawner.started else 'Loaded', len(done), len(controllers),
+                  time.monotonic() - begin, ', '.join(done))
+    while not ending.over():
+        time.sleep(waiting.POLL_PERIOD)
     return 0

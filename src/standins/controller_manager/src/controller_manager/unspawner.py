@@ -1,7 +1,9 @@
 """The unspawner node: stop controllers while it runs, start them again on exit."""
+import time
+
 import rospy
 
-from controller_manager import options
+from controller_manager import ending, options, waiting
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
 
 SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
@@ -10,7 +12,8 @@ SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 def main():
     """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
     opts = options.parse_unspawner(rospy.myargv()[1:])
-    rospy.init_node('unspawner', anonymous=True)
+    rospy.init_node('unspawner', anonymous=True, disable_signals=True)
+    ending.watch()
     manager = ManagerClient(opts.namespace)
     try:
         manager.wait(opts.timeout, ['switch_controller'])
@@ -22,14 +25,11 @@ def main():
         rospy.logfatal('unspawner: %s', error)
         return 1
     rospy.loginfo('Stopped %s', ', '.join(opts.controllers))
-
-    def _on_shutdown():
-        reason = run_bounded(
-            lambda: manager.switch(start=opts.controllers, strict=False),
-            SHUTDOWN_TIMEOUT)
-        if reason:
-            rospy.logwarn('Controllers were not started again: %s' % reason)
-
-    rospy.on_shutdown(_on_shutdown)
-    rospy.spin()
+    while not ending.over():
+        time.sleep(waiting.POLL_PERIOD)
+    reason = run_bounded(lambda: manager.switch(start=opts.controllers, strict=False),
+                         SHUTDOWN_TIMEOUT)
+    if reason and manager.is_there():
+        rospy.logwarn('Controllers were not started again: %s' % reason)
+    rospy.signal_shutdown('the unspawner has ended')
     return 0

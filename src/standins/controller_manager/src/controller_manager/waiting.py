@@ -4,6 +4,8 @@ import time
 import rosgraph
 import rospy
 
+from controller_manager.ending import over
+
 POLL_PERIOD = 0.05  # [s]
 
 
@@ -25,10 +27,10 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
 
     Raises:
         WaitTimeout: the limit passed.
-        rospy.ROSInterruptException: the node was shut down meanwhile.
+        rospy.ROSInterruptException: the node was asked to end meanwhile.
     """
     deadline = None if timeout is None else time.monotonic() + timeout
-    while not rospy.is_shutdown():
+    while not over():
         result = check()
         if result:
             return result

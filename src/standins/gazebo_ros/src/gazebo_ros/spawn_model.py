@@ -122,7 +122,7 @@ def _delete(opts):
 
 
 def main():
-    """Runs the node; returns its exit code: 0 spawned, 1 not, 2 wrong command line."""
+    """Runs the node; returns its exit code: 0 spawned or interrupted, 1 not spawned."""
     opts = options.parse(rospy.myargv()[1:], rospy.get_namespace())
     rospy.init_node('spawn_model', anonymous=True)
     try:
@@ -131,7 +131,7 @@ def main():
         rospy.logfatal('spawn_model %s: %s', opts.model, error)
         return 1
     except rospy.ROSInterruptException:
-        return 1
+        return 0    # as upstream: told to end while it waited
     if opts.bond:
         rospy.on_shutdown(lambda: _delete(opts))
         rospy.spin()

@@ -1,0 +1,1 @@
+"""Configuration of PIDs that are tuned through dynamic_reconfigure."""

@@ -1,0 +1,1 @@
+"""Configuration types, as dynamic_reconfigure servers take them."""

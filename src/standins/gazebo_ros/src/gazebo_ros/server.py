@@ -1,0 +1,41 @@
+"""gzserver, gazebo and their debugging forms: start the bridge with Gazebo's command line."""
+import os
+import sys
+
+import roslib.packages
+import rospy
+
+from gazebo_ros import server_options
+
+BRIDGE = ('bullet_bridge', 'bridge')
+
+
+def command(argv, gui, program):
+    """Command line of the bridge.
+
+    Args:
+        argv: the program's arguments with ROS remappings, without its name.
+        gui: whether the viewer is to open.
+        program: name for help and messages.
+
+    Returns:
+        (words after the executable's name, sentences about what has no effect).
+    """
+    own = rospy.myargv([program] + list(argv))[1:]
+    remappings = [word for word in argv if word not in own]
+    options, said = server_options.parse(own, program)
+    return server_options.parameters(options, gui) + remappings, said
+
+
+def main(program, gui=False):
+    """Becomes the bridge; returns 1 when there is none."""
+    words, said = command(sys.argv[1:], gui, program)
+    for sentence in said:
+        print('%s: %s' % (program, sentence), file=sys.stderr)
+    found = roslib.packages.find_node(*BRIDGE)
+    if not found:
+        print('%s: package %s has no executable %s' % (program, *BRIDGE), file=sys.stderr)
+        return 1
+    sys.stdout.flush()
+    os.execv(found[0], [found[0]] + words)
+    return 1    # not reached

@@ -1,0 +1,1 @@
+"""The joystick driver: pad -> numbers -> messages."""
