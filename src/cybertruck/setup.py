@@ -1,4 +1,7 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["cybertruck"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(
+    packages=["cybertruck", "cybertruck.backing", "cybertruck.goal", "cybertruck.meshes",
+              "cybertruck.plot", "cybertruck.teleop", "cybertruck.trailer"],
+    package_dir={"": "src"}))

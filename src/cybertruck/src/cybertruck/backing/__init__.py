@@ -1,0 +1,1 @@
+"""The nodes around cybertruck.trailer: backing action, its demonstration, the steering map."""

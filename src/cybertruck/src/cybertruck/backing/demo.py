@@ -1,0 +1,160 @@
+"""The node `back_demo`: has the action back along a shape, and leaves picture, CSV and figures.
+
+The drive is measured on /ground_truth/odom, not on what the controller believes.
+"""
+
+import json
+import math
+import os
+import sys
+import threading
+
+import actionlib
+import numpy as np
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as PathMessage
+
+from cybertruck.backing.commands import Driver
+from cybertruck.backing.settings import settings_from
+from cybertruck.backing.state import StateSource
+from cybertruck.msg import BackUpAction, BackUpGoal
+from cybertruck.trailer.geometry import TrailerError
+from cybertruck.trailer.paths import from_points
+from cybertruck.trailer.report import summary, table, write_csv, write_picture
+from cybertruck.trailer.shapes import SHAPES, make_shape
+
+START_LIMIT = 60.0   # wall time until truck and action are up [s]
+STEP_LIMIT = 20.0    # wall time without a new state after which the demo gives up [s]
+SETTLE = 1.0         # simulated time after the start [s]
+SWERVE = (0.35, 0.4, 1.6)  # before a line: steering angle [rad], speed [m/s], distance [m]
+OFFSET = 0.5         # and the line lies so far beside [m]
+
+
+class Demo:
+    """Drives one shape and reports."""
+
+    def __init__(self):
+        """Reads the parameters.
+
+        Raises:
+            TrailerError: The shape does not exist, or a parameter is wrong.
+        """
+        self._settings = settings_from(rospy.get_param("~", {}))
+        self._shape = str(rospy.get_param("~shape", "line"))
+        if self._shape not in SHAPES:
+            raise TrailerError(f"shape '{self._shape}': there are {', '.join(SHAPES)}")
+        self._size = [float(word) for word in str(rospy.get_param("~size", "")).split()]
+        make_shape(self._shape, tuple(self._size))
+        self._speed = float(rospy.get_param("~speed", 0.0))
+        self._out = str(rospy.get_param("~out_dir"))
+        self._truth = StateSource("/ground_truth/odom", self._settings.node.hitch_joint)
+        self._driver = Driver()
+        self._client = actionlib.SimpleActionClient("back_up", BackUpAction)
+
+    def run(self):
+        """Drives and reports.
+
+        Returns:
+            Whether the action succeeded.
+
+        Raises:
+            TrailerError: Something needed did not come, or the goal was refused.
+        """
+        rospy.wait_for_message("/odom", Odometry, START_LIMIT)
+        if self._wait(None) is None or not self._client.wait_for_server(rospy.Duration(
+                START_LIMIT)):
+            raise TrailerError("truck or action are not up")
+        rospy.sleep(SETTLE)
+        start = self._wait(None).trailer(self._settings.geometry)
+        goal = self._goal(start)
+        done, rows = threading.Event(), []
+        self._client.send_goal(goal, done_cb=lambda *_: done.set())
+        state = None
+        while not done.is_set():
+            state = self._wait(None if state is None else state.stamp + 0.019)
+            if state is None and not done.is_set():
+                raise TrailerError(f"no new state for {STEP_LIMIT:g} s")
+            if state is not None:
+                rows.append(state)
+        result = self._client.get_result()
+        rospy.loginfo("backing %s: %s", self._shape, result.message)
+        if self._client.get_state() == GoalStatus.REJECTED or len(rows) < 2:
+            raise TrailerError(f"the goal was not driven: {result.message}")
+        self._report(goal, rows, result)
+        return result.success
+
+    def _wait(self, after):
+        return self._truth.wait(after, START_LIMIT if after is None else STEP_LIMIT)
+
+    def _goal(self, start):
+        """Makes the goal; for a line the truck first leaves it, so that there is a way to go."""
+        goal = BackUpGoal(speed=self._speed)
+        if self._shape != "line":
+            goal.shape, goal.size = self._shape, self._size
+            return goal
+        steering, speed, distance = SWERVE
+        begin = self._wait(None)
+        state = begin
+        while math.hypot(state.x - begin.x, state.y - begin.y) < distance:
+            self._driver.send(steering, speed)
+            state = self._wait(state.stamp + 0.019)
+            if state is None:
+                raise TrailerError("the truck does not move")
+        self._driver.stop()
+        path = self._line(start)
+        goal.path.header.frame_id = self._settings.node.odom_frame
+        for arc in np.arange(0.0, path.length + 0.05, 0.1):
+            x, y, _, _ = path.place(min(arc, path.length))
+            item = PoseStamped()
+            item.pose.position.x, item.pose.position.y, item.pose.orientation.w = x, y, 1.0
+            goal.path.poses.append(item)
+        return goal
+
+    def _line(self, start):
+        """The line, beside the pose from which the truck began."""
+        x, y, heading = start
+        length = self._size[0] if self._size else 12.0
+        x, y = x - OFFSET * math.sin(heading), y + OFFSET * math.cos(heading)
+        x, y = x + 1.5 * math.cos(heading), y + 1.5 * math.sin(heading)
+        return make_shape("line", (length,)).moved(x, y, heading + math.pi)
+
+    def _report(self, goal, states, result):
+        """Writes back_SHAPE.png, .csv and .json."""
+        if goal.path.poses:
+            path = from_points([(item.pose.position.x, item.pose.position.y)
+                                for item in goal.path.poses])
+        else:
+            message = rospy.wait_for_message("/back_up/path", PathMessage, STEP_LIMIT)
+            path = from_points([(item.pose.position.x, item.pose.position.y)
+                                for item in message.poses])
+        rows = table(path, [item.stamp for item in states],
+                     [(item.x, item.y, item.heading, item.hitch_angle) for item in states],
+                     [item.speed for item in states], self._settings.geometry)
+        figures = summary(rows, path)
+        name = os.path.join(self._out, f"back_{self._shape}")
+        os.makedirs(self._out, exist_ok=True)
+        write_csv(name + ".csv", rows)
+        write_picture(name + ".png", rows, path, self._settings.geometry,
+                      f"backing: {self._shape}, {result.message}")
+        with open(name + ".json", "w") as stream:
+            json.dump({"ok": bool(result.success), "shape": self._shape,
+                       "message": result.message, **figures}, stream, indent=2)
+            stream.write("\n")
+        for key, value in figures.items():
+            if value is not None:
+                rospy.loginfo("%s: %.4f", key, value)
+        rospy.loginfo("written: %s.png, .csv, .json", name)
+
+
+def main():
+    """Runs the demonstration; exit status 0 if the trailer arrived."""
+    rospy.init_node("back_demo")
+    try:
+        good = Demo().run()
+    except (TrailerError, ValueError, KeyError, OSError, rospy.ROSException) as error:
+        rospy.logfatal("back_demo: %s", error)
+        sys.exit(1)
+    sys.exit(0 if good else 1)

@@ -1,0 +1,236 @@
+"""The node `back_up`: an action that backs the trailer's axle along a path."""
+
+import math
+import sys
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+import rospy
+from actionlib import ActionServer
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path as PathMessage
+
+from cybertruck.backing.commands import Driver
+from cybertruck.backing.plan import make_tracker
+from cybertruck.backing.settings import settings_from
+from cybertruck.backing.state import StateSource
+from cybertruck.msg import BackUpAction, BackUpFeedback, BackUpResult
+from cybertruck.trailer.geometry import TrailerError
+from cybertruck.trailer.tracker import ARRIVED, BACKING, FAILED, MODES
+
+POLL = 0.1             # wall time between looks at cancel and shutdown when nothing arrives [s]
+FEEDBACK_PERIOD = 0.1  # simulated time [s]
+REST_SPEED = 0.005     # the truck counts as standing below [m/s]
+REST_TIME = 3.0        # longest simulated wait for that [s]
+SHOWN = 10             # every so many samples of a path are published, and its end
+MOVED = 0.02           # less than this in stuck_time counts as not moving [m]
+
+
+class Stopped(Exception):
+    """Ends a goal before its path's end; the text says why."""
+
+
+class Cancelled(Exception):
+    """The client or a newer goal ended the goal."""
+
+
+@dataclass
+class Job:
+    """An accepted goal."""
+
+    handle: object
+    tracker: object
+    cancelled: threading.Event = field(default_factory=threading.Event)
+    errors: list = field(default_factory=list)  # lateral errors while backing [m]
+    reason: str = "cancelled"
+
+
+class BackUpServer:
+    """Takes goals, one at a time; a newer one ends the older one."""
+
+    def __init__(self):
+        """Reads the private parameters.
+
+        Raises:
+            TrailerError: A parameter is wrong.
+        """
+        self._settings = settings_from(rospy.get_param("~", {}))
+        self._source = StateSource("/odom", self._settings.node.hitch_joint)
+        self._driver = Driver()
+        self._path_out = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
+        self._news = threading.Condition()
+        self._waiting = self._current = None
+        self._server = ActionServer("back_up", BackUpAction, self._on_goal, self._on_cancel,
+                                    auto_start=False)
+        self._server.start()
+
+    def _on_goal(self, handle):
+        try:
+            reason = self._source.staleness(self._settings.node.state_timeout)
+            if reason:
+                raise TrailerError(reason)
+            trailer = self._source.state.trailer(self._settings.geometry)
+            tracker = make_tracker(handle.get_goal(), trailer, self._settings)
+        except TrailerError as error:
+            rospy.logwarn("goal refused: %s", error)
+            handle.set_rejected(BackUpResult(message=str(error)), str(error))
+            return
+        handle.set_accepted()
+        with self._news:
+            older = [job for job in (self._waiting, self._current) if job is not None]
+            for job in older:
+                job.reason = "a newer goal came"
+                job.cancelled.set()
+            if self._waiting is not None:
+                self._waiting.handle.set_canceled(BackUpResult(message=self._waiting.reason))
+            self._waiting = Job(handle, tracker)
+            self._news.notify_all()
+
+    def _on_cancel(self, handle):
+        with self._news:
+            for job in (self._waiting, self._current):
+                if job is not None and job.handle == handle:
+                    job.cancelled.set()
+
+    def run(self):
+        """Works goals off until ROS shuts down."""
+        while not rospy.is_shutdown():
+            with self._news:
+                self._current = None
+                self._news.wait_for(lambda: self._waiting is not None, POLL)
+                self._current, self._waiting = self._waiting, None
+            if self._current is not None:
+                self._work(self._current)
+
+    def _work(self, job):
+        """Drives a goal and tells how it ended."""
+        if job.tracker.path is not None:
+            self._show(job.tracker.path)
+        try:
+            self._follow(job)
+        except Cancelled:
+            if rospy.is_shutdown():
+                return
+            self._come_to_rest()
+            job.handle.set_canceled(self._result(job, False, job.reason), job.reason)
+        except Stopped as reason:
+            self._come_to_rest()
+            rospy.logerr("backing ended: %s", reason)
+            job.handle.set_aborted(self._result(job, False, str(reason)), str(reason))
+        else:
+            self._come_to_rest()
+            job.handle.set_succeeded(self._result(job, True, "arrived"), "arrived")
+
+    def _follow(self, job):
+        """Commands the truck until the path's end.
+
+        Raises:
+            Cancelled: By the client, a newer goal, or shutdown.
+            Stopped: The state is stale, nothing moves, or the trailer cannot be unfolded.
+        """
+        node, stamp, shown, mode = self._settings.node, None, -math.inf, BACKING
+        still = None
+        while True:
+            state = self._next_state(job, stamp)
+            stamp = state.stamp
+            trailer = state.trailer(self._settings.geometry)
+            status = job.tracker.step(*trailer, state.hitch_angle)
+            if status.mode != mode:
+                mode = int(status.mode)
+                rospy.loginfo("%s at %.2f m, hitch at %.0f degrees", MODES[mode], status.arc,
+                              math.degrees(state.hitch_angle))
+            if mode == FAILED:
+                raise Stopped("the trailer could not be unfolded, its hitch is at "
+                              f"{math.degrees(state.hitch_angle):.0f} degrees")
+            if mode == BACKING:
+                job.errors.append(float(status.lateral))
+            if stamp - shown >= FEEDBACK_PERIOD:
+                shown = stamp
+                share = float(np.clip(status.arc / job.tracker.length, 0.0, 1.0))
+                job.handle.publish_feedback(BackUpFeedback(
+                    float(status.lateral), float(status.heading), state.hitch_angle, share))
+            if mode == ARRIVED:
+                return
+            if still is None or math.hypot(state.x - still[1], state.y - still[2]) > MOVED:
+                still = stamp, state.x, state.y
+            elif stamp - still[0] > node.stuck_time:
+                raise Stopped(f"the truck has not moved for {node.stuck_time:g} s")
+            self._driver.send(status.steering, status.speed)
+
+    def _next_state(self, job, stamp):
+        """Waits for the state of the next control period.
+
+        Raises:
+            Cancelled, Stopped: See _follow.
+        """
+        node = self._settings.node
+        while True:
+            if job.cancelled.is_set() or rospy.is_shutdown():
+                raise Cancelled
+            state = self._source.wait(
+                None if stamp is None else stamp + node.control_period - 1e-6, POLL)
+            reason = self._source.staleness(node.state_timeout)
+            if reason:
+                raise Stopped(reason)
+            if state is None:
+                continue
+            if stamp is not None and state.stamp < stamp:
+                raise Stopped("time went back: the simulation was reset")
+            return state
+
+    def _come_to_rest(self):
+        """Stops the truck and waits until it stands, as long as states arrive."""
+        self._driver.stop()
+        start = rospy.get_time()
+        while not rospy.is_shutdown() and rospy.get_time() - start < REST_TIME:
+            state = self._source.state
+            if state is None or self._source.staleness(self._settings.node.state_timeout):
+                break
+            if rospy.get_time() - start > 0.2 and abs(state.speed) < REST_SPEED:
+                break
+            if self._source.wait(state.stamp, POLL) is None and rospy.get_time() == start:
+                break  # paused
+        self._driver.stop()
+
+    def _result(self, job, success, message):
+        """Measures where the trailer stands now against the path's end."""
+        result = BackUpResult(success=success, message=message)
+        if job.errors:
+            errors = np.array(job.errors)
+            result.rms_lateral_error = float(np.sqrt(np.mean(errors ** 2)))
+            result.max_lateral_error = float(np.max(np.abs(errors)))
+        path, state = job.tracker.path, self._source.state
+        if path is None:
+            return result
+        x, y, heading = state.trailer(self._settings.geometry)
+        end_x, end_y, _, _ = path.place(path.length)
+        result.end_distance = float(np.hypot(x - end_x, y - end_y))
+        result.end_heading_error = float(path.errors(x, y, heading + math.pi, path.length)[1])
+        return result
+
+    def _show(self, path):
+        """Publishes the path for rviz."""
+        message = PathMessage()
+        message.header.stamp = rospy.Time.now()
+        message.header.frame_id = self._settings.node.odom_frame
+        last = len(path.points) - 1
+        for index in np.unique(np.append(np.arange(0, last - 5, SHOWN), last)):
+            (x, y), heading = path.points[index], path.headings[index]
+            item = PoseStamped(header=message.header)
+            item.pose.position.x, item.pose.position.y = x, y
+            item.pose.orientation.z = math.sin(0.5 * heading)
+            item.pose.orientation.w = math.cos(0.5 * heading)
+            message.poses.append(item)
+        self._path_out.publish(message)
+
+
+def main():
+    """Runs the node; exits with 1 and the reason if it cannot start."""
+    rospy.init_node("back_up")
+    try:
+        server = BackUpServer()
+    except TrailerError as error:
+        rospy.logfatal("back_up cannot start: %s", error)
+        sys.exit(1)
+    server.run()

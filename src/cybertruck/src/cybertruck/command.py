@@ -1,0 +1,54 @@
+"""The newest drive command and how old it is. No ROS."""
+
+import math
+import threading
+
+
+def refusal(**values):
+    """Reason to refuse a command, or '' when all its numbers are finite."""
+    for name, value in values.items():
+        if not math.isfinite(value):
+            return f'{name} is {value}, must be a finite number'
+    return ''
+
+
+class Command:
+    """Steering and speed that were asked for last; callbacks write, the drive loop reads.
+
+    Args:
+        timeout: age [s] above which the truck stops.
+    """
+
+    def __init__(self, timeout):
+        if isinstance(timeout, bool) or not isinstance(timeout, (int, float)) \
+                or not (math.isfinite(timeout) and timeout > 0.0):
+            raise ValueError(f'command_timeout is {timeout!r}, must be a time above 0 [s]')
+        self._timeout = float(timeout)
+        self._lock = threading.Lock()
+        self._steering = self._speed = 0.0
+        self._time = None
+
+    def give(self, steering, speed, time):
+        """Take over a checked command given at a time [s]."""
+        with self._lock:
+            self._steering, self._speed, self._time = steering, speed, time
+
+    def stop(self):
+        """Speed 0 until the next command; the steering angle stays."""
+        with self._lock:
+            self._speed, self._time = 0.0, None
+
+    def target(self, now):
+        """What to drive at a time [s].
+
+        Returns:
+            (steering [rad], speed [m/s], expired): expired is True once, when the command has
+            just become too old.
+        """
+        with self._lock:
+            if self._time is None:
+                return self._steering, 0.0, False
+            if now - self._time <= self._timeout:
+                return self._steering, self._speed, False
+            self._speed, self._time = 0.0, None
+            return self._steering, 0.0, True

@@ -1,0 +1,1 @@
+"""Go to a point: control laws, the controller and its node."""

@@ -1,0 +1,162 @@
+"""The node `goal`: service /goal, status, cancel; /odom in, /cmd_vel out."""
+
+import math
+import threading
+import time
+from dataclasses import fields
+
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger, TriggerResponse
+
+from cybertruck.goal.controller import REACHED, STUCK, GoalController
+from cybertruck.goal.settings import GoalSettings
+from cybertruck.srv import Goal, GoalResponse
+
+
+class GoalNode:
+    """Joins the controller and ROS. It publishes commands only while it has a goal."""
+
+    def __init__(self):
+        """Reads the parameters and offers the services.
+
+        Raises:
+            ValueError: A parameter is wrong; the message names it.
+        """
+        self._settings = GoalSettings(**{
+            item.name: rospy.get_param("~" + item.name) for item in fields(GoalSettings)
+            if rospy.has_param("~" + item.name)})
+        self._controller = GoalController(self._settings)
+        self._lock = threading.RLock()  # service, odometry and timer come in threads of their own
+        self._pose, self._frame, self._heard = None, "odom", None
+        self._count, self._id = 0, None
+        self._command = rospy.Publisher("cmd_vel", Twist, queue_size=10)
+        self._status = rospy.Publisher("goal/status", GoalStatus, queue_size=10, latch=True)
+        self._current = rospy.Publisher("goal/pose", PoseStamped, queue_size=10, latch=True)
+        rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
+        rospy.Service("goal", Goal, self._on_goal)
+        rospy.Service("goal/cancel", Trigger, self._on_cancel)
+        rospy.Timer(rospy.Duration(min(0.1, self._settings.odom_timeout)), self._watch, reset=True)
+        rospy.on_shutdown(self._on_shutdown)
+        kind = "with trailer" if self._settings.trailer else "without trailer"
+        rospy.loginfo("goal: ready, %s gains, %s, turns of %.2f m", self._settings.gains, kind,
+                      self._settings.radius)
+
+    def _on_goal(self, request):
+        position = request.pose.position
+        with self._lock:
+            stale = self._silent()
+            pose = None if stale else self._pose
+            reason = self._controller.refusal((position.x, position.y, position.z), pose)
+            if reason and self._pose is not None and stale and "no odometry" in reason:
+                reason = f"the odometry has been silent for {self._settings.odom_timeout:g} s"
+            if reason:
+                rospy.logwarn("goal: refused (%g, %g): %s", position.x, position.y, reason)
+                return GoalResponse(success=False)
+            if self._controller.goal is not None:
+                self._tell(GoalStatus.PREEMPTED, "replaced by a new goal")
+            self._controller.start(position.x, position.y)
+            self._count += 1
+            self._id = f"goal-{self._count}"
+            current = PoseStamped()
+            current.header.stamp, current.header.frame_id = rospy.Time.now(), self._frame
+            current.pose.position.x, current.pose.position.y = position.x, position.y
+            current.pose.orientation.w = 1.0
+            self._current.publish(current)
+            self._tell(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
+        return GoalResponse(success=True)
+
+    def _on_cancel(self, _request):
+        with self._lock:
+            if self._controller.goal is None:
+                return TriggerResponse(success=False, message="there is no goal to cancel")
+            self._give_up(GoalStatus.PREEMPTED, "cancelled")
+        return TriggerResponse(success=True, message="cancelled")
+
+    def _on_odometry(self, message):
+        pose = message.pose.pose
+        x, y, w = pose.position.x, pose.position.y, pose.orientation.w
+        q = pose.orientation
+        heading = math.atan2(2.0 * (w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        if not all(map(math.isfinite, (x, y, heading))):
+            rospy.logwarn_throttle(5.0, "goal: the odometry holds a number that is not finite; "
+                                        "it counts as silent")
+            return
+        with self._lock:
+            self._pose, self._frame = (x, y, heading), message.header.frame_id or "odom"
+            self._heard = (rospy.get_time(), time.monotonic())
+            update = self._controller.update(x, y, heading, message.header.stamp.to_sec())
+            if update is None:
+                return
+            state, linear, angular = update
+            self._send(linear, angular)
+            controller = self._controller
+            if state == REACHED:
+                self._tell(GoalStatus.SUCCEEDED,
+                           f"arrived, {controller.distance:.3f} m from the goal, drove "
+                           f"{controller.driven:.2f} m, shortest {controller.shortest:.2f} m")
+            elif state == STUCK:
+                self._tell(GoalStatus.ABORTED,
+                           f"stuck {controller.distance:.2f} m from the goal: moved less than "
+                           f"{self._settings.stuck_distance:g} m in "
+                           f"{self._settings.stuck_time:g} s")
+
+    def _watch(self, _event):
+        with self._lock:
+            if self._controller.goal is not None and self._silent():
+                self._give_up(GoalStatus.ABORTED, "the odometry has been silent for "
+                                                  f"{self._settings.odom_timeout:g} s")
+
+    def _silent(self):
+        """Says whether there is no odometry, or none lately.
+
+        Silence must last in ROS time, so that a paused world is not silent, and in wall time, so
+        that a world which runs faster than real time is not when a message comes a little late.
+        """
+        if self._heard is None:
+            return True
+        limit = self._settings.odom_timeout
+        return rospy.get_time() - self._heard[0] >= limit \
+            and time.monotonic() - self._heard[1] >= limit
+
+    def _give_up(self, status, text):
+        self._controller.stop()
+        self._send(0.0, 0.0)
+        self._tell(status, text)
+
+    def _send(self, linear, angular):
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        self._command.publish(message)
+
+    def _tell(self, status, text):
+        message = GoalStatus(status=status, text=text)
+        message.goal_id.stamp, message.goal_id.id = rospy.Time.now(), self._id
+        self._status.publish(message)
+        log = rospy.logwarn if status == GoalStatus.ABORTED else rospy.loginfo
+        log("goal: %s: %s", self._id, text)
+
+    def _on_shutdown(self):
+        with self._lock:
+            if self._controller.goal is not None:
+                self._controller.stop()
+                self._send(0.0, 0.0)
+                time.sleep(0.1)  # rospy's threads send it
+
+
+def main():
+    """Runs the node.
+
+    Returns:
+        Exit status.
+    """
+    rospy.init_node("goal")
+    try:
+        GoalNode()
+    except ValueError as error:
+        rospy.logfatal("goal: %s", error)
+        return 1
+    rospy.spin()
+    return 0

@@ -1,0 +1,134 @@
+"""Where the truck is, from what its wheels and hinges did. No ROS."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+TICKS_PER_TURN = 42             # of a front wheel's encoder
+SMALL_TURN = 1e-6               # [rad] below which an arc is taken as a line
+RATE_FLOOR = 1e-6               # variance of speed and yaw rate at standstill
+STILL = (1e-6, 1e-6)            # variances of a truck at its start [m^2], [rad^2]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How much the wheels leave uncertain, as standard deviations after the first metre or radian.
+
+    They grow with the square root of the way, as sums of independent errors do.
+
+    Attributes:
+        distance_error: of the distance [m], per root of the metres driven.
+        heading_error: of the heading [rad], per root of the radians turned.
+        heading_drift: of the heading [rad], per root of the metres driven.
+    """
+
+    distance_error: float = 0.005
+    heading_error: float = 0.005
+    heading_drift: float = 0.001
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)) \
+                    or not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f'{name} is {value!r}, must be a number, 0 or more')
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a real truck can measure.
+
+    Attributes:
+        rear_left, rear_right: angles the rear wheels have turned [rad].
+        left_steering, right_steering: hinge angles [rad].
+        rear_left_speed, rear_right_speed: [rad/s].
+    """
+
+    rear_left: float
+    rear_right: float
+    left_steering: float
+    right_steering: float
+    rear_left_speed: float = 0.0
+    rear_right_speed: float = 0.0
+
+
+class WheelOdometry:
+    """Dead reckoning of the rear axle's middle: distance from wheels, curvature from hinges.
+
+    It works with wheel angles, not speeds, so a lost measurement costs no distance. The
+    covariance grows as that of a unicycle driven by distance and turn with independent errors.
+
+    Args:
+        model: CyberModel.
+        start: (x [m], y [m], yaw [rad]).
+        errors: Errors.
+
+    Attributes:
+        x, y, yaw: pose of base_footprint in the frame of the start.
+        speed, yaw_rate: in the truck's own axes [m/s], [rad/s].
+        covariance: (3, 3) of (x, y, yaw).
+    """
+
+    def __init__(self, model, start=(0.0, 0.0, 0.0), errors=Errors()):
+        self._model, self._start, self._errors = model, tuple(start), errors
+        self.reset()
+
+    def reset(self):
+        """Back to the start pose."""
+        self.x, self.y, self.yaw = self._start
+        self.speed = self.yaw_rate = 0.0
+        self.covariance = np.diag((STILL[0], STILL[0], STILL[1]))
+        self._last = None
+
+    def update(self, measured):
+        """Take over a new measurement.
+
+        Args:
+            measured: Measured.
+        """
+        radius = self._model.geometry.wheel_radius
+        curvature = self._model.curvature_of_hinges(measured.left_steering,
+                                                    measured.right_steering)
+        if self._last is not None:
+            last, last_curvature = self._last
+            distance = radius * 0.5 * (measured.rear_left - last.rear_left
+                                       + measured.rear_right - last.rear_right)
+            self._move(distance, 0.5 * (curvature + last_curvature) * distance)
+        self._last = measured, curvature
+        self.speed = radius * 0.5 * (measured.rear_left_speed + measured.rear_right_speed)
+        self.yaw_rate = curvature * self.speed
+
+    def _move(self, distance, turn):
+        """Along an arc: distance [m], turn [rad]."""
+        chord = distance if abs(turn) < SMALL_TURN else \
+            distance * math.sin(turn / 2.0) / (turn / 2.0)
+        ahead = self.yaw + turn / 2.0
+        cos, sin = math.cos(ahead), math.sin(ahead)
+        self.x += chord * cos
+        self.y += chord * sin
+        self.yaw = math.remainder(self.yaw + turn, 2.0 * math.pi)
+        if distance == 0.0 and turn == 0.0:
+            return
+        # P <- F P F' + G Q G', F and G the derivatives by pose and by (distance, turn).
+        pose = np.array([[1.0, 0.0, -chord * sin], [0.0, 1.0, chord * cos], [0.0, 0.0, 1.0]])
+        drive = np.array([[cos, -0.5 * chord * sin], [sin, 0.5 * chord * cos], [0.0, 1.0]])
+        errors = self._errors
+        noise = np.diag((errors.distance_error ** 2 * abs(distance),
+                         errors.heading_error ** 2 * abs(turn)
+                         + errors.heading_drift ** 2 * abs(distance)))
+        self.covariance = pose @ self.covariance @ pose.T + drive @ noise @ drive.T
+
+    def twist_variances(self):
+        """Variances of speed [m^2/s^2] and yaw rate [rad^2/s^2], with a floor at standstill.
+
+        A speed has the relative error of the distance driven in one second.
+        """
+        errors = self._errors
+        return (errors.distance_error ** 2 * abs(self.speed) + RATE_FLOOR,
+                errors.heading_error ** 2 * abs(self.yaw_rate)
+                + errors.heading_drift ** 2 * abs(self.speed) + RATE_FLOOR)
+
+
+def ticks(angle):
+    """Encoder count of a wheel angle [rad]: 42 a turn, counted down when it turns back."""
+    return math.floor(angle * TICKS_PER_TURN / (2.0 * math.pi))

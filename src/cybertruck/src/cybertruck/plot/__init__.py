@@ -1,0 +1,1 @@
+"""Records poses and draws them: PNG and CSV."""

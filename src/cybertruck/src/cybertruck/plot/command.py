@@ -1,0 +1,155 @@
+"""The command `plot_pose`: odometry, live or from a rosbag, to PNG and CSV."""
+
+import argparse
+import math
+import sys
+import threading
+from pathlib import Path
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+
+from cybertruck.plot.picture import draw
+from cybertruck.plot.trajectory import Trajectory
+
+SPACING = 0.01  # between kept poses [m]
+
+
+def heading_of(q):
+    """Gives the heading [rad] of a geometry_msgs/Quaternion."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def add_odometry(trajectory, message):
+    """Adds a nav_msgs/Odometry to a trajectory."""
+    pose = message.pose.pose
+    trajectory.add(message.header.stamp.to_sec(), pose.position.x, pose.position.y,
+                   heading_of(pose.orientation))
+
+
+def add_goal(trajectory, message):
+    """Adds a geometry_msgs/PoseStamped goal to a trajectory."""
+    trajectory.add_goal(message.header.stamp.to_sec(), message.pose.position.x,
+                        message.pose.position.y)
+
+
+def from_bag(path, topic, goal_topic):
+    """Reads a trajectory from a rosbag.
+
+    Args:
+        path: The bag.
+        topic: Of the odometry.
+        goal_topic: Of the goals.
+
+    Returns:
+        Trajectory.
+
+    Raises:
+        ValueError: The file is no bag, or holds no odometry on the topic.
+    """
+    import rosbag
+    trajectory = Trajectory(SPACING)
+    takers = {topic: ("nav_msgs/Odometry", add_odometry),
+              goal_topic: ("geometry_msgs/PoseStamped", add_goal)}
+    try:
+        with rosbag.Bag(path) as bag:
+            kinds = {name: item.msg_type
+                     for name, item in bag.get_type_and_topic_info().topics.items()}
+            if kinds.get(topic) != "nav_msgs/Odometry":
+                there = ", ".join(sorted(name for name, kind in kinds.items()
+                                         if kind == "nav_msgs/Odometry")) or "none"
+                raise ValueError(f"{path}: no odometry on {topic}; topics with odometry: {there}")
+            for name, message, _ in bag.read_messages(list(takers)):
+                kind, take = takers[name]
+                if kinds[name] == kind:
+                    take(trajectory, message)
+    except (OSError, rosbag.ROSBagException) as error:
+        raise ValueError(f"{path}: {error}") from None
+    trajectory.finish()
+    return trajectory
+
+
+def record(topic, goal_topic, duration):
+    """Records until Ctrl-C or for a time.
+
+    Args:
+        topic: Of the odometry.
+        goal_topic: Of the goals.
+        duration: ROS time from the first pose [s]; 0: until Ctrl-C or rosnode kill.
+
+    Returns:
+        Trajectory.
+
+    Raises:
+        ValueError: No pose came.
+    """
+    trajectory, lock, done = Trajectory(SPACING), threading.Lock(), threading.Event()
+    ending = [False]
+
+    def take(function, message):
+        with lock:
+            if ending[0]:
+                return
+            function(trajectory, message)
+            if duration and trajectory.duration >= duration:
+                done.set()
+
+    rospy.init_node("plot_pose", anonymous=False)
+    rospy.on_shutdown(done.set)
+    rospy.Subscriber(topic, Odometry, lambda message: take(add_odometry, message), queue_size=None)
+    rospy.Subscriber(goal_topic, PoseStamped, lambda message: take(add_goal, message))
+    rospy.loginfo("plot_pose: recording %s%s", rospy.resolve_name(topic),
+                  f" for {duration:g} s" if duration else " until Ctrl-C")
+    while not done.wait(0.2):
+        pass
+    with lock:
+        ending[0] = True
+    try:
+        trajectory.finish()
+    except ValueError:
+        raise ValueError(f"no odometry came on {rospy.resolve_name(topic)}") from None
+    return trajectory
+
+
+def non_negative(text):
+    """Reads a time in seconds for argparse."""
+    value = float(text)
+    if not 0.0 <= value < math.inf:
+        raise ValueError
+    return value
+
+
+def main():
+    """Records, writes, says what it wrote.
+
+    Returns:
+        Exit status.
+    """
+    parser = argparse.ArgumentParser(prog="plot_pose", description=__doc__)
+    parser.add_argument("--output", default="pose.png", type=Path,
+                        help="the PNG; the CSV goes beside it (default: pose.png)")
+    parser.add_argument("--bag", help="read this rosbag instead of recording")
+    parser.add_argument("--topic", default="/odom", help="nav_msgs/Odometry (default: /odom)")
+    parser.add_argument("--goals", default="/goal/pose",
+                        help="geometry_msgs/PoseStamped (default: /goal/pose)")
+    parser.add_argument("--duration", default=0.0, type=non_negative,
+                        help="seconds of ROS time to record; 0: until Ctrl-C")
+    parser.add_argument("--title", default="")
+    options = parser.parse_args(rospy.myargv()[1:])
+    try:
+        if options.bag:
+            trajectory = from_bag(options.bag, options.topic, options.goals)
+        else:
+            trajectory = record(options.topic, options.goals, options.duration)
+        table = options.output.with_suffix(".csv")
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+        trajectory.write_csv(table)
+        draw(trajectory, options.output, options.title,
+             (f"x in {options.topic} [m]", f"y in {options.topic} [m]"))
+    except (ValueError, OSError) as error:
+        print(f"plot_pose: {error}", file=sys.stderr)
+        return 1
+    print(f"plot_pose: {len(trajectory.rows)} poses, {trajectory.length:.2f} m in "
+          f"{trajectory.duration:.1f} s, {len(trajectory.goals)} goals: {options.output}, {table}")
+    return 0

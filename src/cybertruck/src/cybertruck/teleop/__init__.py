@@ -1,0 +1,1 @@
+"""Keyboard and joystick teleop: logic, sources of events, the screen, and the nodes."""

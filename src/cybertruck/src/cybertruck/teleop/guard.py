@@ -1,0 +1,118 @@
+"""A small parent process that sets the terminal right however its teleop ends.
+
+A teleop that is killed with SIGKILL cannot clean up. So what the shell starts becomes this guard,
+which starts the teleop proper, waits for it, restores the terminal and, after a violent end, sends
+the zero that the teleop could not send. A guard that is killed takes the teleop with it (SIGTERM).
+"""
+
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import sys
+import termios
+import time
+
+COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
+GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
+PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+# leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
+SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
+LONGEST = 2.0  # wait for a listener before the zero is sent [s]
+VIOLENT = (signal.SIGKILL, signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL,
+           signal.SIGFPE, signal.SIGTRAP, signal.SIGSYS)
+
+
+def enter():
+    """Becomes the guard, or, in the guarded process, ties its life to the guard's.
+
+    Without a terminal nothing needs a guard, and nothing happens.
+    """
+    guard = os.environ.pop(GUARD, None)
+    if guard is not None:
+        ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGTERM)
+        if os.getppid() != int(guard):  # it died before we asked for the signal
+            sys.exit(1)
+        return
+    if not sys.stdin.isatty():
+        return
+    os.environ[COMMAND] = json.dumps([sys.executable, *sys.argv])
+    os.execv(sys.executable, [sys.executable, "-m", __name__])
+
+
+def send_zero(arguments):
+    """Publishes one zero Twist in the dead teleop's place.
+
+    Args:
+        arguments: Its command line, for remappings.
+    """
+    import rosgraph
+    if not rosgraph.is_master_online():
+        return
+    import rospy
+    from geometry_msgs.msg import Twist
+    remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
+    rospy.init_node("teleop_guard", argv=["guard", *remappings], anonymous=True,
+                    disable_signals=True)
+    publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+    deadline = time.monotonic() + LONGEST
+    while publisher.get_num_connections() == 0 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    publisher.publish(Twist())
+    time.sleep(0.15)
+    rospy.signal_shutdown("zero sent")
+
+
+def restore(terminal, settings):
+    """Sets the terminal to what it was.
+
+    Args:
+        terminal: File descriptor.
+        settings: What termios.tcgetattr gave.
+    """
+    previous = signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # also from the background
+    try:
+        termios.tcsetattr(terminal, termios.TCSADRAIN, settings)
+        os.write(terminal, SANE)
+    except (OSError, termios.error):  # the terminal is gone
+        pass
+    signal.signal(signal.SIGTTOU, previous)
+
+
+def main():
+    """Starts the command of the environment, waits, cleans up.
+
+    Returns:
+        The command's exit status, 128 + number of the signal that ended it.
+    """
+    command = json.loads(os.environ.pop(COMMAND))
+    terminal = os.dup(sys.stdin.fileno())
+    settings = termios.tcgetattr(terminal)
+    child = None
+    early = []  # signals that came before the child was there
+
+    def forward(number, _frame):
+        if child is None:
+            early.append(number)
+        elif child.returncode is None:
+            child.send_signal(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, forward)
+    signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    child = subprocess.Popen(command, env=dict(os.environ, **{GUARD: str(os.getpid())}))
+    for number in early:
+        child.send_signal(number)
+    status = child.wait()
+    if status in (0, 1) or status >= 128:
+        return status
+    restore(terminal, settings)
+    if status < 0 and -status in VIOLENT:
+        print(f"the teleop was ended by {signal.Signals(-status).name}", file=sys.stderr)
+        send_zero(command)
+    return 128 - status if status < 0 else status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+"""What a teleop may ask for: limits on speed, turning and their rates."""
+
+import math
+from dataclasses import dataclass, fields
+
+from cybertruck.trailer.geometry import Geometry, towing_limit
+
+STANDSTILL = 1e-6  # speeds below count as none [m/s]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the commands that a teleop sends.
+
+    Attributes:
+        wheelbase: Front to rear axle of the truck [m].
+        max_speed: Greatest size of linear.x [m/s].
+        max_angular: Greatest size of angular.z [rad/s].
+        max_steering: Greatest angle of the bicycle's front wheel [rad].
+        max_acceleration: Greatest rise of the speed [m/s^2]; 0: no limit. Slowing down is never
+            delayed.
+        max_steering_rate: Greatest change of the steering angle [rad/s]; 0: no limit.
+        trailer: Whether the truck pulls a trailer; the curvature is then limited further.
+        hitch_offset: Rear axle to hitch [m].
+        tongue_length: Hitch to the trailer's axle [m].
+        max_hitch_angle: Hitch angle that the tightest circle with a trailer ends in [rad].
+    """
+
+    wheelbase: float = 0.508
+    max_speed: float = 3.0
+    max_angular: float = 3.0
+    max_steering: float = 0.7854
+    max_acceleration: float = 3.0
+    max_steering_rate: float = 3.0
+    trailer: bool = False
+    hitch_offset: float = 0.30
+    tongue_length: float = 0.70
+    max_hitch_angle: float = math.radians(60.0)
+
+    def __post_init__(self):
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.name == "trailer":
+                if not isinstance(value, bool):
+                    raise ValueError(f"trailer is {value!r}; it must be true or false")
+                continue
+            if isinstance(value, bool) or not isinstance(value, (int, float)) \
+                    or not math.isfinite(value):
+                raise ValueError(f"{item.name} is {value!r}; it must be a number")
+            may_be_zero = item.name in ("max_acceleration", "max_steering_rate", "hitch_offset")
+            if value < 0.0 or (value == 0.0 and not may_be_zero):
+                raise ValueError(f"{item.name} is {value!r}; it must be "
+                                 + ("0 or more" if may_be_zero else "above 0"))
+        for name in ("max_steering", "max_hitch_angle"):
+            if getattr(self, name) >= math.pi / 2:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be below pi/2")
+
+    @property
+    def max_curvature(self):
+        """Greatest curvature of the rear axle's path [1/m]."""
+        geometry = Geometry(self.wheelbase, self.hitch_offset, self.tongue_length,
+                            self.max_steering)
+        if self.trailer:
+            return towing_limit(geometry, self.max_hitch_angle)
+        return geometry.max_curvature
+
+    def clip(self, linear, angular):
+        """Cuts a command to what is allowed; the truck cannot turn where it stands.
+
+        Args:
+            linear: Wanted linear.x [m/s].
+            angular: Wanted angular.z [rad/s].
+
+        Returns:
+            (linear.x [m/s], angular.z [rad/s]).
+        """
+        linear = min(max(linear, -self.max_speed), self.max_speed)
+        if abs(linear) < STANDSTILL:
+            return 0.0, 0.0
+        most = min(self.max_angular, abs(linear) * self.max_curvature)
+        return linear, min(max(angular, -most), most)
+
+
+class RateLimiter:
+    """Makes commands follow the wanted ones at limited rates; stopping is never delayed."""
+
+    def __init__(self, limits):
+        """Starts at rest with straight wheels.
+
+        Args:
+            limits: Limits.
+        """
+        self._limits = limits
+        self.reset()
+
+    def reset(self):
+        """Forgets the motion: at rest, wheels straight."""
+        self._linear, self._steering = 0.0, 0.0
+
+    def step(self, linear, angular, period):
+        """Gives the next command.
+
+        Args:
+            linear: Wanted linear.x [m/s].
+            angular: Wanted angular.z [rad/s].
+            period: Time since the last command [s].
+
+        Returns:
+            (linear.x [m/s], angular.z [rad/s]) within all limits.
+        """
+        limits = self._limits
+        linear, angular = limits.clip(linear, angular)
+        if linear == 0.0:
+            self.reset()
+            return 0.0, 0.0
+        if limits.max_acceleration > 0.0:
+            from_speed = abs(self._linear) if self._linear * linear > 0.0 else 0.0
+            most = from_speed + limits.max_acceleration * max(period, 0.0)
+            reached = math.copysign(min(abs(linear), most), linear)
+        else:
+            reached = linear
+        steering = math.atan(angular / linear * limits.wheelbase)
+        if limits.max_steering_rate > 0.0:
+            most = limits.max_steering_rate * max(period, 0.0)
+            steering = min(max(steering, self._steering - most), self._steering + most)
+        self._linear, self._steering = reached, steering
+        return limits.clip(reached, reached * math.tan(steering) / limits.wheelbase)

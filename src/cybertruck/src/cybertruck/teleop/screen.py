@@ -1,0 +1,162 @@
+"""What a teleop shows in the terminal: text for any size, and curses to put it there."""
+
+import curses
+import textwrap
+from dataclasses import dataclass
+
+from cybertruck.teleop import art
+
+LEAST_WIDTH, LEAST_HEIGHT = 60, 20  # smaller terminals get a short text
+BAR = 12  # characters of a velocity's bar, to either side
+
+
+@dataclass(frozen=True)
+class View:
+    """What there is to show.
+
+    Attributes:
+        title: First line.
+        linear: Commanded linear.x [m/s].
+        angular: Commanded angular.z [rad/s].
+        linear_speed: Set speed [m/s].
+        angular_speed: Set turning speed [rad/s].
+        max_linear: Greatest speed, for the bar [m/s].
+        max_angular: Greatest turning speed, for the bar [rad/s].
+        continuous: Whether the motion stays when keys are released.
+        drive: 1 forward, -1 backward, 0 at rest.
+        turn: Turn of the wheels: 1 left, -1 right, 0 straight ahead.
+        notes: Lines about the source of the events, warnings first.
+        help: Lines of key help.
+        phase: Grows by one a frame while the truck moves.
+    """
+
+    title: str
+    linear: float = 0.0
+    angular: float = 0.0
+    linear_speed: float = 0.5
+    angular_speed: float = 0.5
+    max_linear: float = 3.0
+    max_angular: float = 3.0
+    continuous: bool = False
+    drive: int = 0
+    turn: int = 0
+    notes: tuple = ()
+    help: tuple = ()
+    phase: int = 0
+
+
+def bar(value, most):
+    """Draws a number as a bar that grows to the right or to the left of a middle mark."""
+    length = min(BAR, round(abs(value) / most * BAR)) if most > 0.0 else 0
+    if value and not length:
+        length = 1
+    if value < 0.0:
+        return "[" + ("#" * length).rjust(BAR) + "|" + " " * BAR + "]"
+    return "[" + " " * BAR + "|" + ("#" * length).ljust(BAR) + "]"
+
+
+def motion_words(drive, turn):
+    """Says a motion in words."""
+    if not drive:
+        return "standing"
+    way = "forward" if drive > 0 else "backward"
+    return way + {1: ", wheels left", -1: ", wheels right"}.get(turn, "")
+
+
+def render(view, width, height):
+    """Lays a view out.
+
+    Args:
+        view: View.
+        width: Columns of the terminal.
+        height: Rows of the terminal.
+
+    Returns:
+        At most `height` strings of at most `width - 1` characters: the last column stays free,
+        since a character in the last cell makes some terminals scroll.
+    """
+    width = max(width - 1, 0)
+    mode = "continuous" if view.continuous else "held"
+    if width + 1 < LEAST_WIDTH or height < LEAST_HEIGHT:
+        short = [f"{view.linear:+.2f} m/s {view.angular:+.2f} rad/s",
+                 f"{mode}, {motion_words(view.drive, view.turn)}",
+                 f"set {view.linear_speed:.2f} {view.angular_speed:.2f}",
+                 *view.notes, f"(the picture needs {LEAST_WIDTH}x{LEAST_HEIGHT})"]
+        return [line[:width] for line in short][:height]
+    left = [f"linear.x  {view.linear:+7.3f} m/s   angular.z {view.angular:+7.3f} rad/s",
+            f"linear    {bar(view.linear, view.max_linear)}",
+            f"angular   {bar(view.angular, view.max_angular)}",
+            f"speeds    {view.linear_speed:7.3f} m/s             {view.angular_speed:7.3f} rad/s",
+            f"mode      {mode}",
+            f"motion    {motion_words(view.drive, view.turn)}",
+            "", *view.help]
+    picture = art.truck(view.drive, view.turn, view.phase)
+    column = max(width - art.WIDTH - 1, 0)
+    if width > 100:
+        column = 70 + (width - 70 - art.WIDTH) // 2
+    rows = [view.title, "-" * width]
+    for index in range(max(len(left), len(picture))):
+        text = left[index] if index < len(left) else ""
+        drawn = picture[index] if index < len(picture) else ""
+        rows.append(text[:column - 1].ljust(column) + drawn)
+    rows.append("-" * width)
+    for note in view.notes:
+        rows += textwrap.wrap(note, width)
+    return [row[:width] for row in rows][:height]
+
+
+class Screen:
+    """A curses screen that keeps working when the terminal changes its size."""
+
+    def __init__(self):
+        """Takes the terminal; close() gives it back.
+
+        Raises:
+            curses.error: The terminal's kind is unknown.
+        """
+        self._window = curses.initscr()
+        curses.noecho()
+        curses.cbreak()
+        try:
+            curses.curs_set(0)
+        except curses.error:  # a terminal without a cursor to hide
+            pass
+        self._window.keypad(True)
+        self._window.nodelay(True)
+        curses.set_escdelay(25)
+        self._window.refresh()  # the terminal sends arrow keys as curses expects them from here on
+        self._shown = None
+
+    def keys(self):
+        """Gives the key codes that came, oldest first."""
+        codes = []
+        while len(codes) < 1000:
+            code = self._window.getch()
+            if code == -1:
+                break
+            if code == curses.KEY_RESIZE:
+                curses.update_lines_cols()
+                self._shown = None
+                continue
+            codes.append(code)
+        return codes
+
+    def show(self, view):
+        """Draws a view; nothing is written while nothing changes."""
+        height, width = self._window.getmaxyx()
+        rows = render(view, width, height)
+        if rows == self._shown:
+            return
+        self._window.erase()
+        for row, text in enumerate(rows):
+            try:
+                self._window.addstr(row, 0, text)
+            except curses.error:  # the terminal shrank meanwhile; the next frame fits
+                break
+        self._window.refresh()
+        self._shown = rows
+
+    def close(self):
+        """Gives the terminal back as it was."""
+        self._window.keypad(False)
+        curses.endwin()

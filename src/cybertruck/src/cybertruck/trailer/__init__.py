@@ -1,0 +1,1 @@
+"""Truck with trailer: kinematics, steering map, paths and backing control; no ROS in here."""

@@ -1,0 +1,177 @@
+"""The lengths and limits of truck and trailer, and what follows from them alone."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+HITCH_STOP = math.radians(80.0)  # where the hitch's mechanical stop lies [rad]
+NEAR_AXLE = 0.15  # share of the tongue below which a hitch counts as on the axle
+
+
+class TrailerError(ValueError):
+    """Says which value of geometry, path, goal or map is wrong, and what is right."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Lengths and limits of a truck with one trailer.
+
+    Attributes:
+        wheelbase: L, front to rear axle of the truck [m].
+        hitch_offset: L1, rear axle to hitch, positive behind the axle, 0 for on-axle [m].
+        tongue_length: L2, hitch to the trailer's axle [m].
+        max_steering: Greatest angle of the bicycle's front wheel [rad].
+        hitch_stop: Hitch angle at which the joint meets its stop [rad].
+    """
+
+    wheelbase: float = 0.508
+    hitch_offset: float = 0.30
+    tongue_length: float = 0.70
+    max_steering: float = 0.7854
+    hitch_stop: float = HITCH_STOP
+
+    def __post_init__(self):
+        for name, low, high in (("wheelbase", 0.0, math.inf), ("hitch_offset", None, math.inf),
+                                ("tongue_length", 0.0, math.inf),
+                                ("max_steering", 0.0, math.pi / 2), ("hitch_stop", 0.0, math.pi)):
+            value = getattr(self, name)
+            ok = isinstance(value, (int, float, np.number)) and math.isfinite(value)
+            if low is None:
+                ok, valid = ok and value >= 0.0, "0 or more"
+            else:
+                ok = ok and low < value < high
+                valid = f"above {low:g}" + (f" and below {high:g}" if high < math.inf else "")
+            if not ok:
+                raise TrailerError(f"{name} is {value!r}, it must be {valid}")
+
+    @property
+    def max_curvature(self):
+        """Fmax: curvature of the truck at full lock [1/m]."""
+        return math.tan(self.max_steering) / self.wheelbase
+
+    @property
+    def near_axle(self):
+        """Whether the hitch is too near the axle to set the trailer's curvature by steering."""
+        return self.hitch_offset < NEAR_AXLE * self.tongue_length
+
+
+def towing_curvature(hitch_angle, geometry):
+    """Gives the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
+
+    Args:
+        hitch_angle: ψ [rad].
+        geometry: Geometry.
+
+    Returns:
+        F [1/m], of the sign opposite to the hitch angle's.
+    """
+    length = geometry.tongue_length + geometry.hitch_offset * np.cos(hitch_angle)
+    return -np.sin(hitch_angle) / length
+
+
+def steady_hitch_angle(curvature, geometry):
+    """Gives the hitch angle that a truck's circle ends in when it drives forward.
+
+    sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
+    sin(ψ + atan(F L1)) = -F L2 / sqrt(1 + F²L1²).
+
+    Args:
+        curvature: F of the truck [1/m], any shape.
+        geometry: Geometry.
+
+    Returns:
+        ψ [rad]; NaN where the hitch's circle is smaller than the tongue and the trailer folds.
+    """
+    curvature = np.asarray(curvature, dtype=float)
+    offset = curvature * geometry.hitch_offset
+    ratio = -curvature * geometry.tongue_length / np.sqrt(1.0 + offset * offset)
+    with np.errstate(invalid="ignore"):
+        return np.arcsin(ratio) - np.arctan(offset)
+
+
+def has_steady_towing(curvature, geometry):
+    """Says whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
+
+    Args:
+        curvature: F of the truck [1/m], any shape.
+        geometry: Geometry.
+    """
+    curvature = np.asarray(curvature, dtype=float)
+    offset = curvature * geometry.hitch_offset
+    return np.abs(curvature) * geometry.tongue_length <= np.sqrt(1.0 + offset * offset)
+
+
+def jackknife_angle(geometry):
+    """Gives the hitch angle beyond which backing folds the trailer whatever the steering.
+
+    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle at which full lock just holds.
+
+    Returns:
+        The angle [rad], or None where no root exists: full lock unfolds from anywhere.
+    """
+    angle = float(-steady_hitch_angle(geometry.max_curvature, geometry))
+    return None if math.isnan(angle) else angle
+
+
+def backing_limit(geometry, margin):
+    """Gives the hitch angle up to which the trailer may be backed.
+
+    Args:
+        geometry: Geometry.
+        margin: Kept from the jackknife angle or from the hitch's stop, whichever is less [rad].
+    """
+    angle = jackknife_angle(geometry)
+    return min(geometry.hitch_stop, math.inf if angle is None else angle) - margin
+
+
+def towing_limit(geometry, hitch_angle=math.radians(45.0)):
+    """Gives the greatest curvature to drive forward with so that no circle folds the trailer.
+
+    Args:
+        geometry: Geometry.
+        hitch_angle: Greatest hitch angle allowed in steady towing [rad].
+
+    Returns:
+        F > 0, no more than the truck's own limit [1/m].
+    """
+    return min(geometry.max_curvature, float(-towing_curvature(hitch_angle, geometry)))
+
+
+def steady_trailer(trailer_curvature, geometry):
+    """Gives the truck's curvature and the hitch angle of a trailer on a circle.
+
+    The hitch is on one circle with both axles: R² + L1² = R2² + L2².
+
+    Args:
+        trailer_curvature: κ2 [1/m], any shape.
+        geometry: Geometry.
+
+    Returns:
+        (F [1/m], ψ [rad]); NaN where no circle of the truck leads the trailer's.
+    """
+    bend = np.asarray(trailer_curvature, dtype=float)
+    square = 1.0 + bend * bend * (geometry.tongue_length ** 2 - geometry.hitch_offset ** 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        curvature = bend / np.sqrt(np.where(square > 0.0, square, np.nan))
+    angle = -np.arctan(geometry.tongue_length * bend) - np.arctan(
+        geometry.hitch_offset * curvature)
+    return curvature, angle
+
+
+def trailer_curvature_limit(hitch_angle, geometry):
+    """Gives the curvature of a trailer that is towed or backed steadily at a hitch angle.
+
+    Args:
+        hitch_angle: |ψ| below a right angle [rad].
+        geometry: Geometry.
+
+    Returns:
+        κ2 > 0 [1/m].
+    """
+    curvature = float(-towing_curvature(abs(hitch_angle), geometry))
+    square = 1.0 - curvature ** 2 * (geometry.tongue_length ** 2 - geometry.hitch_offset ** 2)
+    if not 0.0 < abs(hitch_angle) < math.pi / 2 or square <= 0.0:
+        raise TrailerError(f"hitch angle {math.degrees(hitch_angle):.1f} degrees: no trailer "
+                           "circles steadily there; it must lie between 0 and 90")
+    return curvature / math.sqrt(square)

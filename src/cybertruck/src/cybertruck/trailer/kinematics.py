@@ -1,0 +1,139 @@
+"""Motion of a truck with one trailer; every function takes numbers or arrays of one shape.
+
+Symbols: C rear axle's centre, H hitch (L1 behind C), Q trailer axle's centre (L2 behind H);
+θ1, θ2 headings of truck and trailer, ψ = θ2 - θ1 hitch angle, F the truck's curvature,
+v the speed of C, negative when backing. The derivation is in docs/trailer.md.
+"""
+
+import numpy as np
+
+
+def hitch_position(x, y, truck_heading, geometry):
+    """Gives the hitch's place (x, y) in the frame of the rear axle's place [m]."""
+    return (x - geometry.hitch_offset * np.cos(truck_heading),
+            y - geometry.hitch_offset * np.sin(truck_heading))
+
+
+def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
+    """Gives the trailer axle's place from the truck's.
+
+    Args:
+        x, y: Rear axle's centre [m].
+        truck_heading: θ1 [rad].
+        hitch_angle: ψ [rad].
+        geometry: Geometry.
+
+    Returns:
+        (x, y, θ2) of Q [m, m, rad], in the same frame.
+    """
+    hitch_x, hitch_y = hitch_position(x, y, truck_heading, geometry)
+    heading = truck_heading + hitch_angle
+    return (hitch_x - geometry.tongue_length * np.cos(heading),
+            hitch_y - geometry.tongue_length * np.sin(heading), heading)
+
+
+def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
+    """Gives the truck's place from the trailer's, the inverse of trailer_axle.
+
+    Returns:
+        (x, y, θ1) of C [m, m, rad].
+    """
+    heading = trailer_heading - hitch_angle
+    return (x + geometry.tongue_length * np.cos(trailer_heading)
+            + geometry.hitch_offset * np.cos(heading),
+            y + geometry.tongue_length * np.sin(trailer_heading)
+            + geometry.hitch_offset * np.sin(heading), heading)
+
+
+def hitch_velocity(speed, truck_heading, curvature, geometry):
+    """Gives the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
+    turn = geometry.hitch_offset * curvature
+    return (speed * (np.cos(truck_heading) + turn * np.sin(truck_heading)),
+            speed * (np.sin(truck_heading) - turn * np.cos(truck_heading)))
+
+
+def trailer_speed(speed, hitch_angle, curvature, geometry):
+    """Gives the speed of Q along the trailer, v_T = v (cos ψ - L1 F sin ψ) [m/s]."""
+    return speed * (np.cos(hitch_angle)
+                    - geometry.hitch_offset * curvature * np.sin(hitch_angle))
+
+
+def trailer_yaw_rate(speed, hitch_angle, curvature, geometry):
+    """Gives dθ2/dt = -v (sin ψ + L1 F cos ψ) / L2 [rad/s]; Q does not slip sideways."""
+    return -speed * (np.sin(hitch_angle) + geometry.hitch_offset * curvature
+                     * np.cos(hitch_angle)) / geometry.tongue_length
+
+
+def trailer_curvature(hitch_angle, curvature, geometry):
+    """Gives κ2 = -(sin ψ + L1 F cos ψ) / (L2 (cos ψ - L1 F sin ψ)) [1/m].
+
+    Infinite where the trailer turns on the spot.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (trailer_yaw_rate(1.0, hitch_angle, curvature, geometry)
+                / trailer_speed(1.0, hitch_angle, curvature, geometry))
+
+
+def hitch_rate(speed, hitch_angle, curvature, geometry):
+    """Gives dψ/dt = -v (sin ψ / L2 + (L1/L2 cos ψ + 1) F) [rad/s]."""
+    ratio = geometry.hitch_offset / geometry.tongue_length
+    return -speed * (np.sin(hitch_angle) / geometry.tongue_length
+                     + (ratio * np.cos(hitch_angle) + 1.0) * curvature)
+
+
+def derivative(state, speed, curvature, geometry):
+    """Gives the rate of a state.
+
+    Args:
+        state: (..., 4) x, y of C [m], θ1 and ψ [rad].
+        speed: v [m/s].
+        curvature: F [1/m].
+        geometry: Geometry.
+
+    Returns:
+        (..., 4) its time derivative.
+    """
+    heading, hitch_angle = state[..., 2], state[..., 3]
+    rates = (speed * np.cos(heading), speed * np.sin(heading), speed * curvature,
+             hitch_rate(speed, hitch_angle, curvature, geometry))
+    return np.stack(np.broadcast_arrays(*rates), axis=-1)
+
+
+def advance(state, speed, curvature, time_step, geometry):
+    """Advances a state by one step of Runge and Kutta, speed and curvature held.
+
+    Args:
+        state: (..., 4) x, y of C [m], θ1 and ψ [rad].
+        speed: v [m/s].
+        curvature: F [1/m].
+        time_step: [s].
+        geometry: Geometry.
+
+    Returns:
+        (..., 4) the state after the step.
+    """
+    state = np.asarray(state, dtype=float)
+    first = derivative(state, speed, curvature, geometry)
+    second = derivative(state + 0.5 * time_step * first, speed, curvature, geometry)
+    third = derivative(state + 0.5 * time_step * second, speed, curvature, geometry)
+    fourth = derivative(state + time_step * third, speed, curvature, geometry)
+    return state + time_step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
+
+
+def integrate(state, speeds, curvatures, time_step, geometry):
+    """Drives a sequence of commands.
+
+    Args:
+        state: (..., 4) where to begin.
+        speeds: (n,) or a sequence of n values that fit the state, v [m/s].
+        curvatures: The same for F [1/m].
+        time_step: Duration of each command [s].
+        geometry: Geometry.
+
+    Returns:
+        (n + 1, ..., 4) the states, the first is the given one.
+    """
+    states = [np.asarray(state, dtype=float)]
+    for speed, curvature in zip(speeds, curvatures):
+        states.append(advance(states[-1], speed, curvature, time_step, geometry))
+    return np.stack(states)

@@ -1,0 +1,137 @@
+"""What a drive along a path came to: numbers, CSV, and a picture."""
+
+import csv
+import math
+
+import numpy as np
+
+from cybertruck.trailer.kinematics import rear_axle, trailer_axle
+
+COLUMNS = ("time", "arc", "lateral_error", "heading_error", "hitch_angle", "trailer_x",
+           "trailer_y", "trailer_heading", "truck_x", "truck_y", "truck_heading", "speed")
+UNITS = ("s", "m", "m", "rad", "rad", "m", "m", "rad", "m", "m", "rad", "m/s")
+TRUCK_BOX = (-0.225, 0.72, 0.48)    # rear end, front end from the rear axle, and width [m]
+TRAILER_BOX = (-0.34, 0.40, 0.50)   # the same from the trailer's axle [m]
+
+
+def table(path, times, states, speeds, geometry):
+    """Measures a drive against its path.
+
+    Args:
+        path: Path of the trailer's axle, driven backwards.
+        times: (n,) [s].
+        states: (n, 4) x, y of C, θ1 and ψ [m, m, rad, rad].
+        speeds: (n,) of C [m/s].
+        geometry: Geometry.
+
+    Returns:
+        (n, 12) in the order of COLUMNS.
+    """
+    states = np.asarray(states, dtype=float)
+    x, y, heading = trailer_axle(*states[:, :3].T, states[:, 3], geometry)
+    arc = np.empty(len(states))
+    arc[0] = path.first_nearest(x[0], y[0], 3.0)
+    for number in range(1, len(states)):
+        arc[number] = path.nearest(x[number], y[number], arc[number - 1])
+    lateral, turn = path.errors(x, y, heading + math.pi, arc)
+    return np.column_stack((np.asarray(times) - times[0], arc, lateral, turn, states[:, 3], x, y,
+                            heading, states[:, :3], speeds))
+
+
+def column(rows, name):
+    """Gives one column of a table by its name."""
+    return rows[:, COLUMNS.index(name)]
+
+
+def summary(rows, path):
+    """Gives the figures of a drive.
+
+    Returns:
+        Dict of name -> number: lateral errors [m], of the whole and of the last 5 m, and how far
+        from the path's end it came to rest [m, degrees].
+    """
+    lateral, arc = column(rows, "lateral_error"), column(rows, "arc")
+    late = lateral[arc > path.length - 5.0]
+    return {
+        "rms_lateral_error_m": float(np.sqrt(np.mean(lateral ** 2))),
+        "max_lateral_error_m": float(np.max(np.abs(lateral))),
+        "rms_lateral_error_last_5_m": float(np.sqrt(np.mean(late ** 2))) if len(late) else None,
+        "end_distance_m": float(math.hypot(arc[-1] - path.length, lateral[-1])),
+        "end_heading_error_deg": float(math.degrees(column(rows, "heading_error")[-1])),
+        "max_hitch_angle_deg": float(np.degrees(np.max(np.abs(column(rows, "hitch_angle"))))),
+    }
+
+
+def write_csv(file, rows):
+    """Writes a table with a head of names and units."""
+    with open(file, "w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(f"{name} [{unit}]" for name, unit in zip(COLUMNS, UNITS))
+        writer.writerows([f"{value:.5f}" for value in row] for row in rows)
+
+
+def outline(x, y, heading, box):
+    """Gives the corners (5, 2) of a box at a pose, closed [m]."""
+    rear, front, width = box
+    half = 0.5 * width
+    corners = np.array(((rear, -half), (front, -half), (front, half), (rear, half), (rear, -half)))
+    cos, sin = math.cos(heading), math.sin(heading)
+    return corners @ np.array(((cos, sin), (-sin, cos))) + (x, y)
+
+
+def draw_rig(axes, trailer, hitch_angle, geometry, alpha=1.0):
+    """Draws truck, trailer and tongue from above.
+
+    Args:
+        axes: Of matplotlib.
+        trailer: (x, y, θ2) of Q.
+        hitch_angle: ψ [rad].
+        geometry: Geometry.
+        alpha: Opacity of the lines.
+    """
+    truck = rear_axle(*trailer, hitch_angle, geometry)
+    hitch = (truck[0] - geometry.hitch_offset * math.cos(truck[2]),
+             truck[1] - geometry.hitch_offset * math.sin(truck[2]))
+    axes.plot(*outline(*truck, TRUCK_BOX).T, color="#2f5d8a", linewidth=1.0, alpha=alpha)
+    axes.plot(*outline(*trailer, TRAILER_BOX).T, color="#b5651d", linewidth=1.0, alpha=alpha)
+    axes.plot((truck[0], hitch[0], trailer[0]), (truck[1], hitch[1], trailer[1]), color="0.35",
+              linewidth=0.8, alpha=alpha)
+
+
+def write_picture(file, rows, path, geometry, title):
+    """Draws the path, the rig every metre, and the errors over arc length, into a PNG."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
+    above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
+    above.plot(*path.points.T, color="0.6", linewidth=4.0, label="path")
+    above.plot(column(rows, "trailer_x"), column(rows, "trailer_y"), color="#b5651d",
+               linewidth=1.4, label="trailer's axle")
+    above.plot(column(rows, "truck_x"), column(rows, "truck_y"), color="#2f5d8a",
+               linewidth=0.8, linestyle="--", label="truck's rear axle")
+    steps = np.hypot(*np.diff(rows[:, [5, 6]], axis=0).T)
+    driven = np.concatenate(([0.0], np.cumsum(steps)))
+    for metre in np.arange(0.0, driven[-1], 1.0):
+        row = rows[np.searchsorted(driven, metre)]
+        draw_rig(above, row[5:8], row[4], geometry, 0.55)
+    draw_rig(above, rows[-1, 5:8], rows[-1, 4], geometry)
+    above.plot(*path.points[0], "o", color="0.3")
+    above.plot(*path.points[-1], "s", color="0.3")
+    above.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=title)
+    above.set_adjustable("datalim")
+    above.grid(alpha=0.3)
+    above.legend(loc="best")
+    for number, (name, label, scale) in enumerate((
+            ("lateral_error", "lateral error [cm]", 100.0),
+            ("heading_error", "heading error [°]", 180.0 / math.pi),
+            ("hitch_angle", "hitch angle [°]", 180.0 / math.pi))):
+        axes = pyplot.subplot2grid(grid, (number, 3), colspan=2, fig=figure)
+        axes.plot(column(rows, "arc"), scale * column(rows, name), color="#b5651d", linewidth=1.2)
+        axes.axhline(0.0, color="0.6", linewidth=0.6)
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    axes.set_xlabel("arc length [m]")
+    figure.tight_layout()
+    figure.savefig(file, dpi=100)
+    pyplot.close(figure)

@@ -1,0 +1,143 @@
+"""Named paths: a table of shapes with their numbers, defaults and meaning."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cybertruck.trailer.geometry import TrailerError
+from cybertruck.trailer.paths import LONGEST, from_curvature
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A named path.
+
+    Attributes:
+        make: Function of the numbers that gives a Path from (0, 0) along +x.
+        names: What the numbers are, with units.
+        defaults: Their values.
+    """
+
+    make: object
+    names: tuple
+    defaults: tuple
+
+
+def smooth(share):
+    """Rises from 0 to 1 with zero first and second derivative at both ends."""
+    share = np.clip(share, 0.0, 1.0)
+    return share ** 3 * (10.0 - 15.0 * share + 6.0 * share * share)
+
+
+def line(length):
+    """A straight line of a length [m]."""
+    require(length > 0.0, "line: length", length, "above 0 m")
+    return from_curvature(np.zeros_like, length)
+
+
+def arc(radius, angle, run_up=1.5):
+    """A circle of a radius [m], negative to the right, over an angle [rad].
+
+    The curvature rises and falls over `run_up` [m], or a quarter of the length, if that is less.
+    """
+    require(abs(radius) >= 0.1, "arc: radius", radius, "0.1 m or more, or -0.1 or less")
+    require(angle > 0.0, "arc: angle", angle, "above 0 rad")
+    require(run_up > 0.0, "arc: run-up", run_up, "above 0 m")
+    length = abs(radius) * angle
+    rise = min(run_up, 0.5 * length)
+    length += rise  # each ramp turns half of what its length would
+
+    def curvature(at):
+        return smooth(at / rise) * smooth((length - at) / rise) / radius
+    return from_curvature(curvature, length)
+
+
+def s_curve(offset, length):
+    """Two opposite bends: ends `offset` [m] to the left (negative: right), parallel, at `length`.
+
+    The same curve as a lane change; the two differ in their defaults.
+    """
+    require(length > 0.0, "s: length", length, "above 0 m")
+    require(abs(offset) < 0.8 * length, "s: offset", offset, f"within ±{0.8 * length:g} m")
+    return bends(offset, length, 0.0, 0.0)
+
+
+def lane_change(offset, length, straight):
+    """A straight, an S of a length that ends `offset` to the left, and a straight [m]."""
+    require(length > 0.0, "lane-change: length", length, "above 0 m")
+    require(straight >= 0.0, "lane-change: straight", straight, "0 m or more")
+    require(abs(offset) < 0.8 * length, "lane-change: offset", offset, f"within ±{0.8 * length:g}")
+    return bends(offset, length, straight, straight)
+
+
+def park(offset, length, straight):
+    """Into a gap beside, as in parallel parking: an S right away, then a straight [m]."""
+    require(length > 0.0, "park: length", length, "above 0 m")
+    require(straight >= 0.0, "park: straight", straight, "0 m or more")
+    require(abs(offset) < 0.8 * length, "park: offset", offset, f"within ±{0.8 * length:g} m")
+    return bends(offset, length, 0.2, straight)
+
+
+def bends(offset, advance, before, after):
+    """Straight, S, straight; the S ends `advance` ahead and `offset` to the left [m].
+
+    Its heading is a smooth bump of one height over arc length; height and arc length follow from
+    advance and offset by Newton's method.
+    """
+    def middle(height, length):
+        def curvature(at):  # derivative of the bump 64 (u (1 - u))³, whose top is 1
+            share = np.clip((at - before) / length, 0.0, 1.0)
+            return height / length * 192.0 * (share * (1.0 - share)) ** 2 * (1.0 - 2.0 * share)
+        return from_curvature(curvature, before + length + after)
+
+    def ends(values):
+        path = middle(*values)
+        return path.points[-1] - (before + after, 0.0) - (advance, offset)
+    values = np.array((math.atan2(offset, advance) * 1.8, math.hypot(offset, advance)))
+    for _ in range(30):
+        miss = ends(values)
+        if np.hypot(*miss) < 1e-9:
+            break
+        columns = [(ends(values + step) - miss) / 1e-5 for step in 1e-5 * np.eye(2)]
+        values = values - np.linalg.solve(np.column_stack(columns), miss)
+    return middle(*values)
+
+
+def require(condition, what, value, valid):
+    """Raises a TrailerError that names item, value and what is valid."""
+    if not condition:
+        raise TrailerError(f"{what} is {value:g}; it must be {valid}")
+
+
+SHAPES = {
+    "line": Shape(line, ("length [m]",), (10.0,)),
+    "arc": Shape(arc, ("radius [m], left positive", "angle [rad]", "run-up [m]"),
+                 (3.0, math.pi, 1.5)),
+    "s": Shape(s_curve, ("offset to the left [m]", "length [m]"), (3.0, 8.0)),
+    "lane-change": Shape(lane_change, ("offset to the left [m]", "length [m]", "straight [m]"),
+                         (1.5, 5.0, 2.0)),
+    "park": Shape(park, ("offset to the left [m]", "length [m]", "straight [m]"),
+                  (-1.2, 4.0, 2.0)),
+}
+
+
+def make_shape(name, size=()):
+    """Makes a named path from (0, 0) along +x.
+
+    Args:
+        name: A key of SHAPES.
+        size: Its numbers, the first ones or none; the others keep their defaults.
+
+    Raises:
+        TrailerError: No such shape, too many numbers, or one out of range.
+    """
+    shape = SHAPES.get(name)
+    if shape is None:
+        raise TrailerError(f"shape {name!r}: there are {', '.join(SHAPES)}")
+    if len(size) > len(shape.names):
+        raise TrailerError(f"{name}: {len(size)} numbers; it takes {', '.join(shape.names)}")
+    for label, value in zip(shape.names, size):
+        require(math.isfinite(value) and abs(value) <= LONGEST, f"{name}: {label}", value,
+                f"finite and within ±{LONGEST:g}")
+    return shape.make(*(tuple(size) + shape.defaults[len(size):]))

@@ -1,0 +1,235 @@
+"""Backing the trailer's axle along a path, one command at a time; any number of rigs at once.
+
+After Leng and Minor 2010 (doi 10.1109/IROS.2010.5650489): the wanted curvature of the trailer is
+the path's plus a law in the trailer's lateral and heading error, so that both decay along arc
+length. The error laws are derived in docs/trailer.md.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cybertruck.trailer.geometry import (TrailerError, backing_limit, towing_limit,
+                                         trailer_curvature_limit)
+from cybertruck.trailer.laws import backing_law
+
+START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
+TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
+BACKING, PULLING, ARRIVED, FAILED = range(4)
+MODES = ("backing", "pulling forward", "arrived", "failed")
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Numbers of the tracker.
+
+    Attributes:
+        speed: Backwards [m/s].
+        recovery_speed: Forward, when the hitch angle has to be undone [m/s].
+        deceleration: Towards the path's end [m/s²].
+        creep_speed: Least speed near the end [m/s].
+        lateral_length: Distance in which a lateral error falls to 1/e [m].
+        heading_length: The same for the heading error [m].
+        approach_angle: Greatest angle at which the path is approached [rad].
+        hitch_length: The same for the hitch angle, on-axle and when a curvature is held [m].
+        steering_gain: kφ, factor on the steering angle.
+        reference_limit: Greatest hitch angle that the wanted curvature asks for [rad].
+        guard_margin: Backing ends so far before the jackknife angle or the hitch's stop [rad].
+        lost_angle: Backing ends at this heading error [rad].
+        resume_hitch: Pulling forward ends when the hitch angle is within this [rad], ...
+        resume_heading: ... and the trailer's heading error within this [rad].
+        recovery_length: Distance in which the truck turns back to the path's direction [m].
+        max_recoveries: More pulls forward than this are a failure.
+        max_pull: A pull forward longer than this is a failure [m].
+        end_tolerance: Distance to the path's end at which it is reached [m].
+    """
+
+    speed: float = 0.3
+    recovery_speed: float = 0.3
+    deceleration: float = 0.3
+    creep_speed: float = 0.05
+    lateral_length: float = 0.8
+    heading_length: float = 0.4
+    approach_angle: float = math.radians(35.0)
+    hitch_length: float = 0.3
+    steering_gain: float = 1.1
+    reference_limit: float = math.radians(42.0)
+    guard_margin: float = math.radians(5.0)
+    lost_angle: float = math.radians(80.0)
+    resume_hitch: float = math.radians(10.0)
+    resume_heading: float = math.radians(30.0)
+    recovery_length: float = 0.5
+    max_recoveries: int = 5
+    max_pull: float = 6.0
+    end_tolerance: float = 0.01
+
+    def __post_init__(self):
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+                    math.isfinite(value) and value > 0.0):
+                raise TrailerError(f"{name} is {value!r}; it must be a number above 0")
+        for name in ("speed", "recovery_speed", "creep_speed"):
+            if getattr(self, name) >= TOP_SPEED:
+                raise TrailerError(f"{name} is {getattr(self, name):g} m/s; it must be above 0 "
+                                   f"and below {TOP_SPEED:g}")
+        for name, limit in (("approach_angle", 80.0), ("reference_limit", 80.0),
+                            ("lost_angle", 180.0)):
+            if getattr(self, name) >= math.radians(limit):
+                raise TrailerError(f"{name} is {getattr(self, name):g} rad; it must be above 0 "
+                                   f"and below {math.radians(limit):.3f}")
+
+
+@dataclass
+class Status:
+    """Where the rigs are and what they are told; every field has the rigs' shape.
+
+    Attributes:
+        speed: v for the truck, negative backwards [m/s].
+        steering: φ [rad].
+        wanted: κd of the trailer [1/m].
+        arc: Arc length on the path [m].
+        lateral: Lateral error of Q, positive left of the path as driven [m].
+        heading: Heading error of the trailer as driven [rad].
+        mode: BACKING, PULLING, ARRIVED or FAILED.
+    """
+
+    speed: np.ndarray
+    steering: np.ndarray
+    wanted: np.ndarray
+    arc: np.ndarray
+    lateral: np.ndarray
+    heading: np.ndarray
+    mode: np.ndarray
+
+
+class Tracker:
+    """Tells rigs how to drive from where they are."""
+
+    def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
+        """Begins with a path.
+
+        Args:
+            path: Path of the trailer's axle, in the order in which it is driven backwards.
+            geometry: Geometry.
+            steering: IdealSteering or MeasuredSteering.
+            tuning: Tuning.
+            shape: Shape of the arrays of rigs, () for one.
+
+        Raises:
+            TrailerError: The path bends more than the trailer may be backed.
+        """
+        self.path, self.geometry, self.steering, self.tuning = path, geometry, steering, tuning
+        self.guard = backing_limit(geometry, tuning.guard_margin)
+        reference = min(tuning.reference_limit, self.guard - tuning.guard_margin)
+        if reference <= 0.0:
+            raise TrailerError(f"guard_margin {tuning.guard_margin:g} rad leaves no hitch angle "
+                               f"to back with; the limit lies at {self.guard:g} rad")
+        self.max_wanted = trailer_curvature_limit(reference, geometry)
+        sharpest = float(np.max(np.abs(path.curvatures)))
+        if sharpest > self.max_wanted:
+            raise TrailerError(f"path: it bends with a radius of {1.0 / sharpest:.2f} m, the "
+                               f"trailer can be backed at {1.0 / self.max_wanted:.2f} m or more")
+        self.towing = min(towing_limit(geometry), steering.max_curvature)
+        self.mode = np.full(shape, BACKING)
+        self.recoveries = np.zeros(shape, dtype=int)
+        self.arc = None
+        self.length = path.length
+        self._pull_start = np.zeros(shape)
+
+    def begin(self, x, y, arc=None):
+        """Finds the rigs' places on the path.
+
+        Args:
+            x, y: Trailer axles' centres, of the rigs' shape [m].
+            arc: Arc lengths to search from [m]; without them the nearest place on the path's
+                first metres.
+        """
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        if arc is None:
+            arc = [self.path.first_nearest(*point, START_WINDOW)
+                   for point in zip(x.ravel(), y.ravel())]
+        self.arc = np.reshape(arc, self.mode.shape) + 0.0
+
+    def step(self, x, y, trailer_heading, hitch_angle):
+        """Gives the commands for where the rigs are.
+
+        Args:
+            x, y: Q [m].
+            trailer_heading: θ2 [rad].
+            hitch_angle: ψ [rad].
+
+        Returns:
+            Status.
+        """
+        if self.arc is None:
+            self.begin(x, y)
+        arc = self.path.nearest(x, y, self.arc)
+        # backwards the place on the path only advances, so that a path may cross itself
+        self.arc = np.where(self.mode == BACKING, np.maximum(arc, self.arc), arc)
+        lateral, heading = self.path.errors(x, y, trailer_heading + math.pi, self.arc)
+        self._change_mode(hitch_angle, heading)
+        wanted = self.wanted_curvature(lateral, heading)
+        backing = backing_law(wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
+        pulling = np.clip((hitch_angle - heading) / self.tuning.recovery_length,
+                          -self.towing, self.towing)
+        is_pulling = self.mode == PULLING
+        curvature = np.where(is_pulling, pulling, np.clip(
+            backing, -self.steering.max_curvature, self.steering.max_curvature))
+        gain = np.where(is_pulling, 1.0, self.tuning.steering_gain)
+        steering = np.clip(gain * self.steering.steering(curvature),
+                           -self.steering.max_steering, self.steering.max_steering)
+        return Status(self._speed(), steering, wanted, self.arc, lateral, heading, self.mode)
+
+    def wanted_curvature(self, lateral, heading):
+        """Gives κd of the trailer from its errors.
+
+        Along the driven arc length s, with e to the left and h = heading error, e' = sin h and
+        h' = κ - κp cos h / (1 - κp e). An approach angle a(e) = -A tanh(e / (l1 A)) is wanted, and
+        h' = a' - (h - a) / l2: near the path both errors then decay with l1 and l2. A trailer
+        that is pushed backwards bends the other way round: κd = -κ.
+
+        Args:
+            lateral: e [m].
+            heading: h [rad].
+
+        Returns:
+            κd, limited so that its steady hitch angle stays within the reference limit [1/m].
+        """
+        tuning = self.tuning
+        _, _, _, path_curvature = self.path.place(self.arc)
+        ratio = np.tanh(lateral / (tuning.lateral_length * tuning.approach_angle))
+        approach = -tuning.approach_angle * ratio
+        approach_rate = -(1.0 - ratio * ratio) / tuning.lateral_length * np.sin(heading)
+        shrink = np.maximum(1.0 - path_curvature * lateral, 0.3)
+        driven = (path_curvature * np.cos(heading) / shrink + approach_rate
+                  - (heading - approach) / tuning.heading_length)
+        return np.clip(-driven, -self.max_wanted, self.max_wanted)
+
+    def _change_mode(self, hitch_angle, heading):
+        """Moves rigs between backing, pulling forward and the ends of both."""
+        tuning, mode = self.tuning, self.mode
+        folded = (np.abs(hitch_angle) > self.guard) | (np.abs(heading) > tuning.lost_angle)
+        starts = (mode == BACKING) & folded
+        self.recoveries = self.recoveries + starts
+        self._pull_start = np.where(starts, self.arc, self._pull_start)
+        pulled = (mode == PULLING) & (np.abs(self.arc - self._pull_start) > tuning.max_pull)
+        straight = (mode == PULLING) & (np.abs(hitch_angle) < tuning.resume_hitch) & (
+            np.abs(heading) < tuning.resume_heading)
+        arrived = (mode == BACKING) & (self.arc >= self.path.length - tuning.end_tolerance)
+        mode = np.where(arrived, ARRIVED, mode)
+        mode = np.where(starts & ~arrived, PULLING, mode)
+        mode = np.where(straight, BACKING, mode)
+        self.mode = np.where((self.recoveries > tuning.max_recoveries) | pulled, FAILED, mode)
+
+    def _speed(self):
+        """Gives v [m/s]: slower towards the end of the path, forward while pulling."""
+        backing = backing_speed(self.path.length - self.arc, self.tuning)
+        return np.choose(self.mode, (backing, self.tuning.recovery_speed, 0.0, 0.0))
+
+
+def backing_speed(left, tuning):
+    """Gives v < 0 with some way left [m/s], [m]: as fast as it can still be slowed down."""
+    fastest = np.sqrt(2.0 * tuning.deceleration * np.maximum(left, 0.0))
+    return -np.clip(fastest, min(tuning.creep_speed, tuning.speed), tuning.speed)
