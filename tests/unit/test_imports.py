@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(path.parent.name for path in (ROOT / "src").glob("*/package.xml")
-                        if path.parent.name not in ("bullet_sim", "bullet_bridge"))
+                        if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer"))
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {"rospy", "roslib", "roslaunch", "rosgraph", "rospkg", "rosparam", "genpy",
                "actionlib", "cv_bridge", "tf", "tf2_ros", "message_filters",
@@ -86,6 +86,15 @@ def test_the_walk_covers_the_robot_packages():
 
 def test_the_core_knows_no_ros():
     assert offences(ROOT / "src" / "bullet_sim", is_ros) == []
+
+
+def test_the_viewer_knows_no_ros():
+    assert offences(ROOT / "src" / "bullet_viewer", is_ros) == []
+
+
+def test_only_the_viewer_of_the_simulator_knows_qt():
+    for package in ("bullet_sim", "bullet_bridge"):
+        assert offences(ROOT / "src" / package, {"PyQt5"}.__contains__) == []
 
 
 def test_only_the_engine_imports_pybullet():

@@ -1,0 +1,160 @@
+"""Backing in the physics, without ROS: what issue 5 asks for, measured on the truck's own links."""
+
+import math
+
+import numpy as np
+import pytest
+from truck_rig import Rig
+
+from cybertruck.trailer.geometry import Geometry
+from cybertruck.trailer.kinematics import advance
+from cybertruck.trailer.shapes import make_shape
+from cybertruck.trailer.steering import IdealSteering
+from cybertruck.trailer.tracker import ARRIVED, PULLING, Tracker, Tuning
+
+START = (0.0, 0.0, math.pi)  # paths begin here and lead to -x, so that trailers head to +x
+ARC, LATERAL, HEADING, HITCH, MODE = range(5)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """One world for all tests; every test places the truck anew."""
+    made = Rig()
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def coarse_rig():
+    """The same with a physics step of 2 ms: many drives in little time."""
+    made = Rig(0.002)
+    yield made
+    made.close()
+
+
+def back_up(rig, path, lateral=0.0, heading=0.0, hitch=0.0, believed=None, tuning=Tuning()):
+    """Backs from beside the start of a path.
+
+    Returns:
+        (rows of Rig.back_up, Tracker).
+    """
+    rig.place(0.0, -lateral, heading, hitch)  # the left of a path to -x is -y
+    geometry = believed or rig.geometry
+    tracker = Tracker(path.moved(*START), geometry,
+                      IdealSteering(geometry.wheelbase, geometry.max_steering), tuning)
+    return rig.back_up(tracker, path.length / tuning.speed + 40.0), tracker
+
+
+def rms(values):
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def last(rows, length):
+    """Rows of the last metres."""
+    return rows[rows[:, ARC] > rows[-1, ARC] - length]
+
+
+def test_links_agree_with_the_geometry(rig):
+    rig.place(0.4, -0.3, 0.5, 0.6)
+    assert rig.trailer() == pytest.approx((0.4, -0.3, 0.5), abs=0.005)
+    assert rig.state()[3] == pytest.approx(0.6, abs=0.01)
+
+
+def test_line_from_beside_and_with_a_bent_hitch(rig):
+    rows, tracker = back_up(rig, make_shape("line", (12.0,)), 0.5, 0.0, math.radians(20.0))
+    assert rows[0, LATERAL] == pytest.approx(0.5, abs=0.01)
+    assert math.degrees(rows[0, HITCH]) == pytest.approx(20.0, abs=1.0)
+    assert rows[-1, MODE] == ARRIVED and tracker.recoveries == 0
+    assert rms(last(rows, 5.0)[:, LATERAL]) < 0.02
+
+
+def test_circle_has_its_radius(rig):
+    path = make_shape("arc", (3.0, math.pi))
+    rows, _ = back_up(rig, path)
+    assert rows[-1, MODE] == ARRIVED
+    inner = rows[(rows[:, ARC] > 2.0) & (rows[:, ARC] < path.length - 2.0)]
+    assert np.max(np.abs(inner[:, LATERAL])) < 0.03 * 3.0
+
+
+@pytest.mark.parametrize("name", ("s", "lane-change"))
+def test_bends(rig, name):
+    rows, _ = back_up(rig, make_shape(name))
+    assert rows[-1, MODE] == ARRIVED
+    assert np.max(np.abs(rows[:, LATERAL])) < 0.10
+
+
+def test_park_ends_in_its_place(rig):
+    path = make_shape("park")
+    rows, _ = back_up(rig, path)
+    assert rows[-1, MODE] == ARRIVED
+    assert math.hypot(rows[-1, ARC] - path.length, rows[-1, LATERAL]) < 0.10
+    assert math.degrees(abs(rows[-1, HEADING])) < 3.0
+
+
+BENT_START = (0.5, 0.0, math.radians(20.0))
+
+
+@pytest.fixture(scope="module")
+def exact_rows(coarse_rig):
+    """A line driven with the right lengths."""
+    return back_up(coarse_rig, make_shape("line", (6.0,)), *BENT_START,
+                   tuning=Tuning(speed=0.5))[0]
+
+
+@pytest.mark.parametrize("offset, tongue", ((0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)))
+def test_wrong_lengths_at_most_double_the_errors(coarse_rig, exact_rows, offset, tongue):
+    shape = coarse_rig.geometry
+    believed = Geometry(shape.wheelbase, offset * shape.hitch_offset,
+                        tongue * shape.tongue_length, shape.max_steering)
+    wrong, tracker = back_up(coarse_rig, make_shape("line", (6.0,)), *BENT_START, believed,
+                             Tuning(steering_gain=1.15, speed=0.5))
+    assert wrong[-1, MODE] == ARRIVED and tracker.recoveries == 0
+    assert rms(wrong[:, LATERAL]) <= 2.0 * rms(exact_rows[:, LATERAL])
+    assert rms(last(wrong, 1.0)[:, LATERAL]) < 2.0 * 0.02
+
+
+@pytest.mark.parametrize("first", range(0, 50, 10))
+def test_fifty_random_starts_converge(coarse_rig, first):
+    rig = coarse_rig
+    random = np.random.default_rng(21 + first)
+    path, tuning = make_shape("line", (5.0,)), Tuning(speed=0.6)
+    for number in range(first, first + 10):
+        lateral, heading, hitch = random.uniform(-1.0, 1.0), *np.radians(
+            random.uniform((-30.0, -45.0), (30.0, 45.0)))
+        rows, _ = back_up(rig, path, lateral, heading, hitch, tuning=tuning)
+        start = f"start {number}: {lateral:.2f} m, {heading:.2f} rad, hitch {hitch:.2f} rad"
+        assert rows[-1, MODE] == ARRIVED, start
+        assert np.max(np.abs(rows[:, HITCH])) < rig.geometry.hitch_stop, start
+        assert abs(rows[-1, LATERAL]) < 0.05, start
+        assert math.degrees(abs(rows[-1, HEADING])) < 5.0, start
+
+
+@pytest.mark.parametrize("hitch", (77.0, -77.0))
+def test_a_start_beyond_the_jackknife_angle_pulls_forward_first(rig, hitch):
+    tight = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8: jackknife at 75.6
+    rows, tracker = back_up(rig, make_shape("line", (5.0,)), 0.2, 0.1, math.radians(hitch), tight,
+                            Tuning(speed=0.5))
+    assert rows[0, MODE] == PULLING and tracker.recoveries == 1
+    assert rows[-1, MODE] == ARRIVED
+    assert np.max(np.abs(rows[:, HITCH])) < rig.geometry.hitch_stop
+    assert abs(rows[-1, LATERAL]) < 0.03
+
+
+def test_figure_eight_bends_the_hitch_as_kinematics_says(rig):
+    radius, speed, period = 1.5, 0.5, 0.04
+    steering = math.atan(rig.geometry.wheelbase / radius)
+    rig.place(0.0, 0.0, 0.0, 0.0)
+    model, angle, pace, errors = rig.state(), 0.0, 0.0, []
+    half = round(2.0 * math.pi * radius / speed / period)
+    for number in range(2 * half):
+        wanted = steering if number < half else -steering
+        rig.drive(wanted, speed, period)
+        for _ in range(5):  # the drive node's limits, at its own period
+            angle += np.clip(wanted - angle, -2.5 * 0.008, 2.5 * 0.008)
+            pace += np.clip(speed - pace, -2.0 * 0.008, 2.0 * 0.008)
+            model = advance(model, pace, math.tan(angle) / rig.geometry.wheelbase, 0.008,
+                            rig.geometry)
+        errors.append(rig.state()[3] - model[3])
+    assert math.degrees(np.max(np.abs(model[3]))) > 30.0  # a real bend
+    assert math.degrees(rms(errors)) < 1.0

@@ -1,0 +1,98 @@
+"""Somebody else's workspace: a package that is built against ours and launched from there."""
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "tests" / "drop_in" / "campus_rover"
+BUILD_LIMIT = 120.0  # wall time of configuring and building one package [s]
+STOP_LIMIT = 30.0  # wall time from SIGINT to the end of a launch [s]
+
+
+def free_port():
+    """Gives a TCP port nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Workspace:
+    """A catkin workspace in a temporary directory that holds a copy of the package."""
+
+    def __init__(self):
+        self._directory = tempfile.TemporaryDirectory(prefix="drop_in_")
+        self.path = Path(self._directory.name)
+        shutil.copytree(PACKAGE, self.path / "src" / PACKAGE.name)
+
+    def build(self):
+        """Builds it on top of the active workspace.
+
+        Returns:
+            (exit status, output).
+        """
+        done = subprocess.run(
+            ["catkin_make", "-C", str(self.path), f"-DPYTHON_EXECUTABLE={sys.executable}"],
+            text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+            timeout=BUILD_LIMIT)
+        return done.returncode, done.stdout
+
+    def close(self):
+        """Deletes it."""
+        self._directory.cleanup()
+
+
+class Launched:
+    """One of the package's launch files, on a master of its own; use it with `with`.
+
+    Args:
+        workspace: Workspace that is built.
+        file: Name of the launch file.
+        port: Of the master.
+        arguments: Launch arguments by name.
+    """
+
+    def __init__(self, workspace, file, port, **arguments):
+        words = " ".join(f"{name}:={value}" for name, value in arguments.items())
+        self._command = ["bash", "-c", f"source {workspace.path}/devel/setup.bash && "
+                         f"exec roslaunch -p {port} {PACKAGE.name} {file} {words}"]
+        self._environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}")
+        self._environment.pop("DISPLAY", None)
+        self._log = tempfile.TemporaryFile(mode="w+")
+        self._process = None
+
+    def __enter__(self):
+        self._process = subprocess.Popen(
+            self._command, env=self._environment, stdin=subprocess.DEVNULL, stdout=self._log,
+            stderr=subprocess.STDOUT, start_new_session=True)
+        return self
+
+    def __exit__(self, *exception):
+        if exception[0] is not None:
+            print(self.output())
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, signal.SIGINT)
+        try:
+            self._process.wait(STOP_LIMIT)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+            raise AssertionError(f"roslaunch did not end within {STOP_LIMIT:g} s") from None
+        finally:
+            self._log.close()
+
+    def output(self):
+        """What was printed so far, without the terminal's colours."""
+        self._log.flush()
+        with open(f"/proc/self/fd/{self._log.fileno()}", encoding="utf-8") as stream:
+            return re.sub(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)", "", stream.read())
+
+    def running(self):
+        """Whether roslaunch still runs."""
+        return self._process.poll() is None

@@ -1,0 +1,100 @@
+"""Starting a launch file from within a test, on the master of that test, and ending it again."""
+
+import os
+import signal
+import socket
+import subprocess
+import time
+import xmlrpc.client
+
+import rosgraph
+import rospy
+
+from sim_client import wait_until
+
+STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]
+
+
+class Launch:
+    """One roslaunch, to be used with `with`.
+
+    Args:
+        target: A launch file beside this one, or a package and its launch file.
+        arguments: Launch arguments by name.
+    """
+
+    def __init__(self, *target, **arguments):
+        if len(target) == 1:
+            target = (os.path.join(os.path.dirname(os.path.abspath(__file__)), target[0]),)
+        self._command = ["roslaunch", "--wait", *target,
+                         *(f"{name}:={value}" for name, value in arguments.items())]
+        self._process = None
+
+    def __enter__(self):
+        self._process = subprocess.Popen(self._command, stdin=subprocess.DEVNULL,
+                                         start_new_session=True)
+        return self
+
+    def __exit__(self, *exception):
+        os.killpg(self._process.pid, signal.SIGINT)
+        try:
+            self._process.wait(STOP_LIMIT)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+            raise AssertionError(f"roslaunch did not end within {STOP_LIMIT:g} s") from None
+        wait_until(lambda: not self.simulator_is_known(), "the simulator leaving the graph")
+
+    @staticmethod
+    def simulator_is_known():
+        """Whether a node /gazebo is registered that answers."""
+        try:
+            uri = rosgraph.Master(rospy.get_name()).lookupNode("/gazebo")
+            xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())
+        except (rosgraph.MasterException, OSError, xmlrpc.client.Fault):
+            return False
+        return True
+
+
+def simulator():
+    """XML-RPC proxy of the simulator's node."""
+    return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode("/gazebo"))
+
+
+def wait_listened(topics):
+    """Waits until the simulator itself knows that this node subscribes to its topics.
+
+    A subscriber sees its connection a moment before the publisher counts it.
+    """
+    wanted = {rospy.resolve_name(topic) for topic in topics}
+
+    def all_there():
+        try:
+            _, _, links = simulator().getBusInfo(rospy.get_name())
+        except (rosgraph.MasterException, OSError, socket.error):
+            return False
+        there = {link[4] for link in links if link[1] == rospy.get_name() and link[2] == "o"
+                 and link[5]}
+        return wanted <= there
+    wait_until(all_there, f"the simulator sending {', '.join(sorted(wanted))} to this node")
+
+
+def simulator_pid():
+    """Process id of the simulator's node."""
+    return simulator().getPid(rospy.get_name())[2]
+
+
+def memory(pid):
+    """Resident memory of a process [B]."""
+    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def threads(pid):
+    """Number of threads of a process."""
+    return len(os.listdir(f"/proc/{pid}/task"))
+
+
+def settle(seconds):
+    """Lets wall time pass for connections to close [s]; not for expectations."""
+    time.sleep(seconds)

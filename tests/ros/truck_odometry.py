@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""Odometry of the wheels stays near the truth over 50 m of arcs."""
+
+import math
+import random
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+
+from sim_client import Recorder, turned, wait_until
+from truck_client import TRUTH, Driver, Stepper, pose_of, way
+
+DISTANCE = 50.0  # [m]
+SPEED = 1.0  # [m/s]
+WHEELBASE = 0.508  # [m]
+
+
+class TruckOdometry(unittest.TestCase):
+    """Drives left and right in turn."""
+
+    def test_over_arcs(self):
+        odometry, truth = Recorder("/odom", Odometry), Recorder(TRUTH, Odometry)
+        stepper, driver = Stepper(), Driver()
+        dice, side, driven = random.Random(3), 1, 0.0
+        while driven < DISTANCE:
+            radius, side = dice.uniform(1.0, 5.0), -side
+            steering = side * math.atan(WHEELBASE / radius)
+            for _ in range(round(radius * dice.uniform(0.5, 2.0) / SPEED / 0.16)):
+                driver.give(steering, SPEED)
+                stepper.advance(20)
+            driven, total_turn = way(truth.messages[::5])
+        truths = {m.header.stamp: m for m in truth.messages}
+        last = wait_until(lambda: next((m for m in reversed(odometry.messages)
+                                        if m.header.stamp in truths), None), "a common stamp")
+        told, true = pose_of(last), pose_of(truths[last.header.stamp])
+        error, heading = math.dist(told[:2], true[:2]), abs(turned(told[2], true[2]))
+        print(f"{driven:.1f} m, {total_turn:.1f} rad: {error:.3f} m, "
+              f"{math.degrees(heading):.3f} deg")
+        self.assertGreater(total_turn, 10.0)
+        self.assertLess(error, 0.02 * driven)
+        self.assertLess(heading, 0.03 * total_turn)
+        self.assertGreater(error, 0.0)  # it is not the truth that is published
+
+
+if __name__ == "__main__":
+    rospy.init_node("truck_odometry_test")
+    rostest.rosrun("paddock_tests", "truck_odometry", TruckOdometry)

@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Truck and trailer at rest, under the drive node's commands, stay where they are."""
+
+import math
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+
+from sim_client import Recorder, joint, sleep_sim
+from truck_client import TRUTH, pose_of, wait_for_truck
+
+
+class TruckRest(unittest.TestCase):
+    """Watches the train for a minute of simulated time."""
+
+    def test_at_rest_for_a_minute(self):
+        wait_for_truck()
+        joints, truth = Recorder("/joint_states", JointState), Recorder(TRUTH, Odometry)
+        before = truth.next()
+        sleep_sim(60.0)
+        after = truth.next()
+        self.assertGreater((after.header.stamp - before.header.stamp).to_sec(), 59.0)
+        self.assertLess(math.dist(pose_of(before)[:2], pose_of(after)[:2]), 1e-3)
+        for name in ("front_left_steer_joint", "front_right_steer_joint", "hitch_yaw_joint"):
+            rates = [joint(message, name)[1] for message in joints.messages]
+            self.assertLess(math.sqrt(sum(r * r for r in rates) / len(rates)), 0.01, name)
+        joints.close()
+
+
+if __name__ == "__main__":
+    rospy.init_node("truck_rest_test")
+    rostest.rosrun("paddock_tests", "truck_rest", TruckRest)

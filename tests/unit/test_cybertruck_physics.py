@@ -1,0 +1,165 @@
+"""The truck in the simulator does what its kinematics says: rest, circles, wheels, odometry."""
+
+import math
+
+import numpy as np
+import pytest
+from truck_sim import FRONT, HINGES, REAR, Truck
+
+from cybertruck.odometry import WheelOdometry
+
+SPEED = 0.5  # [m/s]
+
+
+@pytest.fixture(params=[False, True], ids=["alone", "trailer"])
+def truck(request):
+    made = Truck(request.param)
+    yield made
+    made.world.close()
+
+
+@pytest.fixture
+def alone():
+    made = Truck(False)
+    yield made
+    made.world.close()
+
+
+@pytest.fixture
+def train():
+    made = Truck(True)
+    yield made
+    made.world.close()
+
+
+def fit_circle(points):
+    """Gives the radius of the circle through points (n, 2), least squares."""
+    rows = np.c_[2 * points, np.ones(len(points))]
+    x, y, rest = np.linalg.lstsq(rows, (points ** 2).sum(axis=1), rcond=None)[0]
+    return math.sqrt(rest + x * x + y * y)
+
+
+def test_at_rest_for_a_minute(truck):
+    truck.drive(0.0, 0.0, 1.0)
+    start, yaw, rates = truck.position, truck.yaw, []
+
+    def look():
+        velocities = truck.joints()[1]
+        rates.append([velocities[name] for name in velocities
+                      if name in HINGES or name.startswith("hitch")])
+
+    truck.drive(0.0, 0.0, 60.0, look)
+    assert np.linalg.norm(truck.position - start) < 1e-3
+    assert abs(math.degrees(truck.yaw - yaw)) < 0.1
+    assert np.sqrt(np.mean(np.square(rates), axis=0)).max() < 0.01
+    assert truck.lifted() == []
+
+
+def check_circle(truck, degrees):
+    """Drives a circle; radius, hinge angles and wheel speeds are those of the geometry."""
+    steering = math.radians(degrees)
+    radius = truck.kinematics.geometry.wheelbase / math.tan(abs(steering))
+    truck.drive(steering, SPEED, 4.0)
+    points, speeds = [], []
+    seconds = min(2 * math.pi * radius, 6.0) / SPEED
+
+    def look():
+        points.append(truck.position[:2])
+        speeds.append([truck.joints()[1][name] for name in REAR + FRONT])
+
+    truck.drive(steering, SPEED, seconds, look)
+    assert fit_circle(np.array(points)) == pytest.approx(radius, rel=0.03)
+    wanted = truck.kinematics.wheels(steering, SPEED)
+    angles = truck.joints()[0]
+    assert [angles[name] for name in HINGES] == pytest.approx(
+        [wanted.left_steering, wanted.right_steering], rel=0.01)
+    assert np.mean(speeds, axis=0) == pytest.approx(
+        [wanted.rear_left, wanted.rear_right, wanted.front_left, wanted.front_right], rel=0.01)
+
+
+@pytest.mark.parametrize("degrees", [5, -20, 40])
+def test_circle(alone, degrees):
+    check_circle(alone, degrees)
+
+
+# At 40 degrees the hitch runs on a circle of 0.67 m, less than the tongue is long: no trailer can
+# follow that, it folds to its stop.
+@pytest.mark.parametrize("degrees", [-10, 30])
+def test_circle_with_trailer(train, degrees):
+    """The hitch runs at hypot(R, L1) from the centre, the trailer's axle points there."""
+    check_circle(train, degrees)
+    shape = train.kinematics.geometry
+    radius = shape.wheelbase / math.tan(math.radians(abs(degrees)))
+    expected = -math.copysign(math.atan2(shape.hitch_offset, radius) + math.asin(
+        shape.tongue_length / math.hypot(radius, shape.hitch_offset)), degrees)
+    assert train.joints()[0]["hitch_yaw_joint"] == pytest.approx(expected, abs=math.radians(1.0))
+
+
+def test_hitch_is_positive_when_the_trailer_heads_left_of_the_truck(train):
+    train.drive(math.radians(-20), SPEED, 3.0)
+    trailer, _, _ = train.model.link_state("trailer_link")
+    turned = math.remainder(trailer.rpy[2] - train.yaw, 2 * math.pi)
+    assert turned > math.radians(5)
+    assert train.joints()[0]["hitch_yaw_joint"] == pytest.approx(turned, abs=1e-3)
+    axle, _, _ = train.model.link_state("trailer_axle")
+    hitch = np.array(trailer.position[:2])
+    tongue = np.linalg.norm(hitch - axle.position[:2])
+    assert tongue == pytest.approx(train.kinematics.geometry.tongue_length, abs=1e-4)
+    assert axle.position[2] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_manoeuvres_keep_all_wheels_down_and_the_hitch_smooth(truck):
+    """Pulling away, stopping from 1.5 m/s, full lock both ways; looked at in every step."""
+    lifted, jumps, last = set(), [0.0], {}
+
+    def look():
+        lifted.update(truck.lifted())
+        for name, angle in truck.joints()[0].items():
+            if name.startswith("hitch"):
+                jumps.append(abs(angle - last.get(name, angle)))
+                last[name] = angle
+
+    lock = truck.kinematics.geometry.max_steering
+    for steering, speed, seconds in ((0, 1.5, 2.0), (0, 0, 1.5), (lock, 1.0, 1.5), (-lock, 1.0, 2),
+                                     (0, 1.5, 1.5), (lock, 1.5, 1.0), (0, 0, 1.5), (0, -0.5, 1.0)):
+        truck.drive(steering, speed, seconds, look, every=1)
+    assert lifted == set()
+    assert math.degrees(max(jumps)) < 0.5
+
+
+def test_it_stops_from_full_speed_as_fast_as_its_limit_says(alone):
+    speed, limit = 1.5, alone.kinematics.geometry.max_acceleration
+    alone.drive(0.0, speed, 2.0)
+    start = alone.position
+    alone.drive(0.0, 0.0, speed / limit + 0.3)
+    assert alone.position[0] - start[0] == pytest.approx(speed ** 2 / (2 * limit), rel=0.05)
+    assert abs(alone.joints()[1][REAR[0]]) < 0.01
+
+
+def test_odometry_over_alternating_arcs(truck):
+    """50 m with arcs of radius 1 to 5 m, left and right in turn."""
+    odometry = WheelOdometry(truck.kinematics, (*truck.position[:2], truck.yaw))
+    odometry.update(truck.measured())
+    random, side = np.random.default_rng(1), 1.0
+    way, turned, last, heading = 0.0, 0.0, truck.position, truck.yaw
+
+    def look():
+        nonlocal way, turned, last, heading
+        odometry.update(truck.measured())
+        way += np.linalg.norm(truck.position - last)
+        turned += abs(math.remainder(truck.yaw - heading, 2 * math.pi))
+        last, heading = truck.position, truck.yaw
+
+    while way < 50.0:
+        radius, side = random.uniform(1.0, 5.0), -side
+        steering = side * math.atan(truck.kinematics.geometry.wheelbase / radius)
+        truck.drive(steering, 1.0, radius * random.uniform(0.5, 2.0), look)
+    error = math.hypot(odometry.x - last[0], odometry.y - last[1])
+    turn_error = abs(math.remainder(odometry.yaw - heading, 2 * math.pi))
+    print(f"{way:.1f} m, {turned:.1f} rad: {error:.3f} m, {math.degrees(turn_error):.3f} deg")
+    assert turned > 10.0
+    assert error < 0.02 * way
+    assert turn_error < 0.03 * turned
+    # The covariance is honest: no error beyond three standard deviations.
+    assert turn_error < 3 * math.sqrt(odometry.covariance[2, 2])
+    assert error < 3 * math.sqrt(np.linalg.eigvalsh(odometry.covariance[:2, :2]).max())
