@@ -1,0 +1,98 @@
+"""Packed messages have the bytes of the ordinary ones."""
+import io
+import threading
+
+import numpy as np
+import pytest
+from rosgraph_msgs.msg import Clock
+
+from bullet_bridge import conversions, packed
+from bullet_sim.pose import Pose
+from bullet_sim.specs import GroundTruthSpec, RaySpec
+
+
+class Wire:
+    """A publisher that keeps the bytes, as rospy's topic asks for them."""
+
+    def __init__(self, seq=41):
+        self.impl, self.seq, self.sent = self, seq, []
+        self._lock = threading.Lock()
+
+    def acquire(self):
+        self._lock.acquire()
+
+    def release(self):
+        self._lock.release()
+
+    def publish(self, message):
+        buffer = io.BytesIO()
+        self.seq += 1
+        message.serialize(buffer)
+        self.sent.append(buffer.getvalue())
+
+
+def bytes_of(message, seq=None):
+    """Bytes of an ordinary message."""
+    if seq is not None:
+        message.header.seq = seq
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+TIMES = (0.0, 0.001, 2.0 - 1e-12, 12.345678901, 1e6 + 0.125)
+
+
+@pytest.mark.parametrize('time', TIMES)
+def test_joint_state(time):
+    names, wire = ('left', 'rechts ä', 'x'), Wire()
+    values = [np.array([1.5, -2.0, 1e-300]), np.array([0.0, np.pi, 3.0]), np.arange(3.0)]
+    packed.PackedJointState(wire, names).send(time, *values)
+    assert wire.sent == [bytes_of(conversions.joint_state(time, names, *values), 42)]
+
+
+@pytest.mark.parametrize('time', TIMES)
+def test_odometry(time):
+    spec = GroundTruthSpec(link='base', topic='/odom', rate=50.0, frame_id='odom',
+                           child_frame_id='base_link', noise_stddev=0.25)
+    pose = Pose((1.0, 2.0, 3.0), (0.0, 0.6, 0.0, 0.8))
+    linear, angular, wire = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 0.0]), Wire()
+    sender = packed.PackedOdometry(wire, 'odom', 'base_link', 0.25 ** 2)
+    sender.send(time, pose.position, pose.orientation, linear, angular)
+    assert wire.sent == [bytes_of(conversions.odometry(time, spec, pose, linear, angular), 42)]
+
+
+def test_scan():
+    spec = RaySpec(name='laser', link='laser', topic='/scan', frame_id='laser', rate=10.0, samples=5,
+                   min_angle=-1.0, max_angle=1.0, range_min=0.1, range_max=9.0)
+    ranges, wire = np.array([1.0, np.inf, -np.inf, 0.3, 8.0], np.float32), Wire()
+    packed.PackedScan(wire, spec, 0.5, 5).send(2.5, ranges)
+    assert wire.sent == [bytes_of(conversions.laser_scan(2.5, spec, 0.5, ranges), 42)]
+
+
+@pytest.mark.parametrize('encoding', ['rgb8', 'mono8'])
+def test_image(encoding):
+    rgb, wire = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8), Wire()
+    pixels = conversions.pixels(rgb, encoding)
+    packed.PackedImage(wire, 'camera', encoding).send(2.5, pixels)
+    assert wire.sent == [bytes_of(conversions.image(2.5, 'camera', rgb, encoding), 42)]
+
+
+@pytest.mark.parametrize('time', TIMES)
+def test_clock(time):
+    wire = Wire()
+    packed.PackedClock(wire).send(time)
+    assert wire.sent == [bytes_of(Clock(conversions.stamp(time)))]
+
+
+def test_the_lock_is_given_back_when_sending_fails():
+    wire = Wire()
+    wire.publish = lambda message: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        packed.PackedClock(wire).send(1.0)
+    assert wire._lock.acquire(blocking=False)
+
+
+def test_wrong_count_of_joints_is_an_error():
+    with pytest.raises(Exception):
+        packed.PackedJointState(Wire(), ('a', 'b')).send(0.0, [1.0], [1.0], [1.0])
