@@ -3,6 +3,7 @@ import math
 import threading
 
 import pytest
+from fake_impl import Impl
 from controller_manager_msgs import srv
 from std_msgs.msg import Float64, Float64MultiArray
 
@@ -37,7 +38,7 @@ class Wire:
 
     def __init__(self, name, kind, call=None, **_):
         self.name, self.kind, self.call = name, kind, call
-        self.sent, self.closed = [], False
+        self.sent, self.closed, self.impl = [], False, Impl(self)
 
     def publish(self, message):
         """Keep it."""

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from fake_impl import Impl
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import conversions, depth_outputs, outputs, sensor_outputs, wheel_outputs
@@ -31,7 +32,7 @@ class Topic:
 
     def __init__(self, name, kind):
         self.name, self.kind, self.messages, self.listeners = name, kind, [], 1
-        self.closed = False
+        self.closed, self.impl = False, Impl(self)
 
     def publish(self, message):
         """Keep it, and see that it can be sent."""

@@ -28,6 +28,10 @@ class Room:
         hit = first <= 1.0
         return np.where(hit, first, 1.0), np.where(hit, 7, -1)
 
+    def bodies_near(self, centre, radius):
+        near = np.abs(np.asarray(centre)[:2]) + radius >= self.half
+        return {7} if near.any() else set()
+
 
 def ray_spec(**changes):
     values = dict(name='lidar', link='laser', samples=5, min_angle=-math.pi / 2,

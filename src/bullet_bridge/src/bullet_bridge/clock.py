@@ -4,6 +4,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 
 from bullet_bridge.conversions import stamp
+from bullet_bridge.packed import PackedClock
 from bullet_bridge.publishing import publisher
 from bullet_bridge.schedule import Schedule
 
@@ -22,13 +23,15 @@ class SimClock:
     Args:
         rate: messages per simulated second [Hz].
         time_step: physics step [s].
-        publish: function of a Clock message, instead of the topic /clock (tests).
+        publish: function of a simulated time [s], instead of the topic /clock (tests).
         own: function of a rospy.Time: sets the time of this process.
     """
 
     def __init__(self, rate, time_step, publish=None, own=None):
         self._own = own
-        self._publish = publish or publisher('/clock', Clock, latch=True).publish
+        if publish is None:
+            publish = PackedClock(publisher('/clock', Clock, latch=True)).send
+        self._publish = publish
         self._rate = rate
         self.set_time_step(time_step, 0)
 
@@ -58,7 +61,6 @@ class SimClock:
 
     def tell(self, time):
         """Tell the time [s] now."""
-        now = stamp(time)
         if self._own is not None:
-            self._own(now)
-        self._publish(Clock(now))
+            self._own(stamp(time))
+        self._publish(time)

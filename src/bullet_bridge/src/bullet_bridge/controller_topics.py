@@ -11,6 +11,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge import control_messages, conversions
+from bullet_bridge.packed import PackedJointState
 from bullet_bridge.publishing import publisher
 from bullet_bridge.schedule import Schedule
 
@@ -76,22 +77,19 @@ class JointStates(Topics):
         super().__init__(robot, spec)
         self._schedule = self._every(spec.publish_rate)
         self._states = self._publisher(f'{robot.namespace}/joint_states', JointState)
+        names = robot.model.joints.names
+        self._kept = [names.index(name) for name in spec.joints or names]
+        shown = [names[number] for number in self._kept]
+        self._extra = [row for row in spec.extra_joints if row[0] not in shown]
+        self._sender = PackedJointState(self._states, [*shown, *(row[0] for row in self._extra)])
 
     def publish(self, step, time):
         """Publish joint states that are due."""
         if not self._schedule.due(step) or not self._states.get_num_connections():
             return
-        joints, spec = self._robot.model.joints, self._spec
-        message = conversions.joint_state(time, joints.names, *joints.read())
-        if spec.joints:
-            kept = [message.name.index(name) for name in spec.joints]
-            for field in ('name', 'position', 'velocity', 'effort'):
-                setattr(message, field, [getattr(message, field)[number] for number in kept])
-        for row in spec.extra_joints:
-            if row[0] not in message.name:
-                for field, value in zip(('name', 'position', 'velocity', 'effort'), row):
-                    getattr(message, field).append(value)
-        self._states.publish(message)
+        columns = self._robot.model.joints.read()
+        self._sender.send(time, *([*column[self._kept], *(row[number] for row in self._extra)]
+                                  for number, column in enumerate(columns, 1)))
 
 
 class Commands(Topics):

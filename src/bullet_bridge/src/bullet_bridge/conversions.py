@@ -65,13 +65,19 @@ def odometry(time, spec, pose, linear, angular):
     return message
 
 
-def image(time, frame_id, rgb, encoding='rgb8'):
-    """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
-    height, width = rgb.shape[:2]
+def pixels(rgb, encoding):
+    """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
     if encoding == 'bgr8':
         rgb = rgb[:, :, ::-1]
     elif encoding == 'mono8':
         rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
+    return np.ascontiguousarray(rgb)
+
+
+def image(time, frame_id, rgb, encoding='rgb8'):
+    """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
+    height, width = rgb.shape[:2]
+    rgb = pixels(rgb, encoding)
     message = Image(height=height, width=width, encoding=encoding,
                     step=width * (1 if encoding == 'mono8' else 3), data=rgb.tobytes())
     message.header.stamp, message.header.frame_id = stamp(time), frame_id

@@ -8,6 +8,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 
 from bullet_bridge import conversions
+from bullet_bridge.packed import PackedImage, PackedOdometry, PackedScan
 from bullet_bridge.publishing import publisher
 from bullet_bridge.schedule import Schedule
 from bullet_sim.pose import Pose, cross
@@ -31,6 +32,8 @@ class Output:
         rate = min(spec.rate or fastest, fastest)
         self.schedule = Schedule(rate, world.time_step, world.step_count)
         self.publisher = publisher(spec.topic, self.message)
+        offset = Pose.from_xyz_rpy(*getattr(spec, 'pose', ((0, 0, 0), (0, 0, 0))))
+        self._offset = None if offset == Pose() else offset
         self.restart()
 
     def restart(self):
@@ -56,15 +59,21 @@ class Output:
     def sensor_state(self):
         """Pose of the sensor frame in the world, velocity of its origin, world axes."""
         pose, linear, angular = self.model.link_state(self.spec.link)
-        offset = Pose.from_xyz_rpy(*self.spec.pose)
-        arm = pose.matrix @ np.asarray(offset.position)
-        return pose * offset, linear + cross(angular, arm), angular
+        if self._offset is None:
+            return pose, linear, angular
+        arm = pose.matrix @ np.asarray(self._offset.position)
+        return pose * self._offset, linear + cross(angular, arm), angular
 
 
 class GroundTruthOutput(Output):
     """nav_msgs/Odometry without error."""
 
     message = Odometry
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedOdometry(self.publisher, spec.frame_id, spec.child_frame_id,
+                                      spec.noise_stddev ** 2)
 
     def update(self, time):
         pose, linear, angular = self.sensor_state()
@@ -73,8 +82,7 @@ class GroundTruthOutput(Output):
         if self.spec.noise_stddev > 0:
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
-        self.publisher.publish(
-            conversions.odometry(time, self.spec, pose, linear, angular))
+        self._sender.send(time, pose.position, pose.orientation, linear, angular)
 
 
 class LidarOutput(Output):
@@ -85,13 +93,14 @@ class LidarOutput(Output):
     def __init__(self, world, model, spec, seed):
         self._lidar = lidar.Lidar(spec)
         super().__init__(world, model, spec, seed)
+        self._sender = PackedScan(self.publisher, spec, self._lidar.angle_increment,
+                                  len(self._lidar.angles))
 
     def update(self, time):
         pose, _, _ = self.model.link_state(self.spec.link)
         ranges = self._lidar.scan(self.world.engine, np.array(pose.position),
                                   np.array(pose.orientation), self.rng, self.model.body)
-        self.publisher.publish(conversions.laser_scan(
-            time, self.spec, self._lidar.angle_increment, ranges))
+        self._sender.send(time, ranges)
 
 
 class ImuOutput(Output):
@@ -136,6 +145,7 @@ class CameraOutput(Output):
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(world, model, spec, seed)
         self._info_publisher = publisher(spec.info_topic, CameraInfo)
+        self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
         index, offset = model.carrier(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
@@ -150,8 +160,7 @@ class CameraOutput(Output):
     def publish_frame(self, frame):
         """Publish a finished picture and its camera_info with the snapshot's stamp."""
         self._info_publisher.publish(self.info_message(frame.time))
-        self.publisher.publish(conversions.image(frame.time, self.spec.frame_id, frame.rgb,
-                                                 self.spec.encoding))
+        self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
 
     def info_message(self, time):
         """camera_info for a simulated time [s]."""

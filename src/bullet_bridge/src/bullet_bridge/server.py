@@ -13,7 +13,7 @@ from bullet_sim.errors import WorldError
 
 PACED_BATCH = 0.001     # [s] wall time that one batch of steps stands for at a given pace
 FREE_BATCH = 0.02       # [s] simulated time of the longest batch when it runs free
-CLOCK_GAP = 0.001       # [s] wall time between two messages on /clock when it runs free ...
+CLOCK_GAP = 0.002       # [s] wall time between two messages on /clock when it runs free ...
 CLOCK_STRIDE = 0.05     # [s] ... but no more than this of simulated time
 IDLE_WAIT = 0.05        # [s] longest wait for jobs while paused
 

@@ -45,6 +45,7 @@ class Engine:
 
     def _configure(self):
         self._movable = {}
+        self._planes = {}       # (body, link) -> local poses of its planes, () if it has others
         self._inertial = {}
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
@@ -125,6 +126,7 @@ class Engine:
         """Remove a body."""
         p.removeBody(body, physicsClientId=self._client)
         del self._movable[body], self._inertial[body]
+        self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
 
     def joint_names(self, body):
         """Names of the movable joints, in joint order."""
@@ -315,13 +317,44 @@ class Engine:
         """
         fractions, bodies = [], []
         limit = p.MAX_RAY_INTERSECTION_BATCH_SIZE
+        origins, targets = np.asarray(origins), np.asarray(targets)
         for start in range(0, len(origins), limit):
-            hits = p.rayTestBatch(np.asarray(origins[start:start + limit]).tolist(),
-                                  np.asarray(targets[start:start + limit]).tolist(),
+            hits = p.rayTestBatch(origins[start:start + limit].tolist(),
+                                  targets[start:start + limit].tolist(),
                                   physicsClientId=self._client)
-            fractions.extend(hit[2] for hit in hits)
-            bodies.extend(hit[0] for hit in hits)
+            if hits:
+                some_bodies, _, some_fractions, *_ = zip(*hits)
+                fractions += some_fractions
+                bodies += some_bodies
         return np.array(fractions), np.array(bodies, dtype=int)
+
+    def bodies_near(self, centre, radius):
+        """Numbers of the bodies that may be within a radius [m] of a point (3,) of the world.
+
+        Their bounding boxes are; a plane, whose box has no end, counts by its distance.
+        """
+        low, high = [x - radius for x in centre], [x + radius for x in centre]
+        touching = p.getOverlappingObjects(low, high, physicsClientId=self._client) or ()
+        return {body for body, link in touching
+                if self._plane_distance(body, link, centre) <= radius}
+
+    def _plane_distance(self, body, link, point):
+        """Distance [m] of a point from a link that is nothing but planes; 0 for any other."""
+        key = (body, link)
+        if key not in self._planes:
+            shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
+            self._planes[key] = [shape[5:7] for shape in shapes] \
+                if shapes and all(shape[2] == p.GEOM_PLANE for shape in shapes) else ()
+        planes = self._planes[key]
+        if not planes or link >= 0:
+            return 0.0
+        frame = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        distances = []
+        for local in planes:
+            position, orientation = p.multiplyTransforms(*frame, *local)
+            normal = p.getMatrixFromQuaternion(orientation)[2::3]
+            distances.append(abs(sum(n * (x - y) for n, x, y in zip(normal, point, position))))
+        return min(distances)
 
     def contacts(self, body, link):
         """Contact points of one link as of the last step.
