@@ -28,7 +28,7 @@ def start(quick, log):
 
 def efficiency(quick, log):
     """a, b. The bridge as fast as possible over PyBullet's stepping alone, in turn."""
-    seconds, rounds = (2.0, 2) if quick else (4.0, 5)
+    seconds, rounds = (2.0, 2) if quick else (4.0, 3)
     variants = {'plain': ((), ('lidar:=false',)), 'lidar_600_rays_10_hz': (('/scan',), ()),
                 'camera_640x480_15_hz': (('/camera/image',), ('lidar:=false', 'camera_rate:=15')),
                 'camera_640x480_30_hz': (('/camera/image',), ('lidar:=false', 'camera_rate:=30'))}
@@ -65,7 +65,7 @@ def camera(quick, log):
     """c. Received pictures over bare getCameraImage, at rates that the renderer cannot keep."""
     sizes = ((640, 480),) if quick else ((640, 480), (320, 240), (160, 120), (1280, 720))
     renderers = ('egl',) if quick else ('egl', 'tiny')
-    seconds = 2.0 if quick else 3.0
+    seconds = 2.0
     result = {}
     for renderer in renderers:
         for width, height in sizes:
@@ -73,7 +73,7 @@ def camera(quick, log):
                               'camera_rate:=1000', f'renderer:={renderer}',
                               'lidar:=false']) as launch:
                 observer = launch.observer('frames', seconds, renderer)
-                runs = [observer.ask('go') for _ in range(1 if quick else 3)]
+                runs = [observer.ask('go') for _ in range(1 if quick else 2)]
             result[f'{renderer}_{width}x{height}'] = {
                 'received_hz': median(run['received'] for run in runs),
                 'bare_hz': median(run['bare'] for run in runs),
@@ -104,7 +104,7 @@ def driving(quick, log):
 
 def latency(quick, log):
     """d. Command to the joint states that show it, at real time, with and without camera."""
-    count = 20 if quick else 100
+    count = 20 if quick else 60
     result = {}
     for name in ('camera',) if quick else ('camera', 'no_camera'):
         with Launch(log, ['real_time_factor:=1.0', 'lidar:=false'], with_control=True) as launch:
