@@ -57,7 +57,7 @@ def test_where_things_are(robot, link, xyz):
 @pytest.mark.parametrize('name, kind, axis, limits', [
     ('front_left_steer_joint', 'revolute', (0, 0, 1), (-1.2, 1.2)),
     ('front_right_steer_joint', 'revolute', (0, 0, 1), (-1.2, 1.2)),
-    ('hitch_yaw_joint', 'revolute', (0, 0, 1), (-math.pi / 2, math.pi / 2)),
+    ('hitch_yaw_joint', 'revolute', (0, 0, 1), (-math.radians(80), math.radians(80))),
     ('hitch_pitch_joint', 'revolute', (0, 1, 0), (-0.35, 0.35)),
     *[(name + '_joint', 'continuous', (0, 1, 0), None) for name in WHEELS + TRAILER_WHEELS]])
 def test_joints(robot, name, kind, axis, limits):
