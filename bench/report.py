@@ -41,6 +41,10 @@ def _rows(result):
                                    f"({row['growth_percent']:+.2f} %) over {row['sim_s']:.0f} "
                                    f"simulated s, {row['cpu_s_per_sim_s']:.3f} CPU s per "
                                    'simulated s')
+    if 'meshes' in result:
+        meshes = result['meshes']
+        yield ('far triangles x 10', f"step time x {meshes['ratio']:.2f} "
+                                     f"({meshes['triangles'][0]} -> {meshes['triangles'][1]})")
     for name, error in result['errors'].items():
         yield f'{name} FAILED', error
 

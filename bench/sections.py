@@ -7,6 +7,7 @@ import time
 
 from figures import BenchError, gap_figures, lateness_figures, median, percentile, rate_of
 from launching import Launch, cpu_seconds, memory_bytes
+from static_mesh import measure
 
 SETTLE = 1.5        # [s] between the start and a window
 WHEEL_TOPICS = ('/racecar/joint_states', '/racecar/odom', '/tf', '/clock')
@@ -169,5 +170,10 @@ def growth(quick, log):
     return result
 
 
+def meshes(quick, _log):
+    """3. A step with ten times the triangles outside the car's neighbourhood; no ROS."""
+    return measure(quick)
+
+
 SECTIONS = {'start': start, 'efficiency': efficiency, 'driving': driving, 'camera': camera,
-            'latency': latency, 'scale': scale, 'growth': growth}
+            'latency': latency, 'scale': scale, 'growth': growth, 'meshes': meshes}
