@@ -37,3 +37,16 @@ def test_bad_folder_and_rate(tmp_path):
         Film(str(tmp_path / "lap.mp4"), rate=0.0)
     with pytest.raises(OSError, match="cannot be written"):
         Film(str(tmp_path / "missing" / "lap.mp4")).add(0.0, np.zeros((48, 64, 3), np.uint8), "")
+
+
+def test_a_late_frame_leaves_a_closed_film_alone(tmp_path):
+    path = tmp_path / "lap.mp4"
+    film = Film(str(path), rate=10.0)
+    picture = np.zeros((48, 64, 3), np.uint8)
+    for k in range(20):
+        film.add(k / 10.0, picture, "")
+    film.close()
+    size = path.stat().st_size
+    assert film.add(5.0, picture, "") is None
+    film.close()
+    assert path.stat().st_size == size > 200

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from track_model import cache, geometry, spec, texture, track
+from track_model import cache, files, geometry, spec, texture, track
 
 cv2 = pytest.importorskip('cv2')
 SMALL = 'points: [[0, 0], [2, 0], [2, 1.6], [0, 1.6]]\nwidth: 0.5\n'
@@ -151,6 +151,15 @@ def test_walls_keep_clear_of_the_lane(small):
         x, y, z = [float(word) for word in pose.text.split()][:3]
         assert z == pytest.approx(0.1)
         assert np.hypot(*(loaded.centreline - (x, y)).T).min() > loaded.width / 2 + 0.1
+
+
+@pytest.mark.parametrize('gap', [0.4, 0.8, 1.5, 3.0])
+def test_walls_with_a_wide_gap_leave_out_what_has_no_room(gap):
+    path = spec.find('hard')
+    parsed = spec.parse(spec.read(path).decode() + 'walls: {enabled: true, gap: %g}' % gap, path)
+    lane = geometry.lane(parsed)
+    for x, y, _, _ in files.wall_boxes(lane, parsed):
+        assert np.hypot(*(lane.curve - (x, y)).T).min() > parsed.width / 2 + gap - 0.1
 
 
 def test_cache_is_used_and_repaired(small, own_cache):

@@ -100,6 +100,7 @@ class CarControl:
         self._turn = 0.0
         self._last_command = None  # ROS time [s] of the newest command, None: watchdog at rest
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
+        rospy.on_shutdown(self._stop)
         if self.settings.command_timeout > 0.0:
             period = rospy.Duration(self.settings.command_timeout / 4.0)
             self._timer = rospy.Timer(period, self._watch, reset=True)

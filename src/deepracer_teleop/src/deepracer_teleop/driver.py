@@ -41,7 +41,7 @@ class Eyes:
             Mount(*(number("camera_" + name, getattr(Mount, name))
                     for name in ("ahead", "height", "pitch"))),
             lookahead=number("lookahead", 0.5))
-        self._matrix, self._last = None, None
+        self._matrix, self._looked = None, None
         rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
 
     def _take_info(self, message):
@@ -51,9 +51,19 @@ class Eyes:
         """Says whether there is a picture to look at."""
         return self._matrix is not None and self._window.lastPicture() is not None
 
+    def news(self):
+        """Says whether there is a picture that was not looked at yet."""
+        return self.ready() and self._window.pictureTime() != self._looked
+
     def look(self):
-        """Gives the point to steer for (x ahead, y left) [m], or None."""
+        """Gives the point to steer for (x ahead, y left) [m] in the newest picture, or None."""
+        self._looked = self._window.pictureTime()
         return self._vision.look(self._window.lastPicture(), self._matrix)
+
+    def restart(self):
+        """Forgets what was seen: the simulation was reset."""
+        self._looked = None
+        self._vision.restart()
 
 
 class SliderDriver:
@@ -73,11 +83,12 @@ class SliderDriver:
     def act(self):
         """Moves the slider if it is time and the picture says so."""
         now = rospy.get_time()
-        if now < self._changed:
-            self._changed = self._seen = -math.inf      # the simulation was reset
-        if not self._eyes.ready() or now - self._changed < 1.0 / self._rate:
+        if now < max(self._changed, self._seen):        # the simulation was reset
+            self._changed, self._seen = -math.inf, now
+            self._eyes.restart()
+        if now - self._changed < 1.0 / self._rate:
             return
-        goal = self._eyes.look()
+        goal = self._eyes.look() if self._eyes.news() else None
         if goal is None:
             if self._driving and now - self._seen > PATIENCE:
                 print("slider_driver: nothing in sight, stop", file=sys.stderr)
@@ -118,7 +129,7 @@ class ButtonsDriver:
         if self._window.isMoving():
             self._rest_until = now + 0.3        # the car comes to a stand, the picture is new
             return
-        if not self._eyes.ready() or self._rest_until - 1.0 < now < self._rest_until:
+        if self._rest_until - 1.0 < now < self._rest_until or not self._eyes.news():
             return
         goal = self._eyes.look()
         if goal is None:

@@ -31,7 +31,8 @@ from track_model.referee.course import Course
 from track_model.track import load_track
 
 FILES = ("lap.mp4", "lap.png", "path.png", "path.csv", "result.json")
-LEAD = 0.3      # start before the line of a circuit, after that of an open course [m]
+LEAD = 0.3      # start before the line of a circuit [m]
+OPEN_LEAD = 0.15    # start after the line of an open course [m]
 
 
 class LapError(RuntimeError):
@@ -67,7 +68,7 @@ class LapKeeper:
         self.recorder = Recorder()
         self._bridge, self._lock = CvBridge(), threading.Lock()
         self._status, self._errors, self._frame = None, [], None
-        self._filming = False
+        self._filming = self._stale = False
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=200)
         rospy.Subscriber("/referee/status", LapStatus, self._judge, queue_size=200)
         rospy.Subscriber(CAMERA_TOPIC, Image, self._take_picture, queue_size=2, buff_size=2 ** 24)
@@ -75,6 +76,9 @@ class LapKeeper:
     # Subscribers' threads
     def _judge(self, status):
         with self._lock:
+            if self._stale and (status.laps or status.running):
+                return      # it was on its way when the referee was restarted
+            self._stale = False
             self._status = status
             if status.running:
                 self._errors.append(abs(status.lateral_error))
@@ -107,7 +111,7 @@ class LapKeeper:
 
     def place(self, number):
         """Puts the car before the line; from the second start on, or with several, at random."""
-        s = -LEAD if self.track.closed else LEAD
+        s = -LEAD if self.track.closed else OPEN_LEAD
         side = turn = 0.0
         if self.starts > 1:
             rng = np.random.default_rng((self.seed, number))
@@ -125,7 +129,7 @@ class LapKeeper:
             raise LapError(f"the car cannot be placed: {answer.status_message}")
         rospy.ServiceProxy("/referee/restart", Trigger)()
         with self._lock:
-            self._status, self._errors = None, []
+            self._status, self._errors, self._stale = None, [], True
 
     def run(self):
         """Does all starts; returns the list of results."""
@@ -208,8 +212,9 @@ def main():
         keeper = LapKeeper()
         results = keeper.run()
         keeper.write()
-    except (LapError, rospy.ROSException, ValueError, OSError) as problem:
-        error = str(problem)
+    except (LapError, rospy.ROSException, rospy.ServiceException, ValueError, OSError,
+            KeyError) as problem:
+        error = f"parameter {problem} is missing" if isinstance(problem, KeyError) else str(problem)
         print(f"lap: FAILED: {error}", file=sys.stderr, flush=True)
     if keeper is None:
         return 1

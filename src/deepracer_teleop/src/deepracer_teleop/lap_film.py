@@ -1,5 +1,7 @@
 """The film of a lap: camera frames with the window's overlay and the referee's figures."""
 
+import threading
+
 import cv2
 
 from deepracer_teleop.camera_view import FrameRate, draw_frame_rate
@@ -25,6 +27,7 @@ class Film:
         self._writer = self._size = None
         self._next = None
         self._frame_rate = FrameRate()
+        self._lock, self._closed = threading.Lock(), False
         self.frames = 0
 
     def add(self, time, picture, words):
@@ -36,11 +39,15 @@ class Film:
             words: Line at the bottom.
 
         Returns:
-            The frame as filmed, or None.
+            The frame as filmed, or None: not due, or the film is closed.
 
         Raises:
             OSError: The file cannot be written.
         """
+        with self._lock:
+            return None if self._closed else self._add(time, picture, words)
+
+    def _add(self, time, picture, words):
         rate = self._frame_rate.update(time)
         if self._next is not None and self._next - 1.0 < time < self._next - 1e-6:
             return None
@@ -65,7 +72,9 @@ class Film:
         return frame
 
     def close(self):
-        """Finishes the file."""
-        if self._writer is not None:
-            self._writer.release()
-            self._writer = None
+        """Finishes the file; frames that come later are left out."""
+        with self._lock:
+            self._closed = True
+            if self._writer is not None:
+                self._writer.release()
+                self._writer = None

@@ -261,6 +261,10 @@ class InterfaceWindow(QWidget):
         """Gives the newest camera frame as it came, (H, W, 3) uint8 BGR, or None."""
         return self._picture
 
+    def pictureTime(self):
+        """Gives the ROS time [s] at which the newest camera frame was shown, or None."""
+        return None if self._last_frame is None else self._last_frame[1]
+
     def imageCb(self, message):
         """Takes a camera frame; runs in the subscriber's thread, so it touches no widget."""
         if self._mailbox.put(message):

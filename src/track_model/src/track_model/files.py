@@ -71,6 +71,8 @@ def wall_boxes(lane, spec):
         reach = np.minimum(lane.left, lane.right) if spec.imported else sides
         near = (np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
                 < reach[None, ::4] + away - 0.02).any(axis=1)
+        if np.count_nonzero(~near) < 2:
+            continue        # there is no room for a wall on this side
         corners = cv2.approxPolyDP((line * 1000.0).astype(np.int32)[~near], 10, lane.closed)
         corners = corners[:, 0].astype(float) / 1000.0
         ends = np.roll(corners, -1, axis=0) if lane.closed else corners[1:]

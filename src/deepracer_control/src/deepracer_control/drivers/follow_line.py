@@ -2,6 +2,7 @@
 import math
 import sys
 import threading
+import time
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
@@ -69,7 +70,7 @@ class FollowLine:
         self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
         self._bridge = CvBridge()
         self._lock = threading.Lock()
-        self._matrix = None
+        self._matrix, self._over = None, False
         self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
@@ -91,11 +92,17 @@ class FollowLine:
             rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
             return
         with self._lock:
+            if self._over:
+                return
             command = self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
-        self._publisher.publish(self._units.twist(*command))
+            self._publisher.publish(self._units.twist(*command))
 
     def _stop(self):
-        self._publisher.publish(Twist())
+        """One zero, then silence; waits until it is on its way."""
+        with self._lock:
+            self._over = True
+            self._publisher.publish(Twist())
+        time.sleep(0.1)
 
 
 def main():

@@ -2,6 +2,7 @@
 import math
 import sys
 import threading
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -30,7 +31,7 @@ class PurePursuit:
         self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
         Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)     # checks the limits
         self._lock = threading.Lock()
-        self._pursuit = None
+        self._pursuit, self._over = None, False
         self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         rospy.on_shutdown(self._stop)
         rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
@@ -47,7 +48,7 @@ class PurePursuit:
 
     def _drive(self, message):
         with self._lock:
-            if self._pursuit is None:
+            if self._pursuit is None or self._over:
                 return
             q, place = message.pose.pose.orientation, message.pose.pose.position
             yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
@@ -58,10 +59,14 @@ class PurePursuit:
                 speed, curvature = self._pursuit.command(
                     place.x + self._rear_axle * math.cos(yaw),
                     place.y + self._rear_axle * math.sin(yaw), yaw)
-        self._publisher.publish(self._units.twist(speed, curvature))
+            self._publisher.publish(self._units.twist(speed, curvature))
 
     def _stop(self):
-        self._publisher.publish(Twist())
+        """One zero, then silence; waits until it is on its way."""
+        with self._lock:
+            self._over = True
+            self._publisher.publish(Twist())
+        time.sleep(0.1)
 
 
 def main():

@@ -57,6 +57,8 @@ class Display:
         now = stamp.to_sec()
         with self._lock:
             poses = self._driven.poses
+            if poses and now < poses[-1].header.stamp.to_sec():
+                poses.clear()       # the simulation was reset
             last = poses[-1].pose.position if poses else None
             if last is None or math.dist((last.x, last.y), pose[:2]) >= SPACING:
                 poses.append(pose_stamped(*pose))

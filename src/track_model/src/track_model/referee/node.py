@@ -78,12 +78,12 @@ class RefereeNode:
             status, events = self._referee.update(message.header.stamp.to_sec(), *pose,
                                                   twist.linear.x)
             self._log.add(pose, status, events)
-        self._publish(message.header, status)
+            self._publish(message.header, status)
         self._display.update(message.header.stamp, pose, status)
         for event in events:
             self._tell(event, status)
         if self._referee.rules.auto_reset and {'off_track', 'crash', 'stuck'} & set(events):
-            threading.Thread(target=self._put_back, daemon=True).start()
+            threading.Thread(target=self._reset_car, daemon=True).start()
 
     def _publish(self, header, status):
         message = LapStatus(**{name: getattr(status, name) for name in LapStatus.__slots__
@@ -111,9 +111,14 @@ class RefereeNode:
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
             answer = self._move(state)
-        except rospy.ROSException as error:
+        except (rospy.ROSException, rospy.ServiceException) as error:
             return 'no answer from %s: %s' % (self._move.resolved_name, error)
         return '' if answer.success else answer.status_message
+
+    def _reset_car(self):
+        error = self._put_back()
+        if error:
+            rospy.logerr('referee: the car is not put back: %s', error)
 
     def _put_back_asked(self, _):
         error = self._put_back()

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Whole laps as ./run lap drives them: by the window's slider, and on an imported open route."""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import unittest
+
+import cv2
+import numpy as np
+import rospy
+import rostest
+
+SMALL = """points: [[0, 0], [1.2, 0], [1.9, 0.75], [1.2, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
+width: 0.6
+"""
+LIMIT = 90.0  # wall time of one lap with its start and end [s]
+
+
+def open_route():
+    """N x 6 of a course of 5 m with a bend each way, in DeepRacer's form, points repeated."""
+    x = np.linspace(0.0, 4.8, 60)
+    centre = np.stack([x, 0.4 * np.sin(1.1 * x)], axis=1)
+    ahead = np.gradient(centre, axis=0)
+    left = ahead[:, ::-1] * (-1.0, 1.0) / np.linalg.norm(ahead, axis=1)[:, None]
+    array = np.hstack([centre, centre + 0.35 * left, centre - 0.3 * left])
+    return np.repeat(array, 1 + (np.arange(60) % 7 == 0), axis=0)
+
+
+def lap(folder, **arguments):
+    """Runs lap.launch on a master of its own; returns result.json."""
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        port = sock.getsockname()[1]
+    environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}",
+                       QT_QPA_PLATFORM="offscreen")
+    command = ["roslaunch", "-p", str(port), "deepracer_teleop", "lap.launch",
+               f"out_dir:={folder}", "camera_width:=320", "camera_height:=240",
+               *(f"{name}:={value}" for name, value in arguments.items())]
+    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
+                               start_new_session=True)
+    try:
+        process.wait(LIMIT)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(30.0)
+    with open(os.path.join(folder, "result.json"), encoding="utf-8") as stream:
+        return json.load(stream)
+
+
+class LapRun(unittest.TestCase):
+    """Each test is one launch."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="lap_run_")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def check_files(self, frames):
+        for name in ("lap.mp4", "lap.png", "path.png", "path.csv", "referee.csv"):
+            path = os.path.join(self.folder, name)
+            self.assertGreater(os.path.getsize(path), 1000, name)
+        video = cv2.VideoCapture(os.path.join(self.folder, "lap.mp4"))
+        self.assertEqual((video.get(3), video.get(4)), (320, 240))
+        self.assertEqual(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), frames)
+
+    def test_slider(self):
+        track = os.path.join(self.folder, "small.yaml")
+        with open(track, "w", encoding="utf-8") as stream:
+            stream.write(SMALL)
+        result = lap(self.folder, driver="slider", track=track, real_time_factor=2)
+        self.assertEqual(result["error"], "")
+        self.assertTrue(result["ok"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        # 0.3 m/s on 7.6 m of centreline
+        self.assertAlmostEqual(start["lap_time"], start["driven"] / 0.3, delta=3.0)
+        self.assertLess(start["mean_lateral_error"], 0.08)
+        self.assertGreater(result["film_frames"], 100)
+        self.check_files(result["film_frames"])
+
+    def test_pursuit_on_an_open_route(self):
+        track = os.path.join(self.folder, "route.npy")
+        np.save(track, open_route())
+        result = lap(self.folder, driver="pursuit", track=track, real_time_factor=2)
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        self.assertLess(start["mean_lateral_error"], 0.03)
+        self.check_files(result["film_frames"])
+
+
+if __name__ == "__main__":
+    rospy.init_node("lap_run_test")
+    rostest.rosrun("paddock_tests", "lap_run", LapRun)
