@@ -10,7 +10,7 @@ import rostest
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_srvs.srv import Trigger
+from std_srvs.srv import Empty, Trigger
 
 from cybertruck.goal.shortest import shortest_length
 from cybertruck.srv import Goal, GoalRequest
@@ -125,7 +125,7 @@ class TwoGoals(Rig):
 
 
 class Manoeuvres(Rig):
-    """A goal inside the turning circle, new goals, bad goals, lost odometry."""
+    """A goal inside the turning circle, new goals, bad goals, lost odometry, a reset."""
 
     def test_1_beside_the_truck_inside_its_turning_circle(self):
         x, y, heading = self.pose()
@@ -184,6 +184,19 @@ class Manoeuvres(Rig):
         self.assertIn("silent for 0.5 s", status.text)
         self.wait_rest()
         self.assertFalse(relayed.send(5.0, 5.0))  # still silent
+
+    def test_6_a_reset_ends_the_goal_and_the_truck_stays(self):
+        x, y, heading = self.pose()
+        self.assertTrue(self.driver.send(x + 9.0 * math.cos(heading), y + 9.0 * math.sin(heading)))
+        wait_until(lambda: self.speed() > 0.5, "the truck to drive")
+        rospy.wait_for_service("/gazebo/reset_simulation", START_LIMIT)
+        rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
+        status = self.driver.wait_end()
+        self.assertEqual((status.status, status.text),
+                         (GoalStatus.ABORTED, "time went back: the simulation was reset"))
+        sleep_sim(2.0)
+        self.wait_rest()
+        self.assertLess(math.hypot(*self.pose()[:2]), 0.2)  # where it was spawned
 
 
 def sign_changes(poses, goal):

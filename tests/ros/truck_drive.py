@@ -8,6 +8,7 @@ import rosgraph
 import rospy
 import rostest
 import tf2_ros
+from controller_manager_msgs.srv import SwitchController, SwitchControllerRequest
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -190,6 +191,35 @@ class TruckDrive(unittest.TestCase):
                    and rospy.get_time() < 100, "odometry after the reset")
         for value, wanted in zip(pose_of(self.odometry.last), START):
             self.assertAlmostEqual(value, wanted, delta=0.01)
+
+    def test_13_reset_world_starts_odometry_afresh_while_time_goes_on(self):
+        self.hold(1.0, 0.0, 1.5)
+        self.assertGreater(math.dist(pose_of(self.odometry.last)[:2], START[:2]), 0.7)
+        before = rospy.get_time()
+        rospy.wait_for_service("/gazebo/reset_world", WALL_LIMIT)
+        rospy.ServiceProxy("/gazebo/reset_world", Empty)()
+        self.wait_standing()
+        self.assertGreater(rospy.get_time(), before)
+        truth = pose_of(self.truth.next())
+        for value, wanted, true in zip(pose_of(self.odometry.next()), START, truth):
+            self.assertAlmostEqual(value, wanted, delta=0.05)
+            self.assertAlmostEqual(value, true, delta=0.02)
+        self.says("the rear wheels jumped")
+
+    def test_14_silent_joint_states_stop_it_though_commands_come(self):
+        switch = rospy.ServiceProxy("/cybertruck/controller_manager/switch_controller",
+                                    SwitchController)
+        name, strict = ["joint_state_controller"], SwitchControllerRequest.STRICT
+        self.hold(0.5, 0.0, 1.0)
+        self.assertTrue(switch(stop_controllers=name, strictness=strict).ok)
+        try:
+            self.hold(0.5, 0.0, 1.5)
+            self.assertLess(abs(self.truth.last.twist.twist.linear.x), STANDS)
+            self.says("joint_states has been silent for 0.5 s")
+        finally:
+            self.assertTrue(switch(start_controllers=name, strictness=strict).ok)
+        self.hold(0.3, 0.0, 1.0)
+        self.assertAlmostEqual(self.truth.last.twist.twist.linear.x, 0.3, delta=0.02)
 
 
 if __name__ == "__main__":

@@ -172,6 +172,44 @@ def test_stopped_goals_command_nothing():
     assert driver.update(0.0, 0.0, 0.0, 0.0) is None
 
 
+@pytest.mark.parametrize("gains, first", [("default", 0.2), ("original", 1.5)])
+def test_after_a_cancelled_goal_the_next_one_pulls_away_gently(gains, first):
+    truck, driver = Truck(), controller(gains=gains)
+    driver.start(20.0, 0.0)
+    for _ in range(300):
+        command = driver.update(truck.x, truck.y, truck.heading, truck.time)[1]
+        truck.step(command, 0.0)
+    assert command == 1.5
+    driver.stop()
+    driver.start(20.0, 0.0)
+    assert driver.update(truck.x, truck.y, truck.heading, truck.time + 10.0)[1] == first
+
+
+def test_time_that_goes_back_ends_the_goal_once():
+    driver = controller()
+    driver.start(10.0, 0.0)
+    assert driver.update(1.0, 0.0, 0.0, 50.0)[0] == "active"
+    assert driver.update(0.0, 0.0, 0.0, 0.008) == ("reset", 0.0, 0.0)
+    assert driver.goal is None and driver.update(0.0, 0.0, 0.0, 0.016) is None
+    driver.start(10.0, 0.0)
+    assert driver.update(0.0, 0.0, 0.0, 0.024)[0] == "active"
+
+
+def test_time_that_goes_back_between_goal_and_odometry_ends_it():
+    driver = controller()
+    assert driver.update(0.0, 0.0, 0.0, 50.0) is None
+    driver.start(10.0, 0.0)
+    assert driver.update(0.0, 0.0, 0.0, 0.008)[0] == "reset"
+
+
+def test_time_that_went_back_before_the_goal_is_nothing_to_it():
+    driver = controller()
+    assert driver.update(0.0, 0.0, 0.0, 50.0) is None
+    assert driver.update(0.0, 0.0, 0.0, 0.008) is None
+    driver.start(10.0, 0.0)
+    assert driver.update(0.0, 0.0, 0.0, 0.016)[0] == "active"
+
+
 def test_a_blocked_truck_gives_up():
     driver = controller()
     driver.start(5.0, 0.0)

@@ -26,6 +26,14 @@ def test_a_command_holds_for_its_time_and_ends_once():
     assert command.target(11.1) == (-0.1, -0.5, False)
 
 
+def test_a_command_from_before_the_clock_went_back_ends():
+    command = Command(0.5)
+    command.give(0.3, 1.0, 100.0)
+    assert command.target(99.6) == (0.3, 1.0, False)    # joint states lag behind the clock
+    assert command.target(0.1) == (0.3, 0.0, True)
+    assert command.target(100.1) == (0.3, 0.0, False)
+
+
 def test_stop_keeps_the_steering():
     command = Command(0.5)
     command.give(0.3, 1.0, 10.0)

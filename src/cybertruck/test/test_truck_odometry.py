@@ -1,5 +1,6 @@
 """Dead reckoning on closed forms; encoders; messages."""
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,6 +49,18 @@ def test_start_pose_and_reset():
     assert (odometry.x, odometry.y, odometry.yaw) == (1.0, -2.0, math.pi / 2)
     odometry.update(along(0.0, 55.0))      # where the wheels stand at first counts for nothing
     assert odometry.x == 1.0
+
+
+@pytest.mark.parametrize('period, limit', [(0.0, 0.6), (0.008, 0.6), (0.1, 0.6), (2.0, 12.0)])
+def test_a_jump_is_more_than_twice_the_top_speed(period, limit):
+    odometry = run(0.0, 2.0, 5)
+    for side in (1.0, -1.0):
+        assert not odometry.jumped(along(0.0, 2.0 + side * 0.99 * limit), period)
+        assert odometry.jumped(along(0.0, 2.0 + side * 1.01 * limit), period)
+    one = along(0.0, 2.0)
+    assert odometry.jumped(replace(one, rear_left=one.rear_left + 1.01 * limit / RADIUS), period)
+    odometry.reset()
+    assert not odometry.jumped(along(0.0, 55.0), period)
 
 
 def test_heading_stays_within_a_turn():

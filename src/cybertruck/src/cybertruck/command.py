@@ -17,13 +17,16 @@ class Command:
 
     Args:
         timeout: age [s] above which the truck stops.
+
+    Attributes:
+        timeout: the same.
     """
 
     def __init__(self, timeout):
         if isinstance(timeout, bool) or not isinstance(timeout, (int, float)) \
                 or not (math.isfinite(timeout) and timeout > 0.0):
             raise ValueError(f'command_timeout is {timeout!r}, must be a time above 0 [s]')
-        self._timeout = float(timeout)
+        self.timeout = float(timeout)
         self._lock = threading.Lock()
         self._steering = self._speed = 0.0
         self._time = None
@@ -48,7 +51,8 @@ class Command:
         with self._lock:
             if self._time is None:
                 return self._steering, 0.0, False
-            if now - self._time <= self._timeout:
+            # joint states lag a little behind the clock; further ahead, the clock went back
+            if -self.timeout <= now - self._time <= self.timeout:
                 return self._steering, self._speed, False
             self._speed, self._time = 0.0, None
             return self._steering, 0.0, True

@@ -1,10 +1,12 @@
 """The node `drive`: commands in, wheels out; joint states in, odometry and TF out.
 
-Everything happens once per message of the bridge's joint states (every 8 ms of simulated time).
+Everything happens once per message of the bridge's joint states (every 8 ms of simulated time);
+only when they fall silent a timer stops the wheels.
 """
 
 import math
 import sys
+import threading
 
 import rospy
 import tf2_ros
@@ -25,6 +27,7 @@ from cybertruck.odometry import Errors, WheelOdometry, ticks
 ROBOT = '/cybertruck'
 ODOM_SOURCES = ('wheels', 'ground_truth')
 LONGEST_STEP = 0.1      # [s] that rate limits make of a longer gap between joint states
+WATCH_PERIOD = 0.1      # [s] between looks for silent joint states, at the most
 
 
 class Drive:
@@ -48,12 +51,16 @@ class Drive:
             raise ValueError(f"odom_source is '{self._source}', must be one of "
                              f"{', '.join(ODOM_SOURCES)}")
         self._frames = get('odom_frame', 'odom'), get('base_frame', 'base_footprint')
-        self._time = None
+        self._time = self._measured = None  # stamps of the last and the last good joint states [s]
+        self._heard, self._silent = None, False  # ROS time of their arrival [s]
+        self._lock = threading.Lock()   # joint states and timer come in threads of their own
         self._publish_to()
         joy = get('joy', False)
         if not isinstance(joy, bool):
             raise ValueError(f'joy is {joy!r}, must be true or false')
         self._subscribe(JoyDrive.from_parameters(get) if joy else None)
+        rospy.Timer(rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch,
+                    reset=True)
 
     def _publish_to(self):
         def publisher(topic, kind):
@@ -111,22 +118,29 @@ class Drive:
 
     # joint states -----------------------------------------------------------------------------
     def _joints(self, message):
+        measured = wheels = None
         try:
             measured, wheels = conversions.measured(message)
         except ValueError as error:
-            rospy.logerr_throttle(1.0, f'{ROBOT}/joint_states cannot be used: {error}')
-            return
+            rospy.logerr_throttle(1.0, f'{ROBOT}/joint_states cannot be used: {error}. '
+                                       'The truck brakes.')
         now = message.header.stamp.to_sec()
-        if self._time is not None and now < self._time:    # the simulation was reset
-            rospy.loginfo('time went back from %g s to %g s: odometry starts afresh', self._time,
-                          now)
-            self._odometry.reset()
-            self._limiter.reset()
-            self._command.stop()
-            self._time = None
-        period = 0.0 if self._time is None else min(now - self._time, LONGEST_STEP)
-        self._time = now
-        self._drive(now, period)
+        with self._lock:
+            self._heard, self._silent = rospy.get_time(), False
+            reset = self._reset_reason(now, measured)
+            if reset:
+                rospy.loginfo(f'{reset}: odometry starts afresh')
+                self._odometry.reset()
+                self._limiter.reset()
+                self._time = None
+            if reset or measured is None:
+                self._command.stop()
+            period = 0.0 if self._time is None else min(now - self._time, LONGEST_STEP)
+            self._time = now
+            self._drive(now, period)
+        if measured is None:
+            return
+        self._measured = now
         self._odometry.update(measured)
         self._joints_out.publish(message)
         for name, publisher in self._encoders_out.items():
@@ -134,6 +148,31 @@ class Drive:
         if self._source == 'wheels':
             self._publish_odometry(conversions.odometry(
                 message.header.stamp, self._frames, self._odometry))
+
+    def _reset_reason(self, now, measured):
+        """How joint states stamped `now` [s] show that the simulation was reset, or ''."""
+        if self._time is not None and now < self._time:
+            return f'time went back from {self._time:g} s to {now:g} s'
+        if measured is not None and self._measured is not None \
+                and self._odometry.jumped(measured, now - self._measured):
+            return 'the rear wheels jumped, the truck was put back'
+        return ''
+
+    def _watch(self, _event):
+        """Stop the wheels when joint states have been silent for longer than command_timeout."""
+        with self._lock:
+            now = rospy.get_time()
+            if self._heard is None:     # nothing was told to the wheels yet
+                return
+            self._heard = min(self._heard, now)     # time may have gone back
+            if now - self._heard <= self._command.timeout:
+                return
+            if not self._silent:
+                rospy.logerr(f'{ROBOT}/joint_states has been silent for '
+                             f'{self._command.timeout:g} s: the truck stops')
+            self._silent = True
+            self._limiter.speed = 0.0       # when they are back it pulls away from standstill
+            self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
 
     def _drive(self, now, period):
         """Send hinges and wheels where the limits let them be after a period [s]."""

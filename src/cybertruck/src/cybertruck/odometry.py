@@ -7,6 +7,7 @@ import numpy as np
 
 TICKS_PER_TURN = 42             # of a front wheel's encoder
 SMALL_TURN = 1e-6               # [rad] below which an arc is taken as a line
+JUMP_PERIOD = 0.1               # [s] that a shorter time between measurements counts as
 RATE_FLOOR = 1e-6               # variance of speed and yaw rate at standstill
 STILL = (1e-6, 1e-6)            # variances of a truck at its start [m^2], [rad^2]
 
@@ -79,6 +80,20 @@ class WheelOdometry:
         self.speed = self.yaw_rate = 0.0
         self.covariance = np.diag((STILL[0], STILL[0], STILL[1]))
         self._last = None
+
+    def jumped(self, measured, period):
+        """Whether a rear wheel has turned further than it can: the simulator put the truck back.
+
+        Args:
+            measured: Measured.
+            period: since the last update [s].
+        """
+        if self._last is None:
+            return False
+        shape, last = self._model.geometry, self._last[0]
+        limit = 2.0 * shape.max_speed / shape.wheel_radius * max(period, JUMP_PERIOD)
+        return max(abs(measured.rear_left - last.rear_left),
+                   abs(measured.rear_right - last.rear_right)) > limit
 
     def update(self, measured):
         """Take over a new measurement.

@@ -180,10 +180,10 @@ class BackUpServer:
             return state
 
     def _come_to_rest(self):
-        """Stops the truck and waits until it stands, as long as states arrive."""
+        """Stops the truck and waits until it stands, as long as states arrive and no reset."""
         self._driver.stop()
         start = rospy.get_time()
-        while not rospy.is_shutdown() and rospy.get_time() - start < REST_TIME:
+        while not rospy.is_shutdown() and 0.0 <= rospy.get_time() - start < REST_TIME:
             state = self._source.state
             if state is None or self._source.staleness(self._settings.node.state_timeout):
                 break

@@ -6,7 +6,7 @@ from collections import deque
 from cybertruck.goal.laws import LAWS
 from cybertruck.goal.shortest import shortest_length
 
-ACTIVE, REACHED, STUCK = "active", "reached", "stuck"
+ACTIVE, REACHED, STUCK, RESET = "active", "reached", "stuck", "reset"
 LONGEST_STEP = 0.1  # odometry further apart counts as this far [s]
 
 
@@ -25,6 +25,7 @@ class GoalController:
         self.driven = 0.0  # path since the goal was set [m]
         self.shortest = None  # shortest path when the goal was set [m]
         self.distance = None  # to the goal at the last update [m]
+        self._time = None  # stamp of the last update, with or without a goal [s]
 
     def refusal(self, position, pose):
         """Says why a goal is refused.
@@ -64,8 +65,9 @@ class GoalController:
         self._law.restart()
 
     def stop(self):
-        """Gives the goal up."""
+        """Gives the goal up; the next one starts from standstill."""
         self.goal = None
+        self._law.reset()
 
     def update(self, x, y, heading, time):
         """Takes a pose and gives the next command.
@@ -77,14 +79,19 @@ class GoalController:
             time: Stamp of the pose [s].
 
         Returns:
-            (state, linear.x [m/s], angular.z [rad/s]) with state ACTIVE, REACHED or STUCK, or None
-            without a goal. REACHED and STUCK come once, with zeros; then there is no goal.
+            (state, linear.x [m/s], angular.z [rad/s]) with state ACTIVE, REACHED, STUCK or RESET
+            (time went back), or None without a goal. All but ACTIVE come once, with zeros; then
+            there is no goal.
         """
+        went_back = self._time is not None and time < self._time
+        self._time = time
         if self.goal is None:
             return None
+        if went_back:
+            return self._end(RESET)
         period = 0.0
         if self._last is not None:
-            period = min(max(time - self._last[2], 0.0), LONGEST_STEP)
+            period = min(time - self._last[2], LONGEST_STEP)
             self.driven += math.hypot(x - self._last[0], y - self._last[1])
         self._last = (x, y, time)
         error = (self.goal[0] - x, self.goal[1] - y)
@@ -101,14 +108,11 @@ class GoalController:
 
     def _end(self, state):
         self.stop()
-        self._law.reset()
         return state, 0.0, 0.0
 
     def _stuck(self, x, y, time):
         """Says whether the truck has not moved for too long."""
         trace, settings = self._trace, self._settings
-        if trace and time < trace[-1][0]:  # the simulation was reset
-            trace.clear()
         trace.append((time, x, y))
         while time - trace[0][0] > settings.stuck_time:
             old = trace.popleft()

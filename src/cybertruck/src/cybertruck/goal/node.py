@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger, TriggerResponse
 
-from cybertruck.goal.controller import REACHED, STUCK, GoalController
+from cybertruck.goal.controller import REACHED, RESET, STUCK, GoalController
 from cybertruck.goal.settings import GoalSettings
 from cybertruck.srv import Goal, GoalResponse
 
@@ -102,6 +102,8 @@ class GoalNode:
                            f"stuck {controller.distance:.2f} m from the goal: moved less than "
                            f"{self._settings.stuck_distance:g} m in "
                            f"{self._settings.stuck_time:g} s")
+            elif state == RESET:
+                self._tell(GoalStatus.ABORTED, "time went back: the simulation was reset")
 
     def _watch(self, _event):
         with self._lock:
@@ -114,12 +116,13 @@ class GoalNode:
 
         Silence must last in ROS time, so that a paused world is not silent, and in wall time, so
         that a world which runs faster than real time is not when a message comes a little late.
+        ROS time below that of the last message tells of a reset: then wall time alone counts.
         """
         if self._heard is None:
             return True
         limit = self._settings.odom_timeout
-        return rospy.get_time() - self._heard[0] >= limit \
-            and time.monotonic() - self._heard[1] >= limit
+        age = rospy.get_time() - self._heard[0]
+        return (age >= limit or age < 0.0) and time.monotonic() - self._heard[1] >= limit
 
     def _give_up(self, status, text):
         self._controller.stop()

@@ -1,0 +1,178 @@
+"""The drive node without a master: bad and silent joint states, resets of time and of the world."""
+
+import math
+
+import pytest
+import rospy
+from fake_ros import FakeRos
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import JointState
+
+from cybertruck import conversions
+from cybertruck.drive import Drive
+from cybertruck.model import CyberModel
+
+PERIOD = 0.008  # of joint states [s]
+TIMEOUT = 0.5  # command_timeout [s]
+RADIUS = 0.1016  # of a wheel [m]
+BRAKING = 2.0  # max_acceleration [m/s^2]
+START = {"start_x": 1.0, "start_y": -2.0, "start_yaw": 0.5}
+NAMES = conversions.WHEELS + conversions.HINGES + conversions.ENCODERS
+AXLE = "/cybertruck/axle_controller/command"
+
+
+class Rig:
+    """A drive node whose wheels do at once what they are told."""
+
+    def __init__(self, monkeypatch):
+        self.ros = FakeRos()
+        self.ros.now = 10.0
+        self.ros.install(monkeypatch, START)
+        self.node = Drive()
+        self.wheel = 0.0  # angle of all wheels [rad]
+
+    def joints(self, **changes):
+        """One good message of joint states, or one with changed positions, after PERIOD."""
+        self.ros.now += PERIOD
+        self.wheel += self.axle() * PERIOD
+        self.bring({**self.positions(), **changes})
+
+    def positions(self):
+        return {name: 0.0 if name in conversions.HINGES else self.wheel for name in NAMES}
+
+    def bring(self, positions):
+        message = JointState(name=list(positions), position=list(positions.values()),
+                             velocity=[0.0] * len(positions))
+        message.header.stamp = rospy.Time.from_sec(self.ros.now)
+        self.ros.subscribed["/cybertruck/joint_states"](message)
+
+    def drive(self, speed, seconds):
+        """Repeats a command while joint states come."""
+        message = Twist()
+        message.linear.x = speed
+        for _ in range(round(seconds / PERIOD)):
+            self.ros.subscribed["/cmd_vel"](message)
+            self.joints()
+
+    def watch(self):
+        for timer in self.ros.timers:
+            timer(None)
+
+    def axle(self):
+        """Speed that the rear wheels are told now [rad/s]."""
+        sent = self.ros.messages(AXLE)
+        return sent[-1].data[0] if sent else 0.0
+
+    def pose(self):
+        pose = self.ros.messages("/odom")[-1].pose.pose
+        return pose.position.x, pose.position.y, 2.0 * math.atan2(pose.orientation.z,
+                                                                  pose.orientation.w)
+
+
+@pytest.fixture
+def rig(monkeypatch):
+    made = Rig(monkeypatch)
+    made.drive(1.0, 1.0)
+    assert made.axle() == pytest.approx(1.0 / RADIUS)
+    return made
+
+
+def at_start(rig):
+    return rig.pose() == pytest.approx(tuple(START.values()), abs=1e-9)
+
+
+@pytest.mark.parametrize("bad, words", [
+    ({"rear_left_wheel_joint": math.nan}, "is nan"),
+    ({"front_left_steer_joint": math.inf}, "is inf")])
+def test_joint_states_that_are_not_finite_brake_the_truck(rig, bad, words):
+    rig.joints(**bad)
+    assert rig.axle() == pytest.approx((1.0 - BRAKING * PERIOD) / RADIUS)
+    for _ in range(70):  # 1 m/s at 2 m/s^2: 0.5 s
+        rig.joints(**bad)
+    assert rig.axle() == 0.0
+    assert any(words in text and "brakes" in text for text in rig.ros.texts("err"))
+    rig.drive(0.5, 1.0)
+    assert rig.axle() == pytest.approx(0.5 / RADIUS)
+
+
+def test_a_missing_joint_brakes_the_truck(rig):
+    for _ in range(70):
+        rig.ros.now += PERIOD
+        positions = rig.positions()
+        del positions["rear_right_wheel_joint"]
+        rig.bring(positions)
+    assert rig.axle() == 0.0
+    assert any("'rear_right_wheel_joint' is missing" in text for text in rig.ros.texts("err"))
+
+
+def test_silent_joint_states_stop_the_wheels(rig):
+    rig.ros.now += 0.9 * TIMEOUT
+    rig.watch()
+    assert rig.axle() == pytest.approx(1.0 / RADIUS)
+    rig.ros.now += 0.2 * TIMEOUT
+    rig.watch()
+    assert tuple(rig.ros.messages(AXLE)[-1].data) == (0.0, 0.0)
+    rig.watch()
+    assert sum("silent for 0.5 s" in text for text in rig.ros.texts("err")) == 1
+    rig.drive(1.0, 2 * PERIOD)  # they are back: from standstill, one step is 0.1 s at the most
+    assert 0.0 < rig.axle() <= BRAKING * (0.1 + PERIOD) / RADIUS + 1e-9
+
+
+def test_a_command_during_silence_does_not_move_the_wheels(rig):
+    rig.ros.now += 1.2 * TIMEOUT
+    message = Twist()
+    message.linear.x = 1.0
+    rig.ros.subscribed["/cmd_vel"](message)
+    rig.watch()
+    assert rig.axle() == 0.0
+
+
+def test_before_the_first_joint_states_it_is_silent(monkeypatch):
+    rig = Rig(monkeypatch)
+    rig.ros.now += 10.0
+    rig.watch()
+    assert rig.ros.messages(AXLE) == [] and rig.ros.texts("err") == []
+
+
+def test_silence_is_counted_anew_when_time_goes_back(rig):
+    rig.ros.now = 0.1
+    rig.watch()
+    assert rig.axle() == pytest.approx(1.0 / RADIUS)
+    rig.ros.now = 0.1 + 1.1 * TIMEOUT
+    rig.watch()
+    assert rig.axle() == 0.0
+
+
+def test_time_that_goes_back_starts_odometry_anew(rig):
+    assert not at_start(rig)
+    rig.ros.now, rig.wheel = 0.0, 0.0
+    rig.joints()
+    assert at_start(rig) and rig.axle() == 0.0
+
+
+def test_wheels_that_jump_start_odometry_anew(rig):
+    """After /gazebo/reset_world time goes on, and the wheels are where they began."""
+    rig.drive(1.0, 1.0)
+    assert math.dist(rig.pose()[:2], (1.0, -2.0)) > 1.0
+    rig.wheel = -rig.axle() * PERIOD
+    rig.joints()
+    assert at_start(rig) and rig.axle() == 0.0
+    assert any("jumped" in text for text in rig.ros.texts("info"))
+    rig.drive(0.5, 0.5)
+    assert math.dist(rig.pose()[:2], (1.0, -2.0)) < 0.3
+
+
+def test_lost_joint_states_are_no_jump(rig):
+    """Two seconds at top speed turn the wheels far, but no further than they can."""
+    before = rig.pose()
+    rig.ros.now += 2.0
+    rig.wheel += 2.0 * 3.0 / RADIUS
+    rig.bring(rig.positions())
+    assert math.dist(rig.pose()[:2], before[:2]) == pytest.approx(6.0)
+
+
+def test_wheel_speeds_of_the_model_are_within_the_jump_limit():
+    """The outer wheel of the tightest circle at top speed is slower than twice the mean."""
+    model = CyberModel()
+    wheels = model.wheels(0.7854, 3.0)
+    assert max(wheels.rear_left, wheels.rear_right) < 2.0 * 3.0 / RADIUS

@@ -1,0 +1,90 @@
+"""The goal node without a master: resets of time, with and without odometry after them."""
+
+import time
+
+import pytest
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from fake_ros import FakeRos
+from nav_msgs.msg import Odometry
+
+from cybertruck.goal.node import GoalNode
+from cybertruck.srv import GoalRequest
+
+
+class Rig:
+    """A goal node with a goal 10 m ahead at a ROS time of 50 s.
+
+    Attributes:
+        wall: What time.monotonic() gives [s].
+    """
+
+    def __init__(self, monkeypatch):
+        self.ros = FakeRos()
+        self.wall = 1000.0
+        self.ros.install(monkeypatch, {"odom_timeout": 0.5})
+        monkeypatch.setattr(time, "monotonic", lambda: self.wall)
+        self.node = GoalNode()
+        self.odometry(50.0)
+        request = GoalRequest()
+        request.pose.position.x = 10.0
+        assert self.ros.services["goal"](request).success
+        self.odometry(50.008)
+
+    def odometry(self, stamp):
+        self.ros.now = stamp
+        message = Odometry()
+        message.header.stamp = rospy.Time.from_sec(stamp)
+        message.pose.pose.orientation.w = 1.0
+        self.ros.subscribed["odom"](message)
+
+    def watch(self):
+        for timer in self.ros.timers:
+            timer(None)
+
+    def status(self):
+        last = self.ros.messages("goal/status")[-1]
+        return last.status, last.text
+
+    def speeds(self):
+        return [message.linear.x for message in self.ros.messages("cmd_vel")]
+
+
+@pytest.fixture
+def rig(monkeypatch):
+    made = Rig(monkeypatch)
+    assert made.status()[0] == GoalStatus.ACTIVE
+    assert made.speeds()[-1] > 0.0
+    return made
+
+
+def test_a_reset_aborts_the_goal_with_one_zero(rig):
+    before = len(rig.speeds())
+    rig.odometry(0.008)
+    assert rig.status() == (GoalStatus.ABORTED, "time went back: the simulation was reset")
+    assert rig.speeds()[before:] == [0.0]
+    rig.odometry(0.016)
+    rig.watch()
+    assert rig.speeds()[before:] == [0.0]
+
+
+def test_a_reset_without_odometry_after_it_is_silence(rig):
+    rig.ros.now = 0.1
+    rig.wall += 0.4
+    rig.watch()
+    assert rig.status()[0] == GoalStatus.ACTIVE  # it may still come
+    rig.wall += 0.2
+    rig.watch()
+    status, text = rig.status()
+    assert (status, rig.speeds()[-1]) == (GoalStatus.ABORTED, 0.0) and "silent" in text
+
+
+@pytest.mark.parametrize("ros, wall, status", [
+    (0.0, 60.0, GoalStatus.ACTIVE),  # a paused world
+    (5.0, 0.1, GoalStatus.ACTIVE),  # a world much faster than real time
+    (0.6, 0.6, GoalStatus.ABORTED)])
+def test_silence_lasts_in_both_times(rig, ros, wall, status):
+    rig.ros.now += ros
+    rig.wall += wall
+    rig.watch()
+    assert rig.status()[0] == status
