@@ -269,3 +269,81 @@ def test_close_withdraws_everything(bot):
     bot.load('drive')
     bot.control.close()
     assert all(wire.closed for wire in bot.wires.values())
+
+
+def delete(bot):
+    """What Robots.disconnect and the caller of delete_model do."""
+    bot.control.closed = True
+    bot.control.close()
+
+
+def test_a_load_that_the_deletion_overtakes_leaves_nothing(bot, monkeypatch):
+    made = control.topics_of
+
+    def overtaken(robot, spec):
+        topics = made(robot, spec)
+        delete(bot)
+        return topics
+    monkeypatch.setattr(control, 'topics_of', overtaken)
+    assert not bot.load('drive')
+    assert '/bot/drive/command' in bot.wires
+    assert all(wire.closed for wire in bot.wires.values())
+    assert bot.states() == {}
+    assert any('its model is deleted' in text for text in bot.errors)
+
+
+class Tuning:
+    """Stands in for PidTuning; a test says what happens while it is made."""
+
+    made, meanwhile = [], None
+
+    def __init__(self, *_):
+        self.closed = 0
+        type(self).meanwhile()
+        self.made.append(self)
+
+    def close(self):
+        """Count."""
+        self.closed += 1
+
+
+@pytest.fixture(name='tuned')
+def _tuned(bot, monkeypatch):
+    """The robot with a controller 'pid' that can be loaded."""
+    monkeypatch.setitem(PARAMS, '/bot/pid', {
+        'type': 'effort_controllers/JointPositionController', 'joint': 'arm',
+        'pid': {'p': 1.0, 'i': 0.0, 'd': 0.0}})
+    monkeypatch.setattr(control, 'PidTuning', Tuning)
+    monkeypatch.setattr(Tuning, 'made', [])
+    return bot
+
+
+def test_a_load_that_the_deletion_overtakes_at_the_tuning_leaves_nothing(tuned, monkeypatch):
+    monkeypatch.setattr(Tuning, 'meanwhile', lambda: delete(tuned))
+    assert not tuned.load('pid')
+    assert [tuning.closed for tuning in Tuning.made] == [1]
+    assert all(wire.closed for wire in tuned.wires.values())
+
+
+def test_a_service_that_cannot_be_made_fails_the_load_alone(tuned, monkeypatch):
+    def refuse():
+        raise control.rospy.ServiceException('taken')
+    monkeypatch.setattr(Tuning, 'meanwhile', refuse)
+    assert not tuned.load('pid')
+    assert tuned.states() == {} and 'taken' in tuned.errors[-1]
+    assert tuned.wires['/bot/pid/command'].closed
+    assert tuned.load('drive')
+
+
+def test_a_robot_whose_services_cannot_be_made_leaves_none(bot, monkeypatch):
+    made = control.rospy.Service
+
+    def refuse(name, *rest):
+        if name.endswith('list_controllers'):
+            raise control.rospy.ServiceException('taken')
+        return made(name, *rest)
+    monkeypatch.setattr(control.rospy, 'Service', refuse)
+    bot.wires.clear()
+    with pytest.raises(control.rospy.ServiceException):
+        RobotControl(bot.jobs, bot.world, bot.model, 'bot')
+    assert len(bot.wires) == 3 and all(wire.closed for wire in bot.wires.values())

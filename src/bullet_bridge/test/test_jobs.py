@@ -1,4 +1,5 @@
 """Jobs from other threads run in the owner's thread; results and errors go back."""
+import collections
 import signal
 import threading
 import time
@@ -107,3 +108,51 @@ def test_a_slow_signal_handler_does_not_stop_the_wait():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def test_a_job_whose_caller_gave_up_is_not_run_later():
+    jobs, done = JobQueue(), []
+    with pytest.raises(TimeoutError):
+        jobs.call(lambda: done.append(1), timeout=0.01)
+    assert jobs.waiting() == 0 and jobs.run_pending() == 0 and done == []
+
+
+def test_a_job_that_was_begun_in_time_is_waited_for():
+    jobs = JobQueue()
+
+    class JustBegun(collections.deque):
+        """The owner takes the job between the time-out and the withdrawal."""
+
+        def remove(self, job):
+            owner = threading.Thread(target=jobs.run_pending)
+            owner.start()
+            assert begun.wait(20.0)
+            threading.Timer(0.05, go.set).start()
+            super().remove(job)
+
+    begun, go = threading.Event(), threading.Event()
+    jobs._jobs = JustBegun()
+
+    def work():
+        begun.set()
+        go.wait(20.0)
+        return 'late'
+    assert jobs.call(work, timeout=0.01) == 'late'
+
+
+def test_what_ends_the_owner_does_not_hold_up_the_caller():
+    jobs, errors = JobQueue(), []
+
+    def ask():
+        try:
+            jobs.call(lambda: (_ for _ in ()).throw(KeyboardInterrupt()), timeout=20.0)
+        except Ended as error:
+            errors.append(error)
+    caller = threading.Thread(target=ask)
+    caller.start()
+    while not jobs.waiting():
+        time.sleep(0.001)
+    with pytest.raises(KeyboardInterrupt):
+        jobs.run_pending()
+    caller.join(5.0)
+    assert len(errors) == 1 and not caller.is_alive()

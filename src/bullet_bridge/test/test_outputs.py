@@ -7,10 +7,11 @@ import pytest
 from fake_impl import Impl
 from geometry_msgs.msg import Twist
 
-from bullet_bridge import conversions, depth_outputs, outputs, sensor_outputs, wheel_outputs
+from bullet_bridge import (conversions, depth_outputs, outputs, publishing, robots,
+                           sensor_outputs, wheel_outputs)
 from bullet_bridge.contact_output import ContactOutput
 from bullet_bridge.depth_outputs import DepthCameraOutput, depth_image, point_cloud
-from bullet_bridge.sensor_outputs import LidarOutput
+from bullet_bridge.sensor_outputs import CameraOutput, LidarOutput
 from bullet_sim import sdf, specs
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
@@ -131,6 +132,31 @@ def test_depth_camera_publishes_what_is_listened_to(topics, world, bot):
     assert output.listened()
     output.close()
     assert all(topic.closed for topic in topics.values())
+
+
+def test_cameras_of_one_name_have_each_their_own_pictures(topics, world, bot):
+    bot.description.sensors += [CameraSpec('cam', 'base', topic='/a', info_topic='/ai'),
+                                CameraSpec('cam', 'base', topic='/a', info_topic='/ai'),
+                                CameraSpec('cam', 'bumper', topic='/b', info_topic='/bi')]
+    names = [CameraOutput(world, bot, spec, 0).request.name for spec in bot.description.sensors]
+    assert names == ['bot/base/cam/0', 'bot/base/cam/1', 'bot/bumper/cam/2']
+
+
+def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world, bot):
+    made = []
+
+    def make(name, kind, **_):
+        made.append(Topic(name, kind))
+        return made[-1]
+    monkeypatch.setattr(publishing.rospy, 'Publisher', make)
+    monkeypatch.setattr(publishing, 'send_directly', lambda *_: None)
+    spec = RaySpec('l', 'base', samples=1, range_max=1e39, topic='/scan')
+    bot.description.sensors.append(spec)
+    said = []
+    monkeypatch.setattr(robots.rospy, 'logerr', lambda text, *rest: said.append(text % rest))
+    robots.Robots(None, world, None, 0)._make_outputs(bot, [])
+    assert [topic.closed for topic in made] == [True]
+    assert len(said) == 1 and '/scan is left out' in said[0]
 
 
 def test_bumper_names_shapes_and_sums_forces(topics, world, bot):

@@ -21,6 +21,8 @@ class Output:
     def __init__(self, world, model, spec, seed):
         if spec.rate is None:
             raise ValueError('bad sensor')
+        if spec.rate < 0:
+            raise OverflowError('too large')
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
         self.schedule = Schedule(spec.rate, 0.001, world.step_count)
         self.times, self.heard, self.closed, self.restarts = [], True, False, 0
@@ -59,7 +61,9 @@ class Rig:
         monkeypatch.setattr(module.rospy, 'logerr', lambda text, *rest: self.errors.append(
             text % rest))
         self.world = SimpleNamespace(models={}, step_count=0, name='w', sources=lambda: [])
-        cameras = SimpleNamespace(set_sources=lambda _: None, take_failures=lambda: ['dark'])
+        self.forgotten = []
+        cameras = SimpleNamespace(set_sources=lambda _: None, take_failures=lambda: ['dark'],
+                                  restart=lambda: self.forgotten.append(True))
         self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
 
     def call(self, job):
@@ -133,6 +137,31 @@ def test_a_sensor_that_cannot_work_is_left_out(rig):
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
 
 
+def test_a_number_out_of_range_leaves_out_the_sensor_alone(rig):
+    rig.model('a', -1, 50)
+    assert len(rig.made) == 1 and rig.robots.next_due() == 20
+    assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
+
+
+@pytest.mark.parametrize('error', [OSError('no master'), KeyboardInterrupt()])
+def test_a_failed_spawn_leaves_nothing(rig, error):
+    def refuse():
+        raise error
+    rig.before_register = refuse
+    with pytest.raises(type(error)):
+        rig.model('a', 50, 100)
+    assert [output.closed for output in rig.made] == [True, True]
+
+
+def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch):
+    def refuse(_self, _arrivals):
+        raise ValueError('bad topic')
+    monkeypatch.setattr(Output, 'attach', refuse)
+    rig.model('a', 50)
+    assert rig.robots.next_due() == math.inf
+    assert rig.errors == ["model 'a': sensor on /topic is left out: bad topic"]
+
+
 def test_a_model_that_was_deleted_meanwhile_leaves_nothing(rig):
     rig.before_register = rig.world.models.clear
     rig.model('a', 50, 100)
@@ -156,7 +185,81 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
     rig.world.step_count = 0
     rig.robots.restart()
     assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
+    assert rig.forgotten == [True]
+
+
+def test_a_restart_drops_the_counts_of_commands(rig):
+    rig.robots.arrivals.add('/cmd')
+    rig.robots.arrivals.report('/cmd')
+    rig.robots.restart()
+    with pytest.raises(TimeoutError, match='/cmd: 0 of 1'):
+        rig.robots.arrivals.take({'/cmd': 1}, 0.0)
 
 
 def test_failures_of_pictures_are_handed_on(rig):
     assert rig.robots.take_failures() == ['dark']
+
+
+class Control:
+    """Stands in for RobotControl."""
+
+    meanwhile = None
+
+    def __init__(self, _jobs, _world, model, namespace, _arrivals):
+        self.model, self.namespace, self.closed, self.withdrawn = model, namespace, False, False
+        meanwhile, Control.meanwhile = Control.meanwhile, None
+        if meanwhile is not None:
+            meanwhile()
+
+    def next_due(self):
+        """Never."""
+        return math.inf
+
+    def close(self):
+        """Withdraw."""
+        self.withdrawn = True
+
+
+@pytest.fixture(name='spawn')
+def _spawn(rig, monkeypatch):
+    """Function that spawns a model with controllers in the namespace /n."""
+    monkeypatch.setattr(module, 'RobotControl', Control)
+    monkeypatch.setattr(Control, 'meanwhile', None)
+
+    def spawn(name):
+        model = SimpleNamespace(name=name, manager=True, description=SimpleNamespace(
+            warnings=[], sensors=[], control_namespace=''))
+        rig.world.models[name] = model
+        rig.robots.connect(model, '/n/')
+    return spawn
+
+
+def test_of_two_spawns_at_a_time_in_one_namespace_the_second_has_no_controllers(rig, spawn):
+    Control.meanwhile = lambda: spawn('second')
+    spawn('first')
+    assert list(rig.robots._controls) == ['first']
+    assert len(rig.errors) == 1 and "model 'second' has no controllers: 'first'" in rig.errors[0]
+
+
+def test_a_namespace_is_free_again_after_a_deletion_or_a_failed_spawn(rig, spawn):
+    spawn('a')
+    del rig.world.models['a']
+    (gone,) = rig.robots.disconnect('a')
+    assert gone.closed
+    rig.before_register = rig.world.models.clear
+    spawn('b')
+    rig.before_register = lambda: None
+
+    def refuse():
+        raise OSError('no master')
+    Control.meanwhile = refuse
+    with pytest.raises(OSError):
+        spawn('c')
+
+    def taken():
+        raise module.rospy.ServiceException('taken')
+    Control.meanwhile = taken
+    spawn('d')
+    assert rig.errors == ["model 'd' has no controllers: taken"]
+    spawn('e')
+    assert list(rig.robots._controls) == ['e'] and len(rig.errors) == 1

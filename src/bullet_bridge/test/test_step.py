@@ -105,3 +105,12 @@ def test_errors_on_the_way_are_told(rig):
     assert not answer.success and answer.status_message == 'no picture'
     rig.server.made.append('busy')
     assert rig.ask().status_message == 'busy'
+
+
+def test_messages_of_a_step_that_did_not_begin_count_for_the_next(rig):
+    rig.arrivals.report('/cmd_vel')
+    rig.server.made.append('busy')
+    assert rig.ask(1, ['/cmd_vel'], [1]).status_message == 'busy'
+    rig.server.made.clear()
+    assert rig.ask(1, ['/cmd_vel'], [1]).success
+    assert not rig.ask(1, ['/cmd_vel'], [1]).success

@@ -151,6 +151,23 @@ def test_latest_wins_per_camera(client, inbox):
         assert client.dropped[name] > 0
 
 
+def test_forgotten_pictures_do_not_come(client, inbox):
+    pid = client.worker_pid
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        client.submit(snapshot(step=1), [request()])
+        deadline = time.monotonic() + DEADLINE
+        while client._pending and time.monotonic() < deadline:
+            time.sleep(0.005)       # until it is being drawn
+        client.submit(snapshot(step=2), [request(), request('left')])
+        client.forget()
+        client.submit(snapshot(step=3), [request()])
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    inbox.wait(lambda: inbox.frames and inbox.frames[-1].step == 3, 'the last frame')
+    assert [(frame.step, frame.epoch) for frame in inbox.frames] == [(1, 0), (3, 1)]
+
+
 def test_killed_worker_is_reported_and_started_again(client, inbox):
     client.render_sync(snapshot(), [request()], DEADLINE)
     first = client.worker_pid

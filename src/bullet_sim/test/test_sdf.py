@@ -92,8 +92,8 @@ def model_with(joint):
 
 
 REFUSED = [
-    ('<physics><max_step_size>0</max_step_size></physics>', ['my.world', '0.0', 'greater than 0']),
-    ('<physics><max_step_size>-1</max_step_size></physics>', ['-1.0', 'greater than 0']),
+    ('<physics><max_step_size>0</max_step_size></physics>', ['my.world', '0.0', 'at least 1e-06']),
+    ('<physics><max_step_size>-1</max_step_size></physics>', ['-1.0', 'at least 1e-06']),
     ('<physics><max_step_size>nan</max_step_size></physics>', ['max_step_size', "'nan'"]),
     ('<gravity>0 0</gravity>', ['gravity', "'0 0'", '3 finite']),
     ('<model name="m"/>', ["model 'm'", 'no link']),

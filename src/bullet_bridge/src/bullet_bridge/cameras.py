@@ -20,6 +20,7 @@ class Cameras:
         self._renderer, self._lockstep = renderer, lockstep
         self._client, self._outputs = None, {}
         self._starting = threading.Lock()
+        self._publishing = threading.Lock()
         self._ready = False
         self._sources = []
         self._failures = []
@@ -29,7 +30,7 @@ class Cameras:
         with self._starting:
             if self._client is not None:
                 return
-            client = RenderClient(on_frame=self._publish, on_error=rospy.logerr)
+            client = RenderClient(on_frame=self._publish_late, on_error=rospy.logerr)
             self._client = client
             try:
                 chosen = client.start(self._renderer)
@@ -47,13 +48,21 @@ class Cameras:
 
     def remove(self, output):
         """Forget a camera output."""
-        self._outputs.pop(output.request.name, None)
+        if self._outputs.get(output.request.name) is output:    # not a later namesake
+            del self._outputs[output.request.name]
 
     def set_sources(self, sources):
         """Tell the worker which bodies there are now."""
         self._sources = sources
         if self._ready:
             self._client.set_sources(sources)
+
+    def restart(self):
+        """Forget the pictures of before a reset: none comes once this has returned."""
+        client = self._client
+        if client is not None:
+            with self._publishing:
+                client.forget()
 
     def draw(self, world, outputs):
         """Order pictures of the due outputs (simulation thread)."""
@@ -76,6 +85,12 @@ class Cameras:
         """What went wrong in lockstep since the last call, at most three sentences."""
         failures, self._failures = self._failures, []
         return failures
+
+    def _publish_late(self, frame):
+        """Publish what the worker has drawn meanwhile, unless there was a reset."""
+        with self._publishing:
+            if frame.epoch == self._client.epoch:
+                self._publish(frame)
 
     def _publish(self, frame):
         output = self._outputs.get(frame.camera)

@@ -10,6 +10,7 @@ from bullet_bridge.controller_services import ControllerServices
 from bullet_bridge.controller_topics import topics_of
 from bullet_bridge.jobs import Ended
 from bullet_bridge.pid_tuning import PidTuning
+from bullet_bridge.publishing import all_or_none
 from bullet_sim.errors import ControllerError, SimError
 from bullet_sim.pid import parse_pid
 
@@ -24,6 +25,9 @@ class RobotControl:
         world, model: of the core.
         namespace: e.g. '/racecar'.
         arrivals: Arrivals, which count the commands.
+
+    Attributes:
+        closed: the model is deleted; nothing is to be loaded any more.
     """
 
     def __init__(self, jobs, world, model, namespace, arrivals=None):
@@ -33,9 +37,14 @@ class RobotControl:
         self.arrivals = arrivals or Arrivals()
         self._mail, self._lock = {}, threading.Lock()
         self._topics, self._active, self._tunings, self._said = {}, (), {}, set()
-        self._set_joint_gains()
-        self._services = ControllerServices(self.namespace, self.manager, self._answer,
-                                            self._load, self._unload)
+        self.closed = False
+        try:
+            self._set_joint_gains()
+            self._services = ControllerServices(self.namespace, self.manager, self._answer,
+                                                self._load, self._unload)
+        except BaseException:
+            self._withdraw()
+            raise
 
     def _set_joint_gains(self):
         """Joints with gains on the parameter server follow their commands by PID."""
@@ -59,7 +68,8 @@ class RobotControl:
     def _tune(self, owner, namespace, gains, take):
         """Offer a dynamic_reconfigure server; `take` is run by the simulation."""
         tuning = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: take(new)))
-        self._tunings.setdefault(owner, []).append(tuning)
+        with self._lock:
+            self._tunings.setdefault(owner, []).append(tuning)
 
     def pid_namespace(self, spec, number):
         """Where the parameters of a controller's PID are, those of its joint `number`."""
@@ -121,16 +131,30 @@ class RobotControl:
         for warning in (*spec.warnings, *self.manager.cut_gains(spec, self.world.time_step)):
             self._say_once(rospy.logwarn, warning, warning)
         try:
-            topics = topics_of(self, spec)
-            self._answer(lambda: self._topics.update({name: topics}))
+            with all_or_none():
+                topics = topics_of(self, spec)
+            if not self._answer(lambda: self._keep(name, topics)):
+                topics.close()
+                self._unload(name)
+                return False
             for number, gains in enumerate(spec.gains):
                 self._tune(name, self.pid_namespace(spec, number), gains,
                            lambda new, n=number: self._set_gains(name, n, new))
-        except (rospy.ROSException, OSError, ValueError) as error:
+        except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
             rospy.logerr("%s: topics of controller '%s' cannot be made: %s", self.namespace, name,
                          error)
             self._unload(name)
             return False
+        if self.closed:
+            self._withdraw()
+            return False
+        return True
+
+    def _keep(self, name, topics):
+        """Take the topics of a controller into use (simulation thread)."""
+        if self.closed:
+            raise ControllerError(f"controller '{name}' is not loaded, its model is deleted")
+        self._topics[name] = topics
         return True
 
     def _set_gains(self, name, number, gains):
@@ -156,7 +180,7 @@ class RobotControl:
             self.manager.unload(name)
             with self._lock:
                 self._mail.pop(name, None)
-            return self._topics.pop(name, None), self._tunings.pop(name, [])
+                return self._topics.pop(name, None), self._tunings.pop(name, [])
         done = self._answer(work)
         if done is None:
             return False
@@ -177,6 +201,14 @@ class RobotControl:
 
     def close(self):
         """Withdraw services and topics."""
+        self.closed = True
         self._services.close()
-        for wire in [*self._topics.values(), *(t for ts in self._tunings.values() for t in ts)]:
+        self._withdraw()
+
+    def _withdraw(self):
+        """Withdraw topics and tunings, each once."""
+        with self._lock:
+            topics, tunings = self._topics, self._tunings
+            self._topics, self._tunings = {}, {}
+        for wire in [*topics.values(), *(t for ts in tunings.values() for t in ts)]:
             wire.close()

@@ -25,15 +25,20 @@ class ControllerServices:
     def __init__(self, namespace, manager, answer, load, unload):
         self._namespace, self._manager, self._answer = namespace, manager, answer
         self._do_load, self._do_unload = load, unload
-        self._services = [rospy.Service(f'{namespace}/controller_manager/{name}', kind, do)
-                          for name, kind, do in (
-                              ('load_controller', LoadController, self._load),
-                              ('unload_controller', UnloadController, self._unload),
-                              ('switch_controller', SwitchController, self._switch),
-                              ('list_controllers', ListControllers, self._list),
-                              ('list_controller_types', ListControllerTypes, self._types),
-                              ('reload_controller_libraries', ReloadControllerLibraries,
-                               self._reload))]
+        self._services = []
+        try:
+            for name, kind, do in (
+                    ('load_controller', LoadController, self._load),
+                    ('unload_controller', UnloadController, self._unload),
+                    ('switch_controller', SwitchController, self._switch),
+                    ('list_controllers', ListControllers, self._list),
+                    ('list_controller_types', ListControllerTypes, self._types),
+                    ('reload_controller_libraries', ReloadControllerLibraries, self._reload)):
+                self._services.append(
+                    rospy.Service(f'{namespace}/controller_manager/{name}', kind, do))
+        except BaseException:
+            self.close()
+            raise
 
     def _name(self, text):
         """A controller's name, also where it is spelt with slashes or with the namespace."""

@@ -49,7 +49,8 @@ class JobQueue:
         """Have `work()` run by the owner and return its result.
 
         Raises:
-            TimeoutError: the owner did not get to it in `timeout` seconds of wall time.
+            TimeoutError: the owner did not get to it in `timeout` seconds of wall time; it is
+                withdrawn then. What the owner has begun is waited for.
             Ended: the simulation has ended.
             Exception: whatever the job raised.
         """
@@ -62,7 +63,12 @@ class JobQueue:
         except RuntimeError:
             pass        # it rings already
         if not job.done.wait(timeout):
-            raise TimeoutError(f'the simulation did not answer within {timeout} s')
+            try:
+                self._jobs.remove(job)
+            except ValueError:      # the owner is at it
+                job.done.wait()
+            else:
+                raise TimeoutError(f'the simulation did not answer within {timeout} s')
         if job.error is not None:
             raise job.error
         return job.result
@@ -87,5 +93,9 @@ class JobQueue:
                 job.result = job.work()
             except Exception as error:  # handed to the caller
                 job.error = error
-            job.done.set()
+            except BaseException:       # ends the owner, not the caller
+                job.error = Ended('the simulation has ended')
+                raise
+            finally:
+                job.done.set()
             count += 1

@@ -15,6 +15,7 @@ from bullet_bridge.entities import WORLD_FRAMES, find_frame, find_link
 from bullet_sim import properties
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.forces import span
+from bullet_sim.pose import PLACEABLE
 
 
 class LinkServices:
@@ -67,9 +68,9 @@ class LinkServices:
                     'with set_model_configuration')
             frame = find_frame(self._world, state.reference_frame).pose
             target, turn = frame * pose, frame.matrix @ angular
-            if not target.is_finite():
+            if not target.is_placeable():
                 raise ModelError(f"pose for link '{state.link_name}' is {pose.position}, "
-                                 f'{pose.orientation}; must be finite')
+                                 f'{pose.orientation}; {PLACEABLE}')
             root = target.normalised() * offset.inverse()
             arm = np.subtract(root.position, target.position)
             model.set_state(root, frame.matrix @ linear + np.cross(turn, arm), turn)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Tuple
 
 from bullet_sim.errors import WorldError
+from bullet_sim.sdf import MIN_STEP
 
 MAX_ITERATIONS = 1000
 # What Bullet does where ODE has a setting: reported, and left as it is when others are asked for.
@@ -31,8 +32,9 @@ class Properties:
 
     def check(self):
         """Raise WorldError with name, value and what is valid when a value is impossible."""
-        if not 0 < self.time_step < 1:
-            raise WorldError(f'time_step is {self.time_step} s, must be above 0 and below 1')
+        if not MIN_STEP <= self.time_step < 1:
+            raise WorldError(f'time_step is {self.time_step} s, must be from {MIN_STEP:g} to '
+                             'below 1')
         if not all(math.isfinite(g) for g in self.gravity):
             raise WorldError(f'gravity is {tuple(self.gravity)} m/s^2, must be finite')
         if not (math.isfinite(self.max_update_rate) and self.max_update_rate >= 0):

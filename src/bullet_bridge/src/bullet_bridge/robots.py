@@ -1,6 +1,7 @@
 """What a spawned model brings to the ROS graph: controllers and sensors."""
 
 import math
+import threading
 import zlib
 
 import rospy
@@ -8,7 +9,16 @@ import rospy
 from bullet_bridge.arrivals import Arrivals
 from bullet_bridge.control import RobotControl
 from bullet_bridge.outputs import OUTPUTS
+from bullet_bridge.publishing import all_or_none
 from bullet_bridge.sensor_outputs import CameraOutput
+
+
+def _publish(what, publish, *arguments):
+    """Publish; what a body that is nowhere (NaN, infinite) makes impossible is only logged."""
+    try:
+        publish(*arguments)
+    except (ValueError, ArithmeticError) as error:
+        rospy.logerr_throttle(5.0, f'{what}: cannot be published: {error}')
 
 
 class Robots:
@@ -30,6 +40,7 @@ class Robots:
         self.arrivals = arrivals or Arrivals()
         self._controls, self._outputs, self._counts = {}, {}, {}
         self._all_controls, self._all_outputs, self._next = (), (), math.inf
+        self._claims, self._claiming = {}, threading.Lock()     # control namespace -> model
 
     def connect(self, model, namespace=''):
         """Offer a model's services and topics; called outside the simulation thread."""
@@ -44,22 +55,7 @@ class Robots:
                 self._offer(model, '', lambda job: job())
 
     def _offer(self, model, namespace, run):
-        outputs = []
-        for number, spec in enumerate(model.description.sensors):
-            seed = zlib.crc32(f'{self._seed}/{model.name}/{number}'.encode())
-            try:
-                output = OUTPUTS[type(spec)](self._world, model, spec, seed)
-            except ValueError as error:
-                rospy.logerr("model '%s': sensor on %s is left out: %s", model.name,
-                             spec.topic, error)
-                continue
-            output.attach(self.arrivals)
-            outputs.append(output)
-            if isinstance(output, CameraOutput):
-                self._cameras.add(output)
-        if any(isinstance(output, CameraOutput) for output in outputs):
-            self._cameras.start()
-        control = self._control(model, namespace)
+        outputs, controls = [], []
 
         def register():
             if self._world.models.get(model.name) is not model:
@@ -67,32 +63,85 @@ class Robots:
             for output in outputs:      # steps were made since they were built
                 output.schedule.restart(self._world.step_count)
             self._outputs[model.name] = outputs
-            if control is not None:
+            for control in controls:
                 self._controls[model.name] = control
             self._cameras.set_sources(self._world.sources())
             self.refresh()
             return True
-        if not run(register):   # deleted by somebody meanwhile
-            for part in ([control] if control is not None else []) + outputs:
+        kept = False
+        try:
+            self._make_outputs(model, outputs)
+            control = self._control(model, namespace)
+            controls += [control] if control is not None else []
+            kept = run(register)        # else deleted by somebody meanwhile
+        finally:
+            if not kept:
+                self._withdraw(controls + outputs)
+
+    def _make_outputs(self, model, outputs):
+        """Append the outputs of a model's sensors to a list; one that cannot work is left out."""
+        for number, spec in enumerate(model.description.sensors):
+            seed = zlib.crc32(f'{self._seed}/{model.name}/{number}'.encode())
+            try:
+                with all_or_none():
+                    output = OUTPUTS[type(spec)](self._world, model, spec, seed)
+                    output.attach(self.arrivals)
+            except (ValueError, ArithmeticError) as error:
+                rospy.logerr("model '%s': sensor on %s is left out: %s", model.name,
+                             spec.topic, error)
+                continue
+            outputs.append(output)
+            if isinstance(output, CameraOutput):
+                self._cameras.add(output)
+        if any(isinstance(output, CameraOutput) for output in outputs):
+            self._cameras.start()
+
+    def _withdraw(self, parts):
+        """Close what is not to stay; one that cannot be closed does not hold up the others."""
+        for part in parts:
+            if isinstance(part, CameraOutput):
+                self._cameras.remove(part)
+            try:
                 part.close()
+            except Exception as error:
+                rospy.logerr('what a failed spawn left cannot be withdrawn: %s', error)
+            if isinstance(part, RobotControl):
+                self._release(part.model)
 
     def _control(self, model, namespace):
         """The model's RobotControl; None without a control plugin, or if its place is taken."""
         if model.manager is None:
             return None
         namespace = (model.description.control_namespace or namespace or model.name).strip('/')
-        rival = next((name for name, control in self._controls.items()
-                      if control.namespace.strip('/') == namespace), None)
-        if rival is None:
+        with self._claiming:
+            rival = self._claims.setdefault(namespace, model)
+        if rival is not model:
+            rospy.logerr("model '%s' has no controllers: '%s' has its controller_manager in the "
+                         "namespace '/%s' already; give each a robot_namespace", model.name,
+                         rival.name, namespace)
+            return None
+        try:
             return RobotControl(self._jobs, self._world, model, namespace, self.arrivals)
-        rospy.logerr("model '%s' has no controllers: '%s' has its controller_manager in the "
-                     "namespace '/%s' already; give each a robot_namespace", model.name, rival,
-                     namespace)
-        return None
+        except rospy.ServiceException as error:
+            self._release(model)
+            rospy.logerr("model '%s' has no controllers: %s", model.name, error)
+            return None
+        except BaseException:
+            self._release(model)
+            raise
+
+    def _release(self, model):
+        """Let others have a model's control namespace."""
+        with self._claiming:
+            self._claims = {namespace: owner for namespace, owner in self._claims.items()
+                            if owner is not model}
 
     def disconnect(self, name):
         """Withdraw a model's services and topics (simulation thread)."""
         control = self._controls.pop(name, None)
+        if control is not None:
+            control.closed = True
+            self._release(control.model)
         outputs = self._outputs.pop(name, [])
         for output in outputs:
             self._counts.pop(output, None)
@@ -128,7 +177,7 @@ class Robots:
         if step < self._next:
             return
         for control in self._all_controls:
-            control.publish(step, time)
+            _publish(f"controllers in '{control.namespace}'", control.publish, step, time)
         pictures = []
         for output in self._all_outputs:
             if output.schedule.due(step) and output.listened():
@@ -136,7 +185,8 @@ class Robots:
                 if isinstance(output, CameraOutput):
                     pictures.append(output)
                 else:
-                    output.update(time)
+                    _publish(f"model '{output.model.name}', sensor on {output.spec.topic}",
+                             output.update, time)
         if pictures:
             self._cameras.draw(self._world, pictures)
         self._look_ahead()
@@ -158,5 +208,7 @@ class Robots:
         for outputs in self._outputs.values():
             for output in outputs:
                 output.restart()
+        self.arrivals.clear()       # their commands are dropped
+        self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()

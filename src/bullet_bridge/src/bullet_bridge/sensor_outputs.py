@@ -150,8 +150,10 @@ class CameraOutput(Output):
         index, offset = model.carrier(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
+        place = next((number for number, other in enumerate(model.description.sensors)
+                      if other is spec), len(model.description.sensors))
         values = dict(vars(request), pose=(pose.position, pose.rpy),
-                      name=f'{model.name}/{spec.name}')
+                      name=f'{model.name}/{spec.link}/{spec.name}/{place}')
         self.request = CameraRequest(**values)
 
     def listened(self):

@@ -15,7 +15,7 @@ PACED_BATCH = 0.001     # [s] wall time that one batch of steps stands for at a 
 FREE_BATCH = 0.02       # [s] simulated time of the longest batch when it runs free
 CLOCK_GAP = 0.002       # [s] wall time between two messages on /clock when it runs free ...
 CLOCK_STRIDE = 0.05     # [s] ... but no more than this of simulated time
-IDLE_WAIT = 0.05        # [s] longest wait for jobs while paused
+IDLE_WAIT = 0.05        # [s] longest wait for jobs: how soon a shutdown is noticed
 
 
 class Steps:
@@ -123,7 +123,7 @@ class Server:
             wait = IDLE_WAIT
             self._anchor()
         else:
-            wait = self._pace.delay(self._world.time)
+            wait = min(self._pace.delay(self._world.time), IDLE_WAIT)
             if wait == 0:
                 self.advance(self._batch, thin=self._pace.factor == 0)
                 return

@@ -26,8 +26,7 @@ class StepService:
         try:
             wanted = self._wanted(request)
             self._jobs.call(self._check)
-            self._arrivals.take(wanted, self._timeout)
-            steps = self._jobs.call(lambda: self._server.begin_steps(request.n))
+            steps = self._begin(request.n, self._arrivals.take(wanted, self._timeout))
         except (ValueError, TimeoutError) as error:     # SimError is a ValueError
             rospy.logerr('step: %s', error)
             return StepResponse(False, str(error))
@@ -37,6 +36,14 @@ class StepService:
         if steps.error:
             rospy.logerr('step: %s', steps.error)
         return StepResponse(not steps.error, steps.error)
+
+    def _begin(self, count, taken):
+        """Begin the steps; when that fails the messages count for the next call."""
+        try:
+            return self._jobs.call(lambda: self._server.begin_steps(count))
+        except (ValueError, TimeoutError):
+            self._arrivals.give_back(taken)
+            raise
 
     def _check(self):
         if not self._server.paused:

@@ -1,7 +1,5 @@
 """Model plugins that report joints or move wheels: joint states, diff drive, skid steer."""
 
-import math
-
 import rospy
 from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
@@ -11,6 +9,7 @@ from tf2_msgs.msg import TFMessage
 from bullet_bridge import conversions
 from bullet_bridge.publishing import publisher
 from bullet_bridge.sensor_outputs import Output
+from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.sensors import ground_truth
 from bullet_sim.wheel_drive import WheelDrive
 
@@ -58,9 +57,10 @@ class WheelDriveOutput(Output):
 
     def _take(self, message):
         command = (message.linear.x, message.angular.z)
-        if not all(math.isfinite(value) for value in command):
-            rospy.logerr_throttle(1.0, f'{self.spec.command_topic}: command {command} has what is '
-                                  'no finite number; the last good one stays')
+        if not all(abs(value) <= MAX_COMMAND for value in command):
+            rospy.logerr_throttle(1.0, f'{self.spec.command_topic}: command {command}, must be '
+                                  f'finite numbers, at most {MAX_COMMAND:g} either way; the last '
+                                  'good one stays')
             return
         self._command = command
 

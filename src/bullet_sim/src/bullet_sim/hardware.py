@@ -5,6 +5,8 @@ to be given anew before every step. A joint with gains of its own (gazebo_ros_co
 follows velocity and position commands by an effort that a PID computes.
 """
 
+import math
+
 from bullet_sim.angles import position_error
 from bullet_sim.errors import ControllerError
 from bullet_sim.pid import Pid
@@ -149,7 +151,7 @@ class Hardware:
         return bool(self._efforts or self._targets)
 
     def write(self, state, period):
-        """Give the efforts for the next step.
+        """Give the efforts for the next step; one that is no finite number counts as 0.
 
         Args:
             state: what state() gave.
@@ -168,7 +170,7 @@ class Hardware:
         for wanted in (self._efforts, self._by_pid):
             for name, effort in wanted.items():
                 low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
-                efforts[name] = min(max(effort, low), high)
+                efforts[name] = min(max(effort, low), high) if math.isfinite(effort) else 0.0
         self._joints.apply_efforts(efforts)
 
     def _speed_error(self, name, target, velocity):

@@ -1,11 +1,10 @@
 """A robot's movable joints: names, limits, state as arrays, and motors by joint name."""
 
-import math
-
 from bullet_sim.errors import ModelError
 
 UNLIMITED_EFFORT = 1e6      # [N m, N] where the URDF gives no limit
 UNLIMITED_SPEED = 1e4       # [rad/s, m/s]
+MAX_POSITION = 1e9          # [rad, m] that set_positions takes
 
 
 class Joints:
@@ -69,12 +68,13 @@ class Joints:
         A position beyond a joint's stops becomes that of the stop.
 
         Raises:
-            ModelError: no such movable joint, or a position that is NaN or infinite.
+            ModelError: no such movable joint, or a position that is NaN or out of bounds.
         """
         numbers = {name: self.index(name) for name in values}
         for name, value in values.items():
-            if not math.isfinite(value):
-                raise ModelError(f"position of joint '{name}' is {value}, must be finite")
+            if not abs(value) <= MAX_POSITION:
+                raise ModelError(f"position of joint '{name}' is {value}, must be finite and at "
+                                 f'most {MAX_POSITION:g} rad or m')
         for name, value in values.items():
             self._engine.put_joint(self._body, numbers[name], self._within_stops(name, value))
 

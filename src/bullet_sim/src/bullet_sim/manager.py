@@ -1,6 +1,7 @@
 """Life cycles of a robot's controllers: load, start, stop, switch, unload, list."""
 
 import dataclasses
+import math
 
 from bullet_sim.controllers import KINDS, check_command, make_controller, parse_controller
 from bullet_sim.errors import ControllerError
@@ -81,7 +82,7 @@ class Manager:
 
     def control_period(self, time_step):
         """Time [s] between two updates of a controller, with a physics step [s]."""
-        return max(1, round(self._period / time_step)) * time_step
+        return max(1, math.ceil(self._period / time_step - 1e-6)) * time_step
 
     def cut_gains(self, spec, time_step):
         """One sentence for each joint whose gains are more than a step can bear (stiffness.py).
@@ -170,7 +171,7 @@ class Manager:
 
         Raises:
             ControllerError: not loaded.
-            CommandError: wrong count, NaN or infinite; the last command stays.
+            CommandError: wrong count, NaN or out of bounds; the last command stays.
         """
         controller = self.get(name)
         values = check_command(name, values, controller.spec.command_size)

@@ -9,11 +9,12 @@ from bullet_sim.joints import Joints
 from bullet_sim.lump import lump
 from bullet_sim.manager import Manager
 from bullet_sim.meshes import localise
-from bullet_sim.pose import Pose, cross
+from bullet_sim.pose import PLACEABLE, Pose, cross
 from bullet_sim.prepare import prepared_urdf
 from bullet_sim.snapshot import BodySource, BodyState
 from bullet_sim.stiffness import joint_inertias
 
+MAX_VELOCITY = 1e6      # [m/s, rad/s] that set_state takes along each axis
 _SAME = Pose()
 
 
@@ -177,14 +178,15 @@ class Model:
         """Put the root link's frame at a world pose with a velocity (world axes).
 
         Raises:
-            ModelError: a number is NaN or infinite, or the quaternion is zero.
+            ModelError: a number is NaN, infinite or out of bounds.
         """
-        if not pose.is_finite():
+        if not pose.is_placeable():
             raise ModelError(f"pose for model '{self.name}' is {pose.position}, "
-                             f'{pose.orientation}; must be finite with a quaternion of length 1')
-        if not (np.isfinite(linear).all() and np.isfinite(angular).all()):
+                             f'{pose.orientation}; {PLACEABLE}')
+        if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
             raise ModelError(f"velocity for model '{self.name}' is {tuple(linear)}, "
-                             f'{tuple(angular)}; must be finite')
+                             f'{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s '
+                             'or rad/s along each axis')
         pose = pose.normalised()
         self._engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:

@@ -5,6 +5,7 @@ import math
 
 MIN_PERIOD = 1e-4       # [s] shorter ones give no velocity
 STRAIGHT = 1e-6         # [rad] turn of one arc below which it counts as straight
+MAX_ARC = 1e12          # [m, rad] longest one that counts
 
 
 class Odometry:
@@ -41,7 +42,13 @@ class Odometry:
             distance: travelled since the last call [m], backwards negative.
             turn: change of heading [rad].
             time: now [s].
+
+        An arc longer than MAX_ARC, or NaN, does not count: no wheel travels it, and the sums
+        would not bear it.
         """
+        if not (abs(distance) <= MAX_ARC and abs(turn) <= MAX_ARC):
+            self._time = time
+            return
         start = self.heading
         self.heading += turn
         if abs(turn) < STRAIGHT:

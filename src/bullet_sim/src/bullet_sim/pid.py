@@ -62,7 +62,8 @@ class Pid:
             gains: PidGains to use instead of the own.
 
         Returns:
-            The output; 0, with nothing remembered, when an input is not finite or no time passed.
+            The output; 0, with nothing remembered, when an input is not finite or no time passed;
+            0, too, when the sum is no finite number.
         """
         if not period > 0 or not math.isfinite(error):
             return 0.0
@@ -79,7 +80,8 @@ class Pid:
             self.integral = min(max(self.integral, bounds[0]), bounds[1])
         by_integral = min(max(gains.i * self.integral, gains.i_clamp_min), gains.i_clamp_max)
         self.terms = (gains.p * error, by_integral, gains.d * error_rate)
-        self.output = sum(self.terms)
+        output = sum(self.terms)
+        self.output = output if math.isfinite(output) else 0.0
         return self.output
 
 

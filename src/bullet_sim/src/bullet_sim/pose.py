@@ -6,6 +6,11 @@ from typing import Tuple
 
 import numpy as np
 
+MAX_POSITION = 1e9                      # [m] further out nothing can be placed
+QUATERNION_LENGTHS = (1e-6, 1e6)        # of those that can be normalised
+PLACEABLE = (f'must be finite, at most {MAX_POSITION:g} m along each axis, the length of the '
+             'quaternion {:g} to {:g}'.format(*QUATERNION_LENGTHS))
+
 
 def cross(a, b):
     """Cross product (3,) of two vectors of three numbers; numpy's takes 30 times as long."""
@@ -81,10 +86,11 @@ class Pose:
         position = -(matrix_from_quaternion(back) @ np.asarray(self.position))
         return Pose(tuple(position.tolist()), back)
 
-    def is_finite(self):
-        """Whether no number is NaN or infinite and the quaternion has a length."""
-        return (bool(np.isfinite(self.position + self.orientation).all())
-                and sum(q * q for q in self.orientation) > 1e-12)
+    def is_placeable(self):
+        """Whether something can be put there: what PLACEABLE says."""
+        length = math.sqrt(sum(q * q for q in self.orientation))
+        return (all(abs(value) <= MAX_POSITION for value in self.position)
+                and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1])
 
     def normalised(self):
         """The same pose with a unit quaternion."""

@@ -12,6 +12,7 @@ from bullet_sim.xml_read import child_number, child_text, floats, is_true, parse
 # Built-in models of every Gazebo: the ground is an infinite plane, the sun is only light.
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
 NOTHING = ('sun',)
+MIN_STEP = 1e-6         # [s] shortest physics step
 # Tags of a world that only matter to Gazebo's own windows and solvers.
 _QUIET = {'gravity', 'physics', 'scene', 'gui', 'audio', 'wind', 'atmosphere', 'magnetic_field',
           'spherical_coordinates', 'state', 'frame', 'light'}
@@ -94,8 +95,9 @@ def _physics(world, described, what):
     if gravity:
         described.gravity = floats(gravity, 3, f'{what} <gravity>')
     described.step = child_number(world, 'physics/max_step_size', what, 0.001)
-    if described.step <= 0:
-        raise ModelError(f'{what} <max_step_size> is {described.step}, must be greater than 0')
+    if described.step < MIN_STEP:
+        raise ModelError(f'{what} <max_step_size> is {described.step}, must be at least '
+                         f'{MIN_STEP:g} [s]')
     rate = child_number(world, 'physics/real_time_update_rate', what, 1.0 / described.step)
     if rate < 0:
         raise ModelError(f'{what} <real_time_update_rate> is {rate}, must be 0 or more')

@@ -8,7 +8,7 @@ from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.forces import Forces
 from bullet_sim.model import Model
-from bullet_sim.pose import Pose
+from bullet_sim.pose import PLACEABLE, Pose
 from bullet_sim.snapshot import Snapshot
 
 
@@ -57,10 +57,11 @@ class World:
         """Change the physics step [s] between two steps; simulated time stays.
 
         Raises:
-            WorldError: it is not above 0, or something counts in steps of the present length.
+            WorldError: out of bounds, or something counts in steps of the present length.
         """
-        if not 0 < time_step < 1:
-            raise WorldError(f'time_step is {time_step} s, must be above 0 and below 1')
+        if not sdf.MIN_STEP <= time_step < 1:
+            raise WorldError(f'time_step is {time_step} s, must be from {sdf.MIN_STEP:g} to '
+                             'below 1')
         busy = [name for name, model in self.models.items()
                 if model.manager is not None or model.description.sensors]
         if busy:
@@ -107,16 +108,16 @@ class World:
         """Spawn a ModelDescription with its root link's frame at a world pose.
 
         Raises:
-            ModelError: the name is taken or empty, the pose is not finite, or it does not load.
+            ModelError: the name is taken or empty, the pose is out of bounds, or it does not load.
         """
         if not description.name:
             raise ModelError('a model needs a name, this one is empty')
         if description.name in self.models:
             raise ModelError(f"model '{description.name}' exists already; models are "
                              f"{', '.join(self.models)}")
-        if not pose.is_finite():
+        if not pose.is_placeable():
             raise ModelError(f"pose of '{description.name}' is {pose.position}, "
-                             f'{pose.orientation}; must be finite')
+                             f'{pose.orientation}; {PLACEABLE}')
         self._next_key += 1
         model = Model(self._engine, self._next_key, description, pose.normalised(),
                       self._folder)

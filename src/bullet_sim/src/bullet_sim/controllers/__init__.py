@@ -3,9 +3,9 @@
 from bullet_sim.controllers.drive import Ackermann, DiffDrive
 from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
-from bullet_sim.controllers.parse import check_command, parse_controller
+from bullet_sim.controllers.parse import MAX_COMMAND, check_command, parse_controller
 
-__all__ = ['KINDS', 'ControllerSpec', 'Kind', 'check_command', 'make_controller',
+__all__ = ['KINDS', 'MAX_COMMAND', 'ControllerSpec', 'Kind', 'check_command', 'make_controller',
            'parse_controller']
 
 _DRIVES = {'diff': DiffDrive, 'ackermann': Ackermann}

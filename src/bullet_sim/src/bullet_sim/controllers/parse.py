@@ -1,12 +1,12 @@
 """Entries of the controllers' YAML -> ControllerSpecs."""
 
-import math
-
 from bullet_sim.controllers.drive_config import parse_ackermann, parse_diff
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.pid import parse_pid
 from bullet_sim.settings import Settings
+
+MAX_COMMAND = 1e9       # beyond it a command [rad/s, m/s, rad, m, N m, N] is taken for an error
 
 
 def parse_controller(name, config, joint_names, description=None):
@@ -132,13 +132,13 @@ def check_command(name, values, count):
         The values as a tuple of floats.
 
     Raises:
-        CommandError: wrong count, NaN or infinite.
+        CommandError: wrong count, NaN or beyond MAX_COMMAND.
     """
     values = tuple(float(value) for value in values)
     if len(values) != count:
         raise CommandError(f"command of '{name}' has {len(values)} values, must have {count}")
     for value in values:
-        if not math.isfinite(value):
-            raise CommandError(f"command of '{name}' is {value}, must be a finite number; "
-                               'the last good command stays')
+        if not abs(value) <= MAX_COMMAND:
+            raise CommandError(f"command of '{name}' is {value}, must be a finite number, at most "
+                               f'{MAX_COMMAND:g} either way; the last good command stays')
     return values

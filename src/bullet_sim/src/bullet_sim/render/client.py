@@ -37,6 +37,7 @@ class RenderClient:
         renderer: Renderer, once start() has returned.
         dropped: Counter of camera name -> requests that were replaced before being drawn.
         restarts: how often the worker was started again.
+        epoch: how often forget() was called; frames tell in which one they were asked for.
     """
 
     def __init__(self, on_frame=None, on_error=None, environment=None):
@@ -45,6 +46,7 @@ class RenderClient:
         self.renderer = None
         self.dropped = Counter()
         self.restarts = 0
+        self.epoch = 0
         self._environment = dict(environment or {})
         self._worker = None
         self._thread = None
@@ -112,6 +114,12 @@ class RenderClient:
                 if not (self._failed or self._closing):
                     self._pending[request.name] = (snapshot, request)
             self._changed.notify()
+
+    def forget(self):
+        """Drop the pictures that wait; one that is being drawn still comes, of the old epoch."""
+        with self._changed:
+            self.epoch += 1
+            self._pending.clear()
 
     def render_sync(self, snapshot, requests, timeout=10.0):
         """Draw now and wait for it (lockstep); on_frame is not called for these.
@@ -181,8 +189,9 @@ class RenderClient:
                 if self._closing:
                     break
                 job, snapshot, requests, sources = self._take()
+                epoch = self.epoch
             try:
-                self._draw(job, snapshot, requests, sources)
+                self._draw(job, snapshot, requests, sources, epoch)
             except (EOFError, OSError):
                 if self._closing or not self._revive(job):
                     break
@@ -208,7 +217,7 @@ class RenderClient:
         names = [name for name, (its, _) in self._pending.items() if its is snapshot]
         return None, snapshot, [self._pending.pop(name)[1] for name in names], sources
 
-    def _draw(self, job, snapshot, requests, sources):
+    def _draw(self, job, snapshot, requests, sources, epoch):
         connection = self._worker.connection
         connection.send(('draw', sources, [(snapshot, requests)]))
         while True:
@@ -225,7 +234,7 @@ class RenderClient:
             depth = None
             if deep:
                 depth = np.frombuffer(connection.recv_bytes(), np.float32).reshape(shape[:2])
-            frame = Frame(name, time, step, rgb, depth)
+            frame = Frame(name, time, step, rgb, depth, epoch)
             if job:
                 job.frames[name] = frame
             elif not self._closing:

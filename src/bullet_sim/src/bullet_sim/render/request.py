@@ -62,6 +62,7 @@ class Frame:
         rgb: (H, W, 3) uint8, top row first, read-only.
         depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not asked
             for.
+        epoch: RenderClient.epoch when it was asked for.
     """
 
     camera: str
@@ -69,6 +70,7 @@ class Frame:
     step: int
     rgb: np.ndarray
     depth: Optional[np.ndarray] = None
+    epoch: int = 0
 
 
 @dataclass(frozen=True)
