@@ -130,7 +130,7 @@ class BackUpServer:
             Stopped: The state is stale, nothing moves, or the trailer cannot be unfolded.
         """
         node, stamp, shown, mode = self._settings.node, None, -math.inf, BACKING
-        still = None
+        still, self._resets = None, self._source.resets
         while True:
             state = self._next_state(job, stamp)
             stamp = state.stamp
@@ -171,13 +171,14 @@ class BackUpServer:
             state = self._source.wait(
                 None if stamp is None else stamp + node.control_period - 1e-6, POLL)
             reason = self._source.staleness(node.state_timeout)
+            # this comes first: between two topics a reset looks like silence
+            if self._source.resets != self._resets or (
+                    state is not None and stamp is not None and state.stamp < stamp):
+                raise Stopped("time went back: the simulation was reset")
             if reason:
                 raise Stopped(reason)
-            if state is None:
-                continue
-            if stamp is not None and state.stamp < stamp:
-                raise Stopped("time went back: the simulation was reset")
-            return state
+            if state is not None:
+                return state
 
     def _come_to_rest(self):
         """Stops the truck and waits until it stands, as long as states arrive and no reset."""

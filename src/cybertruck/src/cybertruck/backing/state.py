@@ -43,7 +43,11 @@ class RigState:
 
 
 class StateSource:
-    """Subscribes odometry and, if a joint is named, joint states."""
+    """Subscribes odometry and, if a joint is named, joint states.
+
+    Attributes:
+        resets: How often the odometry's stamps went back: resets of the simulation.
+    """
 
     def __init__(self, odom_topic="/odom", hitch_joint=None):
         """Subscribes.
@@ -54,6 +58,7 @@ class StateSource:
         """
         self._news = threading.Condition()
         self._state = None
+        self.resets = 0
         self._odometry = deque(maxlen=KEPT)
         self._hitch = deque(maxlen=KEPT)
         self._joint = hitch_joint
@@ -80,6 +85,7 @@ class StateSource:
         with self._news:
             if kept and stamp < kept[-1][0]:  # the simulation was reset
                 kept.clear()
+                self.resets += kept is self._odometry
             kept.append((stamp, value))
             state = self._paired()
             if state is not None and (self._state is None or state.stamp != self._state.stamp):
