@@ -79,6 +79,8 @@ class LapKeeper:
             if self._stale and (status.laps or status.running):
                 return      # it was on its way when the referee was restarted
             self._stale = False
+            if self._status is not None and self._status.laps:
+                return      # what comes after the finish does not count
             self._status = status
             if status.running:
                 self._errors.append(abs(status.lateral_error))
