@@ -7,14 +7,13 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
 
+from bullet_bridge.packed import split
 from bullet_sim.pose import Pose
 
 
 def stamp(time):
     """rospy.Time of a simulated time [s], rounded to nanoseconds."""
-    seconds = int(time)
-    nanoseconds = round((time - seconds) * 1e9)
-    return rospy.Time(seconds, nanoseconds)
+    return rospy.Time(*split(time))
 
 
 def pose_from_msg(message):

@@ -15,6 +15,7 @@ from sensor_msgs.msg import CameraInfo
 
 from deepracer_control.drivers.line_vision import LineVision, Mount
 from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.running import number
 from deepracer_teleop.hands import Hands
 from deepracer_teleop.window import connect
 
@@ -30,12 +31,6 @@ class Eyes:
     """
 
     def __init__(self, window):
-        def number(name, default):
-            value = rospy.get_param("~" + name, default)
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
-            return float(value)
-
         self._window = window
         self._vision = LineVision(
             Mount(*(number("camera_" + name, getattr(Mount, name))

@@ -1,18 +1,14 @@
 """The node `follow_line`: drives along the dashed centre line by the camera's picture alone."""
 import math
-import sys
-import threading
-import time
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
-from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, Image
 
 from deepracer_control import topics
 from deepracer_control.drivers.line_vision import LineVision, Mount
 from deepracer_control.drivers.pursuit import towards
-from deepracer_control.drivers.units import Units
+from deepracer_control.drivers.running import Wheel, number, run
 
 
 class LineFollower:
@@ -56,23 +52,13 @@ class FollowLine:
         Raises:
             ValueError: A parameter is not valid.
         """
-        def number(name, default):
-            value = rospy.get_param("~" + name, default)
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
-            return float(value)
-
         mount = Mount(*(number("camera_" + name, getattr(Mount, name))
                         for name in ("ahead", "height", "pitch")))
         vision = LineVision(mount, lookahead=number("lookahead", 0.55))
         self._follower = LineFollower(vision, number("speed", 0.6), number("grip", 0.8),
                                       number("patience", 1.0))
-        self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
-        self._bridge = CvBridge()
-        self._lock = threading.Lock()
-        self._matrix, self._over = None, False
-        self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
-        rospy.on_shutdown(self._stop)
+        self._wheel, self._bridge = Wheel(), CvBridge()
+        self._matrix = None
         rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
         rospy.Subscriber(topics.CAMERA_TOPIC, Image, self._drive, queue_size=1, buff_size=2 ** 24)
 
@@ -91,26 +77,11 @@ class FollowLine:
         except CvBridgeError as error:
             rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
             return
-        with self._lock:
-            if self._over:
-                return
-            command = self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
-            self._publisher.publish(self._units.twist(*command))
-
-    def _stop(self):
-        """One zero, then silence; waits until it is on its way."""
-        with self._lock:
-            self._over = True
-            self._publisher.publish(Twist())
-        time.sleep(0.1)
+        with self._wheel.lock:
+            self._wheel.send(*self._follower.command(message.header.stamp.to_sec(), picture,
+                                                     self._matrix))
 
 
 def main():
     """Runs the node until ROS shuts down."""
-    rospy.init_node("follow_line")
-    try:
-        FollowLine()
-    except ValueError as error:
-        rospy.logfatal("follow_line cannot start: %s", error)
-        sys.exit(1)
-    rospy.spin()
+    run("follow_line", FollowLine)

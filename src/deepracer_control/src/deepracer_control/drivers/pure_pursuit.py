@@ -1,17 +1,12 @@
 """The node `pure_pursuit`: the reference driver, from odometry and a path."""
 import math
-import sys
-import threading
-import time
 
 import rospy
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 
-from deepracer_control import topics
 from deepracer_control.drivers.pursuit import Path, Pursuit
-from deepracer_control.drivers.units import Units
+from deepracer_control.drivers.running import Wheel, run
 
 REAR_AXLE = -0.081663   # x of the rear axle from base_link [m]
 
@@ -25,15 +20,11 @@ class PurePursuit:
         Raises:
             ValueError: A parameter is not valid.
         """
-        self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
         self._limits = {name: rospy.get_param("~" + name, default) for name, default in
                         (("lookahead", 0.4), ("max_speed", 1.0), ("max_lateral_acceleration", 2.0))}
         self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
         Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)     # checks the limits
-        self._lock = threading.Lock()
-        self._pursuit, self._over = None, False
-        self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
-        rospy.on_shutdown(self._stop)
+        self._wheel, self._pursuit = Wheel(), None
         rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
         rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
 
@@ -43,12 +34,12 @@ class PurePursuit:
         except ValueError as error:
             rospy.logerr("pure_pursuit: path refused: %s", error)
             return
-        with self._lock:
+        with self._wheel.lock:
             self._pursuit = Pursuit(path, **self._limits)
 
     def _drive(self, message):
-        with self._lock:
-            if self._pursuit is None or self._over:
+        with self._wheel.lock:
+            if self._pursuit is None:
                 return
             q, place = message.pose.pose.orientation, message.pose.pose.position
             yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
@@ -59,22 +50,9 @@ class PurePursuit:
                 speed, curvature = self._pursuit.command(
                     place.x + self._rear_axle * math.cos(yaw),
                     place.y + self._rear_axle * math.sin(yaw), yaw)
-            self._publisher.publish(self._units.twist(speed, curvature))
-
-    def _stop(self):
-        """One zero, then silence; waits until it is on its way."""
-        with self._lock:
-            self._over = True
-            self._publisher.publish(Twist())
-        time.sleep(0.1)
+            self._wheel.send(speed, curvature)
 
 
 def main():
     """Runs the node until ROS shuts down."""
-    rospy.init_node("pure_pursuit")
-    try:
-        PurePursuit()
-    except ValueError as error:
-        rospy.logfatal("pure_pursuit cannot start: %s", error)
-        sys.exit(1)
-    rospy.spin()
+    run("pure_pursuit", PurePursuit)
