@@ -10,7 +10,7 @@ from bullet_bridge.cameras import Cameras
 class Client:
     """Stands in for RenderClient: a test says when a picture is finished."""
 
-    def __init__(self, on_frame, on_error):
+    def __init__(self, on_frame, on_error, lend):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
 
     def start(self, _kind):

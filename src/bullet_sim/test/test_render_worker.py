@@ -168,6 +168,32 @@ def test_forgotten_pictures_do_not_come(client, inbox):
     assert [(frame.step, frame.epoch) for frame in inbox.frames] == [(1, 0), (3, 1)]
 
 
+def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
+    seen = []
+
+    def on_frame(frame):
+        before = frame.rgb.copy()
+        deadline = time.monotonic() + DEADLINE
+        if frame.step == 1:     # its successor is ordered already: wait until it is drawn
+            while not client._worker.connection.poll() and time.monotonic() < deadline:
+                time.sleep(0.005)
+        seen.append((frame.step, bool(client._worker.connection.poll()),
+                     np.array_equal(before, frame.rgb)))
+    with RenderClient(on_frame, lend=True) as client:
+        client.start('tiny')
+        client.set_sources(sources)
+        os.kill(client.worker_pid, signal.SIGSTOP)
+        client.submit(snapshot(step=1), [request()])
+        deadline = time.monotonic() + DEADLINE
+        while client._pending and time.monotonic() < deadline:
+            time.sleep(0.005)
+        client.submit(snapshot(step=2, pan=0.3), [request()])
+        os.kill(client.worker_pid, signal.SIGCONT)
+        while len(seen) < 2 and time.monotonic() < deadline:
+            time.sleep(0.005)
+    assert seen == [(1, True, True), (2, False, True)]
+
+
 def test_killed_worker_is_reported_and_started_again(client, inbox):
     client.render_sync(snapshot(), [request()], DEADLINE)
     first = client.worker_pid

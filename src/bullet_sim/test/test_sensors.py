@@ -188,5 +188,15 @@ def test_twist_in_child_and_in_world():
     np.testing.assert_allclose(angular, (0, -1, 3), atol=1e-12)
     linear, _ = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3), in_child=False)
     np.testing.assert_array_equal(linear, (0, 2, 0))
-    np.testing.assert_allclose(ground_truth.velocity_at((1, 0, 0), (1, 0, 0), (0, 0, 2)),
-                               (1, 2, 0))
+    for wrong in ((0, 0, 0, 0), (0, 0, 0, np.nan), (np.inf, 0, 0, 0)):
+        with pytest.raises(ValueError, match='is no rotation'):
+            ground_truth.twist(wrong, (0, 2, 0), (1, 0, 3))
+
+
+def test_twist_is_that_of_the_rotation_matrix():
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        orientation, linear, angular = rng.normal(size=4), rng.normal(size=3), rng.normal(size=3)
+        to_link = matrix_from_quaternion(orientation).T
+        found = ground_truth.twist(orientation, linear, angular)
+        np.testing.assert_allclose(found, (to_link @ linear, to_link @ angular), atol=1e-12)

@@ -30,7 +30,7 @@ class Cameras:
         with self._starting:
             if self._client is not None:
                 return
-            client = RenderClient(on_frame=self._publish_late, on_error=rospy.logerr)
+            client = RenderClient(on_frame=self._publish_late, on_error=rospy.logerr, lend=True)
             self._client = client
             try:
                 chosen = client.start(self._renderer)

@@ -1,5 +1,6 @@
 """Arrays and poses of the core <-> ROS messages."""
 
+import cv2
 import numpy as np
 import rospy
 from geometry_msgs.msg import Pose as PoseMsg
@@ -67,8 +68,8 @@ def odometry(time, spec, pose, linear, angular):
 def pixels(rgb, encoding):
     """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
     if encoding == 'bgr8':
-        rgb = rgb[:, :, ::-1]
-    elif encoding == 'mono8':
+        return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+    if encoding == 'mono8':
         rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
     return np.ascontiguousarray(rgb)
 

@@ -4,6 +4,7 @@ Poses are those of link frames (not of inertial frames), quaternions are (x, y, 
 """
 
 import importlib.util
+import operator
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ with quiet():       # it greets on the terminal when it is imported
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are kept by those who command them.
 MAX_COORDINATE_SPEED = 1e4      # [rad/s, m/s]
+_BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)     # of a ray's hit
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
@@ -47,7 +49,7 @@ class Engine:
     def _configure(self):
         self._movable = {}
         self._planes = {}       # (body, link) -> local poses of its planes, () if it has others
-        self._inertial = {}
+        self._inertial, self._outward = {}, {}      # body -> centre in the root's frame, and back
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
@@ -105,6 +107,7 @@ class Engine:
             raise ModelError(f'PyBullet cannot load {path}: {error}') from error
         info = p.getDynamicsInfo(body, -1, physicsClientId=self._client)
         self._inertial[body] = (info[3], info[4])
+        self._outward[body] = p.invertTransform(info[3], info[4])
         joints = [p.getJointInfo(body, i, physicsClientId=self._client)
                   for i in range(p.getNumJoints(body, physicsClientId=self._client))]
         self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
@@ -126,7 +129,7 @@ class Engine:
     def remove(self, body):
         """Remove a body."""
         p.removeBody(body, physicsClientId=self._client)
-        del self._movable[body], self._inertial[body]
+        del self._movable[body], self._inertial[body], self._outward[body]
         self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
 
     def joint_names(self, body):
@@ -167,8 +170,7 @@ class Engine:
         """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""
         position, orientation = p.getBasePositionAndOrientation(
             body, physicsClientId=self._client)
-        offset = p.invertTransform(*self._inertial[body])
-        return p.multiplyTransforms(position, orientation, *offset)
+        return p.multiplyTransforms(position, orientation, *self._outward[body])
 
     def set_base_pose(self, body, position, orientation):
         """Move the root link's frame to a world pose; joints and velocities stay."""
@@ -193,15 +195,15 @@ class Engine:
             (3,) [rad/s]; velocities along world axes.
         """
         if link < 0:
-            position, orientation = self.base_pose(body)
-            centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
+            centre, axes = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            position, orientation = p.multiplyTransforms(centre, axes, *self._outward[body])
             linear, angular = p.getBaseVelocity(body, physicsClientId=self._client)
         else:
             state = p.getLinkState(body, link, computeLinkVelocity=1,
                                    computeForwardKinematics=1, physicsClientId=self._client)
             centre, position, orientation = state[0], state[4], state[5]
             linear, angular = state[6], state[7]
-        arm = np.subtract(position, centre)
+        arm = [a - b for a, b in zip(position, centre)]
         return (np.array(position), np.array(orientation),
                 np.array(linear) + cross(angular, arm), np.array(angular))
 
@@ -217,12 +219,14 @@ class Engine:
                 orientations.append(state[5])
         return np.array(positions), np.array(orientations)
 
+    def joint_states(self, body):
+        """(position, velocity, reaction forces, motor effort) of each movable joint."""
+        joints = self._movable[body]
+        return p.getJointStates(body, joints, physicsClientId=self._client) if joints else ()
+
     def read_joints(self, body):
         """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
-        joints = self._movable[body]
-        if not joints:
-            return np.zeros(0), np.zeros(0), np.zeros(0)
-        states = p.getJointStates(body, joints, physicsClientId=self._client)
+        states = self.joint_states(body)
         return (np.array([s[0] for s in states]), np.array([s[1] for s in states]),
                 np.array([s[3] for s in states]))
 
@@ -316,18 +320,14 @@ class Engine:
         Returns:
             fractions (N,) of the way to the first hit, 1.0 for a miss; bodies (N,), -1: miss.
         """
-        fractions, bodies = [], []
-        limit = p.MAX_RAY_INTERSECTION_BATCH_SIZE
+        hits, limit = [], p.MAX_RAY_INTERSECTION_BATCH_SIZE
         origins, targets = np.asarray(origins), np.asarray(targets)
         for start in range(0, len(origins), limit):
-            hits = p.rayTestBatch(origins[start:start + limit].tolist(),
-                                  targets[start:start + limit].tolist(),
-                                  physicsClientId=self._client)
-            if hits:
-                some_bodies, _, some_fractions, *_ = zip(*hits)
-                fractions += some_fractions
-                bodies += some_bodies
-        return np.array(fractions), np.array(bodies, dtype=int)
+            hits += p.rayTestBatch(origins[start:start + limit].tolist(),
+                                   targets[start:start + limit].tolist(),
+                                   physicsClientId=self._client)
+        return (np.fromiter(map(_FRACTION, hits), float, len(hits)),
+                np.fromiter(map(_BODY, hits), int, len(hits)))
 
     def bodies_near(self, centre, radius):
         """Numbers of the bodies that may be within a radius [m] of a point (3,) of the world.
@@ -423,8 +423,12 @@ class Engine:
         rgb, _ = self.render_with_depth(width, height, view, projection, shadow)
         return rgb
 
-    def render_with_depth(self, width, height, view, projection, shadow=False):
-        """As render, with the depth buffer (H, W) float32 in 0..1 (1 = nothing there)."""
+    def render_with_depth(self, width, height, view, projection, shadow=False, out=None):
+        """As render, with the depth buffer (H, W) float32 in 0..1 (1 = nothing there).
+
+        Args:
+            out: (H, W, 3) uint8 array that takes the colours; None: a new one.
+        """
         kind = p.ER_TINY_RENDERER if self._renderer != 'egl' else p.ER_BULLET_HARDWARE_OPENGL
         picture = p.getCameraImage(
             width, height, viewMatrix=view, projectionMatrix=projection, shadow=int(shadow),
@@ -432,4 +436,4 @@ class Engine:
             flags=p.ER_NO_SEGMENTATION_MASK, physicsClientId=self._client)
         rgba = np.asarray(picture[2], dtype=np.uint8).reshape(height, width, 4)
         depth = np.asarray(picture[3], dtype=np.float32).reshape(height, width)
-        return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB), depth     # 30 times as fast as slicing
+        return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB, dst=out), depth    # 30 times as fast as slicing

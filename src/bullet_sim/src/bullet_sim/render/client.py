@@ -3,22 +3,12 @@ import sys
 import threading
 from collections import Counter
 
-import numpy as np
-
 from bullet_sim.errors import RenderError
+from bullet_sim.render.orders import Lockstep, Order
 from bullet_sim.render.process import Worker
-from bullet_sim.render.request import RENDERERS, Frame, Renderer
+from bullet_sim.render.request import RENDERERS, Renderer
 
 MAX_RESTARTS = 3
-
-
-class _Lockstep:
-    """A render_sync call that waits for its frames."""
-
-    def __init__(self, snapshot, requests):
-        self.snapshot, self.requests = snapshot, requests
-        self.frames, self.error = {}, None
-        self.done = threading.Event()
 
 
 class RenderClient:
@@ -28,10 +18,14 @@ class RenderClient:
     waiting one of the same camera, which counts in `dropped`. If the worker dies it is started
     again, at most MAX_RESTARTS times; on_error is told.
 
+    The worker draws the next pictures while the last ones are handed on.
+
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
         on_error: called with one line of text for each trouble, in the client's thread.
         environment: variables for the worker, e.g. EGL_VISIBLE_DEVICES.
+        lend: the arrays of a Frame are those that the worker drew to, without a copy; they are
+            good until on_frame returns.
 
     Attributes:
         renderer: Renderer, once start() has returned.
@@ -40,14 +34,14 @@ class RenderClient:
         epoch: how often forget() was called; frames tell in which one they were asked for.
     """
 
-    def __init__(self, on_frame=None, on_error=None, environment=None):
+    def __init__(self, on_frame=None, on_error=None, environment=None, lend=False):
         self.on_frame = on_frame or (lambda frame: None)
         self.on_error = on_error or (lambda text: None)
         self.renderer = None
         self.dropped = Counter()
         self.restarts = 0
         self.epoch = 0
-        self._environment = dict(environment or {})
+        self._environment, self._lend = dict(environment or {}), lend
         self._worker = None
         self._thread = None
         self._changed = threading.Condition()
@@ -136,7 +130,7 @@ class RenderClient:
             RenderError: a camera could not be drawn, the worker died, or time is over.
         """
         requests = list(requests)
-        job = _Lockstep(snapshot, requests)
+        job = Lockstep(snapshot, requests)
         with self._changed:
             if self._failed or self._closing or self._thread is None:
                 raise RenderError(self._failed or 'the render client is not running')
@@ -182,22 +176,29 @@ class RenderClient:
 
     # the client's own thread ------------------------------------------------------------------
     def _run(self):
+        last = None         # the newest picture; handed on while the worker draws the next one
         while True:
             with self._changed:
-                self._changed.wait_for(
-                    lambda: self._closing or self._pending or self._lockstep)
+                if last is None:
+                    self._changed.wait_for(
+                        lambda: self._closing or self._pending or self._lockstep)
                 if self._closing:
                     break
-                job, snapshot, requests, sources = self._take()
-                epoch = self.epoch
+                order = self._take()
+            if order:
+                order.send(self._worker)
+            self._hand_on(last)
+            last = None
+            if not order:
+                continue
             try:
-                self._draw(job, snapshot, requests, sources, epoch)
+                last = self._collect(order)
             except (EOFError, OSError):
-                if self._closing or not self._revive(job):
+                if self._closing or not self._revive(order.job):
                     break
             else:
-                if job:
-                    job.done.set()
+                if order.job:
+                    order.job.done.set()
         with self._changed:
             if self._lockstep and not self._lockstep.done.is_set():
                 self._lockstep.error = self._failed or 'the render client was closed'
@@ -206,39 +207,41 @@ class RenderClient:
 
     def _take(self):
         """Next work, with the lock held: a lockstep job first, else the camera that waits
-        longest and all others that wait for the same snapshot."""
+        longest and all others that wait for the same snapshot; None: nothing waits."""
+        job, self._lockstep = self._lockstep, None
+        if job is not None:
+            snapshot, requests = job.snapshot, job.requests
+        elif self._pending:
+            snapshot = next(iter(self._pending.values()))[0]
+            names = [name for name, (its, _) in self._pending.items() if its is snapshot]
+            requests = [self._pending.pop(name)[1] for name in names]
+        else:
+            return None
         sources = None if self._sources_sent else self._sources
         self._sources_sent = True
-        job = self._lockstep
-        if job is not None:
-            self._lockstep = None
-            return job, job.snapshot, job.requests, sources
-        snapshot = next(iter(self._pending.values()))[0]
-        names = [name for name, (its, _) in self._pending.items() if its is snapshot]
-        return None, snapshot, [self._pending.pop(name)[1] for name in names], sources
+        return Order(job, sources, snapshot, requests, self.epoch)
 
-    def _draw(self, job, snapshot, requests, sources, epoch):
-        connection = self._worker.connection
-        connection.send(('draw', sources, [(snapshot, requests)]))
+    def _collect(self, order):
+        """Wait for what was ordered; hand on all pictures but the last, which is returned."""
+        last = None
         while True:
-            kind, *rest = connection.recv()
-            if kind == 'done':
-                return
-            if kind == 'error':
-                if job and rest[0]:     # a body that does not load spoils no picture
-                    job.error = rest[1]
-                self._call(self.on_error, rest[1])
-                continue
-            name, time, step, shape, deep = rest
-            rgb = np.frombuffer(connection.recv_bytes(), np.uint8).reshape(shape)
-            depth = None
-            if deep:
-                depth = np.frombuffer(connection.recv_bytes(), np.float32).reshape(shape[:2])
-            frame = Frame(name, time, step, rgb, depth, epoch)
-            if job:
-                job.frames[name] = frame
-            elif not self._closing:
-                self._call(self.on_frame, frame)
+            for kind, *rest in self._worker.connection.recv():
+                if kind == 'done':
+                    return last
+                if kind == 'error':
+                    if order.job and rest[0]:    # a body that does not load spoils no picture
+                        order.job.error = rest[1]
+                    self._call(self.on_error, rest[1])
+                elif order.job:
+                    frame = order.frame(self._worker, rest[0], lend=False)
+                    order.job.frames[frame.camera] = frame
+                else:
+                    self._hand_on(last)
+                    last = order.frame(self._worker, rest[0], self._lend)
+
+    def _hand_on(self, frame):
+        if frame is not None and not self._closing:
+            self._call(self.on_frame, frame)
 
     def _call(self, function, argument):
         """Run a callback; its exception must not end the thread."""

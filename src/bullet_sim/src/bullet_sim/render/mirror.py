@@ -83,16 +83,18 @@ class Mirror:
         """Draw one camera's view; as render_with_depth, without the distances."""
         return self.render_with_depth(request, step)[0]
 
-    def render_with_depth(self, request, step=0):
+    def render_with_depth(self, request, step=0, rgb=None, depth=None):
         """Draw one camera's view.
 
         Args:
             request: CameraRequest.
             step: physics step of the applied snapshot; chooses the noise.
+            rgb, depth: arrays of the right shape and type that take the result; None: new ones.
 
         Returns:
             (H, W, 3) uint8 RGB and (H, W) float32 [m] along the optical axis (far where nothing
-            is); top row first, C-contiguous. The noise is on the colours alone.
+            is), None unless the request asks for it; top row first, C-contiguous. The noise is on
+            the colours alone.
 
         Raises:
             RenderError: the camera's body or link is not there.
@@ -104,25 +106,29 @@ class Mirror:
         view = camera.view_matrix(position, rotation)
         if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
             middle = math.sqrt(request.near * request.far)
-            rgb, depth = self._draw(request, view, middle, request.far)
+            rgb, metres = self._draw(request, view, middle, request.far, rgb)
             close_rgb, close = self._draw(request, view, request.near, middle)
             seen = close < middle
-            rgb[seen], depth[seen] = close_rgb[seen], close[seen]
+            rgb[seen], metres[seen] = close_rgb[seen], close[seen]
         else:
-            rgb, depth = self._draw(request, view, request.near, request.far)
+            rgb, metres = self._draw(request, view, request.near, request.far, rgb)
         if request.noise_stddev > 0.0 or request.noise_mean:
-            rgb = camera.add_noise(rgb, request.noise_stddev, noise_generator(request, step),
-                                   request.noise_mean)
-        return np.ascontiguousarray(rgb), depth
+            rgb[:] = camera.add_noise(rgb, request.noise_stddev, noise_generator(request, step),
+                                      request.noise_mean)
+        if depth is None or metres is None:
+            return rgb, metres
+        depth[:] = metres
+        return rgb, depth
 
-    def _draw(self, request, view, near, far):
-        """Colours and distances [m] of what lies between two clip distances."""
+    def _draw(self, request, view, near, far, out=None):
+        """Colours and, if asked for, distances [m] of what lies between two clip distances."""
         projection = camera.projection_matrix(
             request.horizontal_fov, request.width / request.height, near, far,
             shift=(-self._offset[0] / request.width, -self._offset[1] / request.height))
         rgb, buffer = self.engine.render_with_depth(request.width, request.height, view,
-                                                    projection)
-        return paint_sky(rgb, buffer), camera.metres_from_buffer(buffer, near, far)
+                                                    projection, out=out)
+        metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
+        return paint_sky(rgb, buffer), metres
 
     def _camera_pose(self, request):
         body = self._bodies.get(request.key)

@@ -8,6 +8,7 @@ import tempfile
 from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
+from bullet_sim.render.arena import Arena, Banks
 
 START_TIMEOUT = 60.0    # [s] of wall time; a cold Mesa compiles shaders
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
@@ -23,6 +24,8 @@ class Worker:
 
     Attributes:
         connection: multiprocessing Connection; see worker.py for the messages.
+        arena: Arena that it draws to.
+        banks: Banks of the arena.
         process: subprocess.Popen.
 
     Raises:
@@ -38,11 +41,14 @@ class Worker:
         for end in (mine, its):     # rospy sets a default timeout, which makes sockets non-blocking
             end.setblocking(True)
         self.kind = kind
+        self.arena = Arena()
+        self.banks = Banks(self.arena)
         try:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', 'bullet_sim.render.worker', str(its.fileno()), kind],
+                [sys.executable, '-m', 'bullet_sim.render.worker', str(its.fileno()),
+                 str(self.arena.fd), kind],
                 stdin=subprocess.DEVNULL, stdout=self._log, stderr=self._log, env=variables,
-                pass_fds=[its.fileno()])
+                pass_fds=[its.fileno(), self.arena.fd])
         finally:
             its.close()
         self.connection = Connection(mine.detach())
@@ -82,3 +88,4 @@ class Worker:
             self.process.kill()
             self.process.wait()
         self._log.close()
+        self.arena.close()

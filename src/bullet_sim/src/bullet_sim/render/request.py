@@ -59,7 +59,7 @@ class Frame:
         camera: CameraRequest.name.
         time: of the snapshot [s].
         step: of the snapshot.
-        rgb: (H, W, 3) uint8, top row first, read-only.
+        rgb: (H, W, 3) uint8, top row first.
         depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not asked
             for.
         epoch: RenderClient.epoch when it was asked for.

@@ -1,10 +1,11 @@
-"""The render process: python -m bullet_sim.render.worker SOCKET_FD egl|tiny.
+"""The render process: python -m bullet_sim.render.worker SOCKET_FD MEMORY_FD egl|tiny.
 
-Messages (pickled tuples through the socket):
-    to the worker    ('draw', sources or None, [(snapshot, [CameraRequest, ...]), ...])
-    from the worker  ('ready', kind), then for each draw: ('error', camera or '', text),
-                     ('frame', camera, time, step, shape, with depth), each followed by the raw
-                     pixels and, with depth, the raw distances, and ('done',) at the end.
+Messages (pickled through the socket):
+    to the worker    (sources or None, snapshot, [CameraRequest, ...], [place, ...]); a place is
+                     (offset of the colours, offset of the distances or None) in the Arena that
+                     MEMORY_FD is: there the pictures are drawn to
+    from the worker  ('ready', kind), then for each draw lists of ('error', camera or '', text),
+                     ('frame', number of the request), and ('done',) at the end of the last one.
 The process ends when the other end of the socket closes, however its parent died. It leaves
 Ctrl-C to its parent. PyBullet's prints go wherever the parent pointed fd 1 and 2; a failing EGL
 plugin ends the process, which is why it has one of its own.
@@ -15,8 +16,11 @@ import sys
 import tempfile
 from multiprocessing.connection import Connection
 
+import numpy as np
+
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
+from bullet_sim.render.arena import Arena
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.snapshot import BodySource
@@ -51,30 +55,31 @@ def check_renderer(engine, kind):
         raise RenderError(f'the renderer drew a red box as RGB {(red, green, blue)}')
 
 
-def draw(connection, mirror, sources, batch):
-    """Answer one 'draw' message; see the module's text."""
+def draw(connection, mirror, arena, sources, snapshot, requests, where):
+    """Answer one message; see the module's text."""
+    news = []
     if sources is not None:
         try:
             mirror.sync_sources(sources)
         except RenderError as error:
-            connection.send(('error', '', str(error)))
-    for snapshot, requests in batch:
-        mirror.apply(snapshot)
-        for request in requests:
-            try:
-                rgb, depth = mirror.render_with_depth(request, snapshot.step)
-            except ValueError as error:
-                connection.send(('error', request.name, str(error)))
-                continue
-            connection.send(('frame', request.name, snapshot.time, snapshot.step, rgb.shape,
-                             request.depth))
-            connection.send_bytes(rgb.data.cast('B'))
-            if request.depth:
-                connection.send_bytes(depth.data.cast('B'))
-    connection.send(('done',))
+            news.append(('error', '', str(error)))
+    mirror.apply(snapshot)
+    for number, (request, (colours, distances)) in enumerate(zip(requests, where)):
+        size = request.height, request.width
+        try:
+            mirror.render_with_depth(
+                request, snapshot.step, arena.array(colours, (*size, 3), np.uint8),
+                None if distances is None else arena.array(distances, size, np.float32))
+            news.append(('frame', number))
+        except ValueError as error:
+            news.append(('error', request.name, str(error)))
+        if number < len(requests) - 1:
+            connection.send(news)
+            news = []
+    connection.send([*news, ('done',)])
 
 
-def serve(connection, kind):
+def serve(connection, arena, kind):
     """Start the renderer, say so, draw until the connection closes."""
     engine = Engine()
     try:
@@ -85,8 +90,7 @@ def serve(connection, kind):
         connection.send(('ready', started))
         mirror = Mirror(engine, kind)
         while True:
-            _, sources, batch = connection.recv()
-            draw(connection, mirror, sources, batch)
+            draw(connection, mirror, arena, *connection.recv())
     except (EOFError, ConnectionError):
         pass        # the parent closed its end or is gone
     finally:
@@ -94,10 +98,10 @@ def serve(connection, kind):
 
 
 def main(arguments):
-    """Args: arguments: [socket file descriptor, 'egl' or 'tiny']."""
+    """Args: arguments: [socket file descriptor, memory file descriptor, 'egl' or 'tiny']."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
-    serve(Connection(int(arguments[0])), arguments[1])
+    serve(Connection(int(arguments[0])), Arena(int(arguments[1])), arguments[2])
 
 
 if __name__ == '__main__':

@@ -1,0 +1,66 @@
+"""Shared memory for pictures."""
+import os
+
+import numpy as np
+from test_render import request
+
+from bullet_sim.render.arena import ALIGNMENT, Arena, Banks, places
+
+
+def test_another_process_sees_what_is_written():
+    mine = Arena()
+    mine.grow(4096)
+    its = Arena(os.dup(mine.fd))
+    mine.array(128, (2, 3), np.uint8)[:] = [[1, 2, 3], [4, 5, 6]]
+    np.testing.assert_array_equal(its.array(128, (2, 3), np.uint8), [[1, 2, 3], [4, 5, 6]])
+    its.close()
+    mine.close()
+    mine.close()
+
+
+def test_arrays_outlive_growth_and_end():
+    arena = Arena()
+    arena.grow(64)
+    old = arena.array(0, (16,), np.float32)
+    arena.grow(1 << 20)
+    new = arena.array((1 << 20) - 64, (16,), np.float32)
+    old[:], new[:] = 1.0, 2.0
+    np.testing.assert_array_equal(arena.array(0, (16,), np.float32), 1.0)
+    arena.close()
+    assert (old == 1.0).all() and (new == 2.0).all()
+
+
+def test_places_do_not_overlap():
+    cameras = [request('a', 3, 5, depth=True), request('b', 7, 1), request('c', 2, 2, depth=True)]
+    found, size = places(cameras)
+    parts = []
+    for camera, (colours, distances) in zip(cameras, found):
+        pixels = camera.width * camera.height
+        parts.append((colours, 3 * pixels))
+        assert (distances is not None) == camera.depth
+        if camera.depth:
+            parts.append((distances, 4 * pixels))
+    assert all(start % ALIGNMENT == 0 for start, _ in parts)
+    for (start, length), following in zip(parts, [start for start, _ in parts[1:]] + [size]):
+        assert start + length <= following
+
+
+def test_banks_take_turns_and_never_share_memory():
+    arena = Arena()
+    banks = Banks(arena)
+    written = {}
+    orders = [[request('a', 8, 8)], [request('a', 8, 8), request('b', 64, 64)],
+              [request('b', 64, 64)], [request('a', 8, 8)]] * 2
+    before = None
+    for number, cameras in enumerate(orders):
+        found = banks.take(cameras)
+        for camera, (offset, _) in zip(cameras, found):
+            arena.array(offset, (camera.height, camera.width, 3), np.uint8)[:] = number
+        if before:      # the pictures of the order before are whole
+            for array, value in before:
+                assert (array == value).all()
+        before = [(arena.array(offset, (camera.height, camera.width, 3), np.uint8), number)
+                  for camera, (offset, _) in zip(cameras, found)]
+        written[number] = os.fstat(arena.fd).st_size
+    assert written[3] == written[7], 'as much memory as the largest orders need, no more'
+    arena.close()
