@@ -53,14 +53,22 @@ def lap(folder, **arguments):
         return json.load(stream)
 
 
-class LapRun(unittest.TestCase):
-    """Each test is one launch."""
+class LapCase(unittest.TestCase):
+    """A folder for the files of a lap."""
 
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lap_run_")
         self.addCleanup(shutil.rmtree, self.folder)
 
+    def small_track(self):
+        """Path of a small oval's file."""
+        track = os.path.join(self.folder, "small.yaml")
+        with open(track, "w", encoding="utf-8") as stream:
+            stream.write(SMALL)
+        return track
+
     def check_files(self, frames):
+        """The film, the pictures and the tables are there and belong to this lap."""
         for name in ("lap.mp4", "lap.png", "path.png", "path.csv", "referee.csv"):
             path = os.path.join(self.folder, name)
             self.assertGreater(os.path.getsize(path), 1000, name)
@@ -68,11 +76,12 @@ class LapRun(unittest.TestCase):
         self.assertEqual((video.get(3), video.get(4)), (320, 240))
         self.assertEqual(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), frames)
 
+
+class LapRun(LapCase):
+    """Each test is one launch."""
+
     def test_slider(self):
-        track = os.path.join(self.folder, "small.yaml")
-        with open(track, "w", encoding="utf-8") as stream:
-            stream.write(SMALL)
-        result = lap(self.folder, driver="slider", track=track, real_time_factor=2)
+        result = lap(self.folder, driver="slider", track=self.small_track(), real_time_factor=2)
         self.assertEqual(result["error"], "")
         self.assertTrue(result["ok"])
         [start] = result["starts"]

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""The other drivers through ./run lap's launch file: by the camera alone, and by the buttons."""
+
+import rospy
+import rostest
+from lap_run import LapCase, lap
+
+
+class LapDrivers(LapCase):
+    """Each test is one launch."""
+
+    def test_line(self):
+        result = lap(self.folder, driver="line", track=self.small_track(), real_time_factor=2)
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        self.assertLess(start["mean_lateral_error"], 0.05)
+        # 0.6 m/s on straights, slower in bends
+        self.assertGreater(start["lap_time"], start["driven"] / 0.62)
+        self.assertLess(start["lap_time"], start["driven"] / 0.4)
+        self.check_files(result["film_frames"])
+
+    def test_buttons(self):
+        result = lap(self.folder, driver="buttons", track="easy", roam=15.0, real_time_factor=2)
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual(start["outcome"], "roamed")
+        self.assertGreater(start["driven"], 1.0)
+        self.check_files(result["film_frames"])
+
+
+if __name__ == "__main__":
+    rospy.init_node("lap_drivers_test")
+    rostest.rosrun("paddock_tests", "lap_drivers", LapDrivers)
