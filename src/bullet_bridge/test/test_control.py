@@ -119,9 +119,11 @@ class Bot:
     def run(self, steps):
         """Steps as Server makes them; velocity of the wheel afterwards [rad/s]."""
         for _ in range(steps):
+            due = self.control.next_due()
             self.control.deliver()
             self.world.step()
-            self.control.publish(self.world.step_count, self.world.time)
+            if self.world.step_count >= due:
+                self.control.publish(self.world.step_count, self.world.time)
         return self.velocity('wheel')
 
     def velocity(self, joint):

@@ -14,8 +14,11 @@ from bullet_sim.specs import GroundTruthSpec, RaySpec
 class Wire:
     """A publisher that keeps the bytes, as rospy's topic asks for them."""
 
-    def __init__(self, seq=41):
-        self.impl, self.seq, self.sent = self, seq, []
+    closed, endpoint_id = False, '/far'
+
+    def __init__(self, seq=41, latch=False):
+        self.impl, self.seq, self.sent, self.is_latch = self, seq, [], latch
+        self.connections, self.message_data_sent, self.ended = [self], 0, 0
         self._lock = threading.Lock()
 
     def acquire(self):
@@ -23,6 +26,13 @@ class Wire:
 
     def release(self):
         self._lock.release()
+
+    def write_data(self, data):
+        assert int.from_bytes(data[:4], 'little') == len(data) - 4
+        self.sent.append(data[4:])
+
+    def close(self):
+        self.ended += 1
 
     def publish(self, message):
         buffer = io.BytesIO()
@@ -78,19 +88,29 @@ def test_image(encoding):
     assert wire.sent == [bytes_of(conversions.image(2.5, 'camera', rgb, encoding), 42)]
 
 
+@pytest.mark.parametrize('latch', [True, False])
 @pytest.mark.parametrize('time', TIMES)
-def test_clock(time):
-    wire = Wire()
+def test_clock(time, latch):
+    wire = Wire(latch=latch)
     packed.PackedClock(wire).send(time)
     assert wire.sent == [bytes_of(Clock(conversions.stamp(time)))]
 
 
 def test_the_lock_is_given_back_when_sending_fails():
-    wire = Wire()
+    wire = Wire(latch=True)
     wire.publish = lambda message: 1 / 0
     with pytest.raises(ZeroDivisionError):
         packed.PackedClock(wire).send(1.0)
     assert wire._lock.acquire(blocking=False)
+
+
+def test_a_connection_that_fails_is_closed_and_the_others_get_the_message():
+    wire, broken = Wire(), Wire()
+    broken.write_data = lambda data: 1 / 0
+    wire.connections = [broken, wire]
+    packed.PackedClock(wire).send(1.0)
+    assert len(wire.sent) == 1 and (broken.ended, wire.ended) == (1, 0)
+    assert wire.message_data_sent == 12 and wire._lock.acquire(blocking=False)
 
 
 def test_wrong_count_of_joints_is_an_error():

@@ -6,7 +6,7 @@ import pytest
 
 from bullet_bridge import robots as module
 from bullet_bridge.robots import Robots
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.schedule import HeardSchedule
 
 
 class Spec(SimpleNamespace):
@@ -24,7 +24,7 @@ class Output:
         if spec.rate < 0:
             raise OverflowError('too large')
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        self.schedule = Schedule(spec.rate, 0.001, world.step_count)
+        self.schedule = HeardSchedule(spec.rate, 0.001, world.step_count, self.listened)
         self.times, self.heard, self.closed, self.restarts = [], True, False, 0
 
     def attach(self, arrivals):
@@ -60,7 +60,8 @@ class Rig:
         monkeypatch.setattr(module, 'OUTPUTS', {Spec: make})
         monkeypatch.setattr(module.rospy, 'logerr', lambda text, *rest: self.errors.append(
             text % rest))
-        self.world = SimpleNamespace(models={}, step_count=0, name='w', sources=lambda: [])
+        self.world = SimpleNamespace(models={}, step_count=0, time_step=0.001, name='w',
+                                     sources=lambda: [])
         self.forgotten = []
         cameras = SimpleNamespace(set_sources=lambda _: None, take_failures=lambda: ['dark'],
                                   restart=lambda: self.forgotten.append(True))
@@ -81,12 +82,11 @@ class Rig:
 
     def run(self, steps):
         """As Server does: to the next due step, again and again; the steps that were due."""
-        step, due = self.world.step_count, []
-        while step < steps:
-            step = min(steps, self.robots.next_due())
+        due = []
+        while self.world.step_count < steps:
+            self.world.step_count = step = min(steps, self.robots.next_due())
             self.robots.publish(step, step * 0.001)
             due.append(step)
-        self.world.step_count = step
         return due
 
 
@@ -103,19 +103,33 @@ def test_outputs_are_updated_when_due_and_nothing_else_stops_a_batch(rig):
 
 
 def test_without_models_nothing_is_due(rig):
-    assert rig.robots.next_due() == math.inf
-    rig.robots.publish(5, 0.005)
+    rig.robots.refresh()
+    assert rig.run(50) == [20, 40, 50]
 
 
 def test_no_subscriber_no_work(rig):
     rig.model('a', 100)
     rig.made[0].heard = False
+    rig.robots.refresh()
     rig.run(50)
     assert rig.made[0].times == [] and rig.robots.sensor_counts() == {}
     rig.made[0].heard = True
+    rig.robots.refresh()
     rig.run(100)
-    assert len(rig.made[0].times) == 5
+    assert rig.made[0].times == pytest.approx([0.06, 0.07, 0.08, 0.09, 0.1])
     assert rig.robots.sensor_counts() == {'w::a::base::s100': 5}
+
+
+def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_times(rig):
+    rig.model('a', 1000, 30)
+    for output in rig.made:
+        output.heard = False
+    rig.robots.refresh()
+    assert rig.run(100) == [20, 40, 60, 80, 100]
+    rig.made[1].heard = True
+    assert rig.run(200) == [120, 133, 153, 167, 187, 200]
+    assert rig.made[0].times == []
+    assert rig.made[1].times == pytest.approx([0.133, 0.167, 0.2])
 
 
 def test_models_come_and_go(rig):
@@ -158,7 +172,8 @@ def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch)
         raise ValueError('bad topic')
     monkeypatch.setattr(Output, 'attach', refuse)
     rig.model('a', 50)
-    assert rig.robots.next_due() == math.inf
+    rig.run(50)
+    assert rig.made[0].times == []
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad topic"]
 
 
@@ -166,7 +181,8 @@ def test_a_model_that_was_deleted_meanwhile_leaves_nothing(rig):
     rig.before_register = rig.world.models.clear
     rig.model('a', 50, 100)
     assert [output.closed for output in rig.made] == [True, True]
-    assert rig.robots.next_due() == math.inf
+    rig.run(50)
+    assert [output.times for output in rig.made] == [[], []]
 
 
 def test_seeds_depend_on_model_and_place_and_stay(rig):

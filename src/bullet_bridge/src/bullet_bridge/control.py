@@ -36,7 +36,7 @@ class RobotControl:
         self.namespace = '/' + namespace.strip('/') if namespace.strip('/') else ''
         self.arrivals = arrivals or Arrivals()
         self._mail, self._lock = {}, threading.Lock()
-        self._topics, self._active, self._tunings, self._said = {}, (), {}, set()
+        self._topics, self._active, self._tunings, self._said = {}, {}, {}, set()
         self.closed = False
         try:
             self._set_joint_gains()
@@ -91,18 +91,20 @@ class RobotControl:
 
     def next_due(self):
         """First physics step after which something is to be published, or infinity."""
-        active = tuple(name for name in self._topics if self.manager.is_running(name))
-        for name in active:
-            if name not in self._active:
-                self._topics[name].restart(self.world.step_count)
-        self._active = active
-        return min((self._topics[name].next_due() for name in active), default=math.inf)
-
-    def publish(self, step, time):
-        """Publish what is due."""
+        due, active = math.inf, {}
         for name, topics in self._topics.items():
             if self.manager.is_running(name):
-                topics.publish(step, time)
+                if name not in self._active:
+                    topics.restart(self.world.step_count)
+                active[name] = topics
+                due = min(due, topics.next_due())
+        self._active = active
+        return due
+
+    def publish(self, step, time):
+        """Publish what is due of what ran at the last next_due()."""
+        for topics in self._active.values():
+            topics.publish(step, time)
 
     def restart(self):
         """Start afresh after a reset."""

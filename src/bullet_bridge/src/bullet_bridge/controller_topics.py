@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 from bullet_bridge import control_messages, conversions
 from bullet_bridge.packed import PackedJointState
 from bullet_bridge.publishing import publisher
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.schedule import HeardSchedule
 
 STATE_EVERY = 10        # updates of a PID controller between two messages on its state topic
 
@@ -30,10 +30,12 @@ class Topics:
         self._robot, self._spec = robot, spec
         self._schedules, self._wires = [], []
 
-    def _every(self, rate):
-        """A Schedule [Hz], at most once per physics step."""
+    def _every(self, rate, *wires):
+        """A HeardSchedule [Hz] of publishers, at most once per physics step."""
         world = self._robot.world
-        schedule = Schedule(min(rate, 1.0 / world.time_step), world.time_step, world.step_count)
+        schedule = HeardSchedule(
+            min(rate, 1.0 / world.time_step), world.time_step, world.step_count,
+            lambda: any(wire.get_num_connections() > 0 for wire in wires))
         self._schedules.append(schedule)
         return schedule
 
@@ -54,7 +56,11 @@ class Topics:
 
     def next_due(self):
         """First physics step after which something is to be published, or infinity."""
-        return min((schedule.next for schedule in self._schedules), default=math.inf)
+        due, step = math.inf, self._robot.world.step_count
+        for schedule in self._schedules:
+            if schedule.look(step) and schedule.next < due:
+                due = schedule.next
+        return due
 
     def publish(self, step, time):
         """Publish what is due (only called while the controller runs)."""
@@ -75,8 +81,8 @@ class JointStates(Topics):
 
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
-        self._schedule = self._every(spec.publish_rate)
         self._states = self._publisher(f'{robot.namespace}/joint_states', JointState)
+        self._schedule = self._every(spec.publish_rate, self._states)
         names = robot.model.joints.names
         self._kept = [names.index(name) for name in spec.joints or names]
         shown = [names[number] for number in self._kept]
@@ -85,11 +91,12 @@ class JointStates(Topics):
 
     def publish(self, step, time):
         """Publish joint states that are due."""
-        if not self._schedule.due(step) or not self._states.get_num_connections():
+        if not self._schedule.due(step):
             return
-        columns = self._robot.model.joints.read()
-        self._sender.send(time, *([*column[self._kept], *(row[number] for row in self._extra)]
-                                  for number, column in enumerate(columns, 1)))
+        columns = self._robot.model.joints.columns(self._kept)
+        for number, column in enumerate(columns, 1):
+            column += [row[number] for row in self._extra]
+        self._sender.send(time, *columns)
 
 
 class Commands(Topics):
@@ -120,30 +127,28 @@ class PidCommands(Commands):
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state = None
         if not spec.kind.group:
-            self._schedule = self._every(rate / STATE_EVERY)
             self._state = self._publisher(f'{self.name}/state', JointControllerState)
+            self._schedule = self._every(rate / STATE_EVERY, self._state)
         self._inner = []
         for number, wanted in enumerate(spec.publish_pid):
             if wanted:
-                self._inner.append((self._every(rate), number, self._publisher(
-                    f'{self._robot.pid_namespace(spec, number)}/state', PidState)))
+                wire = self._publisher(f'{self._robot.pid_namespace(spec, number)}/state', PidState)
+                self._inner.append((self._every(rate, wire), number, wire))
 
     def publish(self, step, time):
         """Publish the last update, with the time at which its measurement was taken."""
-        controller = self.controller
         state_due = self._state is not None and self._schedule.due(step)
         inner_due = [row for row in self._inner if row[0].due(step)]
-        if controller.sample is None:
+        if not (state_due or inner_due) or self.controller.sample is None:
             return
+        controller = self.controller
         sample = controller.sample
         time -= self._robot.manager.time - sample.time
-        if state_due and self._state.get_num_connections():
+        if state_due:
             self._state.publish(control_messages.controller_state(
                 time, sample, controller.pids[0].gains))
         for _, number, wire in inner_due:
-            if wire.get_num_connections():
-                wire.publish(control_messages.pid_state(time, sample.period,
-                                                        controller.pids[number]))
+            wire.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
 
 
 class Drive(Commands):
@@ -153,15 +158,16 @@ class Drive(Commands):
 
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
-        self._schedule = self._every(spec.publish_rate)
         self._odometry = self._publisher(f'{self.name}/odom', Odometry)
         drive = spec.drive
         self._transform = self._publisher('/tf', TFMessage) if drive.publish_tf else None
+        self._outputs = [wire for wire in (self._odometry, self._transform) if wire is not None]
+        self._schedule = self._every(spec.publish_rate, *self._outputs)
         self._limited = None
         if drive.publish_command:
-            self._limited_schedule = self._every(
-                1.0 / robot.manager.control_period(robot.world.time_step))
             self._limited = self._publisher(f'{self.name}/cmd_vel_out', TwistStamped)
+            self._limited_schedule = self._every(
+                1.0 / robot.manager.control_period(robot.world.time_step), self._limited)
 
     def _kind(self):
         return Twist
@@ -176,15 +182,11 @@ class Drive(Commands):
 
     def publish(self, step, time):
         """Publish odometry of this very step, and the limited command."""
-        if self._limited is not None and self._limited_schedule.due(step) \
-                and self._limited.get_num_connections():
+        if self._limited is not None and self._limited_schedule.due(step):
             self._limited.publish(control_messages.limited_twist(time, *self.controller.limited))
         if not self._schedule.due(step):
             return
-        wires = [wire for wire in (self._odometry, self._transform)
-                 if wire is not None and wire.get_num_connections()]
-        if not wires:
-            return
+        wires = [wire for wire in self._outputs if wire.get_num_connections()]
         self._robot.manager.observe()
         message = control_messages.drive_odometry(time, self._spec.drive,
                                                   self.controller.odometry)

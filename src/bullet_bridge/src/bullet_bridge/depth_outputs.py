@@ -57,9 +57,9 @@ class DepthCameraOutput(CameraOutput):
     def __init__(self, world, model, spec, seed):
         super().__init__(world, model, spec, seed)
         self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
-        self._depth = publisher(spec.depth_topic, Image)
-        self._depth_info = publisher(spec.depth_info_topic, CameraInfo)
-        self._points = publisher(spec.points_topic, PointCloud2)
+        self._depth = publisher(spec.depth_topic, Image, relayed=False)
+        self._depth_info = publisher(spec.depth_info_topic, CameraInfo, relayed=False)
+        self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
 
     def listened(self):
         return super().listened() or any(

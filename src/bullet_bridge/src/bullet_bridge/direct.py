@@ -107,12 +107,13 @@ class DirectConnection:
             self._changed.notify_all()
 
 
-def send_directly(publisher, limit):
+def send_directly(publisher, limit, relay=None):
     """Let a new rospy.Publisher use DirectConnection for TCP subscribers.
 
     Args:
         publisher: rospy.Publisher without a queue, just made: nobody is connected yet.
         limit: see DirectConnection.
+        relay: Relay that serves them instead as long as it is alive; None: none.
     """
     impl = publisher.impl
     if getattr(impl, 'sends_directly', False):     # another Publisher of the same topic did it
@@ -122,7 +123,8 @@ def send_directly(publisher, limit):
     def add_connection(connection):
         if getattr(connection, 'socket', None) is not None:
             try:
-                connection = DirectConnection(connection, limit)
+                relayed = relay.serve(connection, limit) if relay is not None else None
+                connection = relayed or DirectConnection(connection, limit)
             except OSError as error:    # gone already
                 rospy.logdebug('subscriber of %s is gone: %s', impl.resolved_name, error)
                 return False

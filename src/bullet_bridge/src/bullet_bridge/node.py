@@ -12,6 +12,7 @@ from bullet_bridge.config import parse_config
 from bullet_bridge.gazebo_services import GazeboServices
 from bullet_bridge.jobs import JobQueue
 from bullet_bridge.resolve import Resolver, find_world
+from bullet_bridge.relay import Relay
 from bullet_bridge.robots import Robots
 from bullet_bridge.server import Server
 from bullet_bridge.statistics import StatisticsService
@@ -47,10 +48,12 @@ def main():
     # The node would hear its own /clock through a socket and a thread: it sets its time itself.
     rospy.init_node('gazebo', disable_rostime=True)
     world = World()
-    cameras = viewer = None
+    cameras = viewer = relay = None
     try:
         config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
         publishing.set_lockstep(config.lockstep)
+        relay = None if config.lockstep else Relay()
+        publishing.set_relay(relay)
         resolve = Resolver()
         load_world(world, config.world_file, resolve)
         jobs = JobQueue()
@@ -60,7 +63,7 @@ def main():
         robots = Robots(jobs, world, cameras, config.seed, arrivals)
         own_time = set_own_time if rospy.get_param('/use_sim_time', False) else None
         clock = SimClock(config.clock_rate, world.time_step, own=own_time)
-        server = Server(world, jobs, robots, config, clock)
+        server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate,
                        rospy.get_name())
         StatisticsService(jobs, server)
@@ -82,6 +85,8 @@ def main():
             viewer.close()
         if cameras is not None:
             cameras.close()
+        if relay is not None:
+            relay.close()
         world.close()
     return 0
 

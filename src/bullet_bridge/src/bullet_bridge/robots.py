@@ -1,6 +1,5 @@
 """What a spawned model brings to the ROS graph: controllers and sensors."""
 
-import math
 import threading
 import zlib
 
@@ -11,6 +10,9 @@ from bullet_bridge.control import RobotControl
 from bullet_bridge.outputs import OUTPUTS
 from bullet_bridge.publishing import all_or_none
 from bullet_bridge.sensor_outputs import CameraOutput
+
+
+LOOK = 0.02     # [s] of simulated time after which it is looked again who subscribes
 
 
 def _publish(what, publish, *arguments):
@@ -39,7 +41,7 @@ class Robots:
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
         self.arrivals = arrivals or Arrivals()
         self._controls, self._outputs, self._counts = {}, {}, {}
-        self._all_controls, self._all_outputs, self._next = (), (), math.inf
+        self._all_controls, self._all_outputs, self._next = (), (), 0
         self._claims, self._claiming = {}, threading.Lock()     # control namespace -> model
 
     def connect(self, model, namespace=''):
@@ -159,9 +161,14 @@ class Robots:
         self._look_ahead()
 
     def _look_ahead(self):
-        due = [output.schedule.next for output in self._all_outputs]
-        due += [control.next_due() for control in self._all_controls]
-        self._next = min(due, default=math.inf)
+        step = self._world.step_count
+        due = step + max(1, round(LOOK / self._world.time_step))
+        for output in self._all_outputs:
+            if output.schedule.look(step) and output.schedule.next < due:
+                due = output.schedule.next
+        for control in self._all_controls:
+            due = min(due, control.next_due())
+        self._next = due
 
     def deliver(self):
         """Hand over the latest commands of all robots."""
@@ -169,7 +176,7 @@ class Robots:
             control.deliver()
 
     def next_due(self):
-        """First physics step after which something is to be published, or infinity."""
+        """Physics step after which publish() is to be called, at the latest."""
         return self._next
 
     def publish(self, step, time):
@@ -180,7 +187,7 @@ class Robots:
             _publish(f"controllers in '{control.namespace}'", control.publish, step, time)
         pictures = []
         for output in self._all_outputs:
-            if output.schedule.due(step) and output.listened():
+            if output.schedule.due(step):
                 self._counts[output] = self._counts.get(output, 0) + 1
                 if isinstance(output, CameraOutput):
                     pictures.append(output)

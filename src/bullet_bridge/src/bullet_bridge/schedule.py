@@ -43,3 +43,31 @@ class Schedule:
         self._count = max(self._count + 1, math.floor(step / self._ratio + 1e-9) + 1)
         self.next = round(self._count * self._ratio)
         return True
+
+
+class HeardSchedule(Schedule):
+    """A Schedule that counts while somebody subscribes.
+
+    While nobody does, it goes on silently: what is due to nobody holds up no batch of steps, and
+    who subscribes later gets messages of the same times as if there had always been somebody.
+
+    Args:
+        rate, time_step, start: see Schedule.
+        heard: function that tells whether somebody subscribes.
+    """
+
+    def __init__(self, rate, time_step, start, heard):
+        super().__init__(rate, time_step, start)
+        self._ask, self._heard = heard, False
+
+    def look(self, step):
+        """Look, after a step, whether somebody subscribes; returns it."""
+        heard = bool(self._ask())
+        if heard and not self._heard:
+            super().due(step)       # what was due to nobody is over
+        self._heard = heard
+        return heard
+
+    def due(self, step):
+        """As Schedule's; False for what nobody subscribed to at the last look."""
+        return super().due(step) and self._heard

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 from bullet_bridge import conversions
 from bullet_bridge.packed import PackedImage, PackedOdometry, PackedScan
 from bullet_bridge.publishing import publisher
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.schedule import HeardSchedule
 from bullet_sim.pose import Pose, cross
 from bullet_sim.sensors import camera, ground_truth, imu, lidar
 
@@ -25,13 +25,14 @@ class Output:
     """
 
     message = None
+    relayed = True      # see publishing.publisher
 
     def __init__(self, world, model, spec, seed):
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
         fastest = 1.0 / world.time_step     # as in Gazebo: more often than a step is each step
         rate = min(spec.rate or fastest, fastest)
-        self.schedule = Schedule(rate, world.time_step, world.step_count)
-        self.publisher = publisher(spec.topic, self.message)
+        self.schedule = HeardSchedule(rate, world.time_step, world.step_count, self.listened)
+        self.publisher = publisher(spec.topic, self.message, relayed=self.relayed)
         offset = Pose.from_xyz_rpy(*getattr(spec, 'pose', ((0, 0, 0), (0, 0, 0))))
         self._offset = None if offset == Pose() else offset
         self.restart()
@@ -139,12 +140,13 @@ class CameraOutput(Output):
     """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
 
     message = Image
+    relayed = False
 
     def __init__(self, world, model, spec, seed):
         from bullet_sim.render.request import CameraRequest
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(world, model, spec, seed)
-        self._info_publisher = publisher(spec.info_topic, CameraInfo)
+        self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
         self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
         index, offset = model.carrier(spec.link)

@@ -41,16 +41,17 @@ class Server:
         config: Config.
         clock: SimClock; None: one of its own.
         now: function that gives wall time [s].
+        relay: Relay, or None.
     """
 
-    def __init__(self, world, jobs, robots, config, clock=None, now=wall.monotonic):
+    def __init__(self, world, jobs, robots, config, clock=None, now=wall.monotonic, relay=None):
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic = config.monotonic_clock
-        self._now = now
+        self._now, self._relay = now, relay
         self._pace = Pace(config.real_time_factor, now)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
-        self._clock_mark = (now(), world.step_count)
+        self._clock_mark, self._clock_waits = (now(), world.step_count), False
         self._reporters, self._steps = [], None
         self._set_batches()
         self._anchor()
@@ -61,6 +62,8 @@ class Server:
         self._stride = round(CLOCK_STRIDE / step)
         self._batch = max(1, round(self._pace.factor * PACED_BATCH / step)) if self._pace.factor \
             else self._free_batch
+        if self._relay is not None:
+            self._relay.hurry(self._pace.factor == 0)
 
     def add_reporter(self, reporter):
         """Ask an object with next_due(), publish(step, time) and restart() in every batch."""
@@ -141,23 +144,38 @@ class Server:
         if world.settle():
             robots.refresh()
         robots.deliver()
-        due = min(self._clock.next, robots.next_due())
+        due = robots.next_due()
+        if not (thin and self._clock_waits):
+            due = min(due, self._clock.next)
         for reporter in self._reporters:
             due = min(due, reporter.next_due())
         world.step(max(1, min(limit, due - world.step_count)))
-        step, time = world.step_count, world.time
+        if self._relay is None:
+            self._publish(thin)
+            return
+        with self._relay.gather():
+            self._publish(thin)
+
+    def _publish(self, thin):
+        step, time = self._world.step_count, self._world.time
         if self._clock.publish_due(step, time) and thin:
             self._thin_clock(step)
-        robots.publish(step, time)
+        self._robots.publish(step, time)
         for reporter in self._reporters:
             reporter.publish(step, time)
 
     def _thin_clock(self, step):
-        """Skip as many due times as pass within CLOCK_GAP at the present speed."""
+        """Skip as many due times as pass within CLOCK_GAP at the present speed.
+
+        At a speed at which these are more than a batch the clock waits for the batch's end.
+        """
         now, (before, its_step) = self._now(), self._clock_mark
         self._clock_mark = now, step
         passed = max(now - before, 1e-6)
-        self._clock.skip(min(int((step - its_step) * CLOCK_GAP / passed), self._stride))
+        steps = min(int((step - its_step) * CLOCK_GAP / passed), self._stride)
+        self._clock_waits = steps > self._free_batch
+        self._clock.skip(min(steps, self._stride - self._free_batch) if self._clock_waits
+                         else steps)
 
     # steps on request -------------------------------------------------------------------------
     def begin_steps(self, count):
@@ -189,6 +207,7 @@ class Server:
         if steps is not None:
             self._anchor()
             self._clock.tell(self._world.time)
+            self._catch_up()
             steps.error = error
             steps.done.set()
 
@@ -205,6 +224,7 @@ class Server:
         self.paused = paused
         self._anchor()
         self._clock.tell(self._world.time)
+        self._catch_up()
 
     def reset(self, time):
         """Back to the start; with time=True simulated time, too, unless it is monotonic."""
@@ -217,3 +237,9 @@ class Server:
             reporter.restart()
         self._anchor()
         self._clock.tell(self._world.time)
+        self._catch_up()
+
+    def _catch_up(self):
+        """Whoever hears that something is done has been sent what came before."""
+        if self._relay is not None:
+            self._relay.catch_up()

@@ -8,8 +8,7 @@ from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorP
 
 from bullet_bridge.conversions import pose_to_msg, stamp, twist_to_msg
 from bullet_bridge.publishing import publisher
-from bullet_bridge.publishing import publisher
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.schedule import HeardSchedule
 
 METRICS_PERIOD = 0.2    # [s] wall time
 
@@ -59,14 +58,15 @@ class StateTopics:
     def restart(self):
         """Start the schedule anew: after a reset, or with another physics step."""
         step = self._world.time_step
-        self._schedule = Schedule(min(self._rate, 1.0 / step), step, self._world.step_count)
+        self._schedule = HeardSchedule(min(self._rate, 1.0 / step), step,
+                                       self._world.step_count, self._wanted)
 
     def _wanted(self):
         return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
 
     def next_due(self):
         """Physics step after which a message is due; infinity when nobody listens."""
-        return self._schedule.next if self._wanted() else math.inf
+        return self._schedule.next if self._schedule.look(self._world.step_count) else math.inf
 
     def publish(self, step, _time):
         """Publish what is due and listened to."""

@@ -1,0 +1,243 @@
+"""Sending through a process of its own: one write of the simulation thread for all subscribers.
+
+To send a message to a process that sleeps takes the sender's time to wake it, several times what
+the message costs otherwise, and several nodes hear each message. The simulation thread leaves that
+to the relay. What the relay does with the messages stands in relay_process.
+"""
+
+import contextlib
+import pathlib
+import select
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import rospy
+from rospy.exceptions import TransportTerminated
+
+from bullet_bridge.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
+
+PATIENCE = 2.0      # [s] wall time that the relay may leave its socket full, or take to end
+
+
+class RelayedConnection:
+    """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does."""
+
+    def __init__(self, connection, relay, number):
+        self._connection, self._relay, self._number = connection, relay, number
+
+    def __getattr__(self, name):
+        if name.startswith('__'):
+            raise AttributeError(name)
+        return getattr(self._connection, name)
+
+    def write_data(self, data):
+        """Send a message; rospy calls it with the topic's lock held.
+
+        Raises:
+            TransportTerminated: the subscriber is gone.
+        """
+        if self._connection.done:
+            raise TransportTerminated('connection closed')
+        self._relay.put(HEAD.pack(MESSAGE, self._number, len(data)), data)
+        self._connection.stat_bytes += len(data)
+        self._connection.stat_num_msg += 1
+        return True
+
+
+class Relay:
+    """The relay's process, as the bridge sees it.
+
+    If it dies or hangs, what it served is closed (subscribers connect again by themselves, within
+    seconds) and `alive` is False from then on.
+
+    Args:
+        on_end: called with one line of text when the process dies before close().
+
+    Raises:
+        OSError: it does not start.
+    """
+
+    def __init__(self, on_end=rospy.logerr):
+        self._on_end = on_end
+        self._channel, its = socket.socketpair()
+        for end in (self._channel, its):    # rospy's default timeout would make them non-blocking
+            end.setblocking(True)
+        script = pathlib.Path(__file__).with_name('relay_process.py')
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, '-I', '-S', str(script), str(its.fileno())],
+                stdin=subprocess.DEVNULL, pass_fds=[its.fileno()])
+        except OSError:
+            self._channel.close()
+            raise
+        finally:
+            its.close()
+        self.alive, self._closing = True, False
+        self._lock = threading.RLock()
+        self._parts, self._gathering, self._last = [], False, 0
+        self._served = {}       # number -> rospy transport
+        self._caught_up = threading.Event()
+        self._listener = threading.Thread(target=self._listen, name='relay', daemon=True)
+        self._listener.start()
+
+    def serve(self, connection, limit):
+        """Take over a rospy transport with a socket.
+
+        Args:
+            connection: the transport.
+            limit: messages that may wait for it, the oldest is dropped beyond.
+
+        Returns:
+            RelayedConnection, or None: the relay has ended.
+        """
+        sock = connection.socket
+        sock.settimeout(None)
+        if sock.family in (socket.AF_INET, socket.AF_INET6):
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with self._lock:
+            self._flush()
+            if not self.alive:
+                return None
+            self._last += 1
+            number = self._last
+            try:
+                socket.send_fds(self._channel, [HEAD.pack(ADD, number, limit)], [sock.fileno()])
+            except OSError:
+                self._give_up('does not take subscribers')
+                return None
+            self._served[number] = connection
+        connection.set_cleanup_callback(lambda _: self._forget(number))
+        return RelayedConnection(connection, self, number)
+
+    def _forget(self, number):
+        with self._lock:
+            if self._served.pop(number, None) is not None:
+                self.put(HEAD.pack(REMOVE, number, 0))
+
+    def hurry(self, flag):
+        """Tell whether messages come all the time, so that the relay should not sleep."""
+        self.put(HEAD.pack(HURRY, 0, int(flag)))
+
+    def catch_up(self):
+        """Wait until all that was put is sent, or waits for a subscriber that is slow."""
+        with self._lock:
+            self._caught_up.clear()
+            self.put(HEAD.pack(ECHO, 0, 0))
+            self._flush()
+        deadline = time.monotonic() + PATIENCE
+        while self.alive and not self._caught_up.wait(0.1) and time.monotonic() < deadline:
+            pass
+
+    def put(self, *parts):
+        """Write bytes now or, within gather(), at its end."""
+        with self._lock:
+            self._parts += parts
+            if not self._gathering:
+                self._flush()
+
+    @contextlib.contextmanager
+    def gather(self):
+        """What is written in this context, by any thread, goes in one piece when it ends."""
+        self._gathering = True
+        try:
+            yield
+        finally:
+            self._gathering = False
+            if self._parts:
+                with self._lock:
+                    self._flush()
+
+    def _flush(self):
+        if not self._parts:
+            return
+        data, self._parts = b''.join(self._parts), []
+        if not self.alive:
+            return
+        try:
+            sent = self._channel.send(data, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            sent = 0
+        except OSError:
+            self._give_up('is gone')
+            return
+        if sent < len(data):
+            self._send_rest(memoryview(data)[sent:])
+
+    def _send_rest(self, data):
+        """The relay never waits for a subscriber: it is worth waiting for."""
+        poller = select.poll()
+        poller.register(self._channel, select.POLLOUT)
+        try:
+            while data:
+                if not poller.poll(PATIENCE * 1000):
+                    self._give_up(f'took nothing for {PATIENCE:g} s')
+                    return
+                try:
+                    data = data[self._channel.send(data, socket.MSG_DONTWAIT):]
+                except BlockingIOError:
+                    pass
+        except OSError:
+            self._give_up('is gone')
+
+    def _give_up(self, reason):
+        """Whatever the relay has sent of a message is lost: the connections have to go, too."""
+        with self._lock:
+            if not self.alive:
+                return
+            self.alive = False
+            served, self._served = list(self._served.values()), {}
+        self.process.kill()
+        threading.Thread(target=self._end, args=(served, reason), name='relay-end',
+                         daemon=True).start()
+
+    def _end(self, served, reason):
+        """In a thread of its own: closing takes locks of rospy's topics."""
+        for connection in served:
+            connection.close()
+        if not self._closing and not rospy.is_shutdown():
+            self._on_end(f'the relay (pid {self.process.pid}) {reason}; the bridge sends by itself '
+                         'from now on')
+
+    def _listen(self):
+        """The thread: closes what the relay found closed."""
+        left = b''
+        while True:
+            try:
+                data = self._channel.recv(4096)
+            except OSError:
+                data = b''
+            if not data:
+                break
+            left += data
+            while len(left) >= NUMBER.size:
+                number, = NUMBER.unpack_from(left)
+                left = left[NUMBER.size:]
+                if number == 0:
+                    self._caught_up.set()
+                    continue
+                with self._lock:
+                    connection = self._served.pop(number, None)
+                if connection is not None:
+                    connection.close()
+        self._give_up('has ended')
+
+    def close(self):
+        """End the process; it sends what it has got."""
+        self._closing = True
+        with self._lock:
+            self._flush()
+            self.alive = False
+        try:
+            self._channel.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._listener.join(PATIENCE)
+        self._channel.close()
