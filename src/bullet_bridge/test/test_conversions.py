@@ -9,7 +9,7 @@ from geometry_msgs.msg import Pose as PoseMsg
 from bullet_bridge import conversions
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.camera import camera_info_arrays
-from bullet_sim.specs import CameraSpec, GroundTruthSpec, ImuSpec, RaySpec
+from bullet_sim.specs import CameraSpec, ImuSpec
 
 
 def packs(message):
@@ -51,35 +51,11 @@ def test_twist():
     assert packs(twist)
 
 
-def test_joint_state():
-    message = conversions.joint_state(1.5, ('a', 'b'), *np.arange(6.0).reshape(3, 2))
-    assert (message.name, message.position) == (['a', 'b'], [0.0, 1.0])
-    assert (message.velocity, message.effort) == ([2.0, 3.0], [4.0, 5.0])
-    assert message.header.stamp.to_sec() == 1.5 and packs(message)
-
-
-def test_odometry():
-    spec = GroundTruthSpec('base', '/odom', frame_id='map', child_frame_id='base')
-    message = conversions.odometry(2.0, spec, Pose((1.0, 2.0, 3.0)), np.ones(3), np.zeros(3))
-    assert (message.header.frame_id, message.child_frame_id) == ('map', 'base')
-    assert message.pose.pose.position.z == 3.0 and message.twist.twist.linear.y == 1.0
-    assert packs(message)
-
-
-def test_image_has_rows_of_width_times_three():
-    rgb = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
-    message = conversions.image(0.25, 'camera', rgb)
-    assert (message.height, message.width, message.step) == (4, 6, 18)
-    assert message.encoding == 'rgb8' and message.header.frame_id == 'camera'
-    assert len(message.data) == message.step * message.height
-    assert np.array_equal(np.frombuffer(message.data, np.uint8).reshape(rgb.shape), rgb)
-    assert packs(message)
-
-
-def test_image_of_a_view_is_in_row_order():
+def test_pixels_of_a_view_are_in_row_order():
     rgb = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)[::-1, ::-1]
-    data = conversions.image(0.0, 'camera', rgb).data
-    assert np.array_equal(np.frombuffer(data, np.uint8).reshape(4, 6, 3), rgb)
+    for encoding, expected in (('rgb8', rgb), ('bgr8', rgb[:, :, ::-1])):
+        data = conversions.pixels(rgb, encoding).tobytes()
+        assert np.array_equal(np.frombuffer(data, np.uint8).reshape(4, 6, 3), expected)
 
 
 def test_camera_info_sizes():
@@ -90,17 +66,6 @@ def test_camera_info_sizes():
     assert message.distortion_model == 'plumb_bob'
     assert message.K[0] == pytest.approx(80 / math.tan(0.5)) and message.P[0] == message.K[0]
     assert packs(message)
-
-
-def test_laser_scan_fields():
-    spec = RaySpec('s', 'l', samples=3, min_angle=-1.0, max_angle=1.0, range_min=0.2,
-                   range_max=8.0, rate=20.0, frame_id='laser')
-    message = conversions.laser_scan(3.0, spec, 1.0, np.array([1.0, math.inf, 2.0]))
-    assert (message.angle_min, message.angle_max, message.angle_increment) == (-1.0, 1.0, 1.0)
-    assert (message.range_min, message.range_max) == (0.2, 8.0)
-    assert (message.scan_time, message.time_increment) == (0.05, 0.0)
-    assert message.ranges == [1.0, math.inf, 2.0] and list(message.intensities) == [0] * 3
-    assert message.header.frame_id == 'laser' and packs(message)
 
 
 def test_imu_message():

@@ -211,9 +211,9 @@ def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
                                                 ('bgr8', [50, 100, 200]), ('mono8', [124])])
 def test_encodings(encoding, expected):
     rgb = np.tile(np.array((200, 100, 50), np.uint8), (2, 3, 1))
-    message = conversions.image(0.0, 'f', rgb, encoding)
-    assert message.encoding == encoding and message.step * 2 == len(message.data)
-    assert list(message.data[:len(expected)]) == expected
+    pixels = conversions.pixels(rgb, encoding)
+    assert pixels.flags.c_contiguous and pixels.shape[:2] == (2, 3)
+    assert pixels.reshape(6, -1).tolist() == [expected] * 6
 
 
 def test_stereo_baseline():

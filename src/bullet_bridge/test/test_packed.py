@@ -3,6 +3,7 @@ import io
 import threading
 
 import numpy as np
+import ordinary
 import pytest
 from rosgraph_msgs.msg import Clock
 
@@ -58,7 +59,7 @@ def test_joint_state(time):
     names, wire = ('left', 'rechts ä', 'x'), Wire()
     values = [np.array([1.5, -2.0, 1e-300]), np.array([0.0, np.pi, 3.0]), np.arange(3.0)]
     packed.PackedJointState(wire, names).send(time, *values)
-    assert wire.sent == [bytes_of(conversions.joint_state(time, names, *values), 42)]
+    assert wire.sent == [bytes_of(ordinary.joint_state(time, names, *values), 42)]
 
 
 @pytest.mark.parametrize('time', TIMES)
@@ -69,7 +70,7 @@ def test_odometry(time):
     linear, angular, wire = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 0.0]), Wire()
     sender = packed.PackedOdometry(wire, 'odom', 'base_link', 0.25 ** 2)
     sender.send(time, pose.position, pose.orientation, linear, angular)
-    assert wire.sent == [bytes_of(conversions.odometry(time, spec, pose, linear, angular), 42)]
+    assert wire.sent == [bytes_of(ordinary.odometry(time, spec, pose, linear, angular), 42)]
 
 
 def test_scan():
@@ -77,7 +78,7 @@ def test_scan():
                    min_angle=-1.0, max_angle=1.0, range_min=0.1, range_max=9.0)
     ranges, wire = np.array([1.0, np.inf, -np.inf, 0.3, 8.0], np.float32), Wire()
     packed.PackedScan(wire, spec, 0.5, 5).send(2.5, ranges)
-    assert wire.sent == [bytes_of(conversions.laser_scan(2.5, spec, 0.5, ranges), 42)]
+    assert wire.sent == [bytes_of(ordinary.laser_scan(2.5, spec, 0.5, ranges), 42)]
 
 
 @pytest.mark.parametrize('encoding', ['rgb8', 'mono8'])
@@ -85,7 +86,7 @@ def test_image(encoding):
     rgb, wire = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8), Wire()
     pixels = conversions.pixels(rgb, encoding)
     packed.PackedImage(wire, 'camera', encoding).send(2.5, pixels)
-    assert wire.sent == [bytes_of(conversions.image(2.5, 'camera', rgb, encoding), 42)]
+    assert wire.sent == [bytes_of(ordinary.image(2.5, 'camera', rgb, encoding), 42)]
 
 
 @pytest.mark.parametrize('latch', [True, False])

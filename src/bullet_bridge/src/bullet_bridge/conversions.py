@@ -5,8 +5,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, Imu
 
 from bullet_bridge.packed import split
 from bullet_sim.pose import Pose
@@ -46,25 +45,6 @@ def twist_to_msg(linear, angular):
     return message
 
 
-def joint_state(time, names, positions, velocities, efforts):
-    """sensor_msgs/JointState from names and three (n,) arrays."""
-    message = JointState(name=list(names), position=positions.tolist(),
-                         velocity=velocities.tolist(), effort=efforts.tolist())
-    message.header.stamp = stamp(time)
-    return message
-
-
-def odometry(time, spec, pose, linear, angular):
-    """nav_msgs/Odometry of a GroundTruthSpec; covariances hold the square of its noise."""
-    message = Odometry(child_frame_id=spec.child_frame_id)
-    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
-    message.pose.pose = pose_to_msg(pose)
-    message.twist.twist = twist_to_msg(linear, angular)
-    for covariance in (message.pose.covariance, message.twist.covariance):
-        covariance[::7] = [spec.noise_stddev ** 2] * 6
-    return message
-
-
 def pixels(rgb, encoding):
     """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
     if encoding == 'bgr8':
@@ -74,16 +54,6 @@ def pixels(rgb, encoding):
     return np.ascontiguousarray(rgb)
 
 
-def image(time, frame_id, rgb, encoding='rgb8'):
-    """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
-    height, width = rgb.shape[:2]
-    rgb = pixels(rgb, encoding)
-    message = Image(height=height, width=width, encoding=encoding,
-                    step=width * (1 if encoding == 'mono8' else 3), data=rgb.tobytes())
-    message.header.stamp, message.header.frame_id = stamp(time), frame_id
-    return message
-
-
 def camera_info(spec, arrays):
     """sensor_msgs/CameraInfo (without stamp) from D (5,), K (9,), R (9,), P (12,)."""
     d, k, r, p = arrays
@@ -91,16 +61,6 @@ def camera_info(spec, arrays):
                          D=list(d), K=list(k), R=list(r), P=list(p))
     message.P[3] = -message.P[0] * spec.baseline    # of a stereo pair's right camera
     message.header.frame_id = spec.frame_id
-    return message
-
-
-def laser_scan(time, spec, increment, ranges):
-    """sensor_msgs/LaserScan of a RaySpec and ranges (n,) [m]; all rays at one time."""
-    message = LaserScan(angle_min=spec.min_angle, angle_max=spec.max_angle,
-                        angle_increment=increment, scan_time=1.0 / spec.rate,
-                        range_min=spec.range_min, range_max=spec.range_max,
-                        ranges=ranges.tolist(), intensities=[0.0] * len(ranges))
-    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
     return message
 
 

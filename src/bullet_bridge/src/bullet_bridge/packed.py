@@ -134,8 +134,8 @@ class PackedScan(Packed):
     def __init__(self, wire, spec, increment, count):
         super().__init__(wire)
         self._constant = text(spec.frame_id) + struct.pack(
-            '<7fI', spec.min_angle, spec.max_angle, increment, 0.0, 1.0 / spec.rate,
-            spec.range_min, spec.range_max, count)
+            '<7fI', spec.min_angle, spec.max_angle, increment, 0.0,
+            1.0 / spec.rate if spec.rate else 0.0, spec.range_min, spec.range_max, count)
         self._intensities = struct.pack(f'<I{count}f', count, *([0.0] * count))
 
     def send(self, time, ranges):

@@ -195,7 +195,7 @@ class Robots:
                     _publish(f"model '{output.model.name}', sensor on {output.spec.topic}",
                              output.update, time)
         if pictures:
-            self._cameras.draw(self._world, pictures)
+            _publish('pictures', self._cameras.draw, self._world, pictures)
         self._look_ahead()
 
     def sensor_counts(self):

@@ -1,9 +1,9 @@
-"""What rviz shows of a run: centreline, driven path, progress text."""
+"""What rviz shows of a run: the lane, centreline, driven path, progress text."""
 import math
 import threading
 
 import rospy
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Path
 from visualization_msgs.msg import Marker
 
@@ -20,8 +20,24 @@ def pose_stamped(x, y, yaw):
     return pose
 
 
+def lane_marker(lane, frame):
+    """The lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
+    marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns='lane')
+    marker.header.frame_id = frame
+    marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    marker.color.r = marker.color.g = marker.color.b = 0.6
+    marker.color.a = 1.0
+    left, right = ([Point(float(x), float(y), -0.002) for x, y in lane.edge(side)]
+                   for side in (1, -1))
+    for k in range(len(left) if lane.closed else len(left) - 1):
+        after = (k + 1) % len(left)
+        marker.points += [left[k], right[k], left[after], left[after], right[k], right[after]]
+    return marker
+
+
 class Display:
-    """Publishers `~centreline` (latched; a circuit repeats its first pose), `~driven`, `~text`.
+    """Publishers `~lane`, `~centreline` (latched; a circuit repeats its first pose), `~driven`
+    and `~text`.
 
     Args:
         lane: geometry.Lane.
@@ -37,6 +53,8 @@ class Display:
         self._centreline = rospy.Publisher('~centreline', Path, queue_size=1, latch=True)
         self._path = rospy.Publisher('~driven', Path, queue_size=1, latch=True)
         self._text = rospy.Publisher('~text', Marker, queue_size=1)
+        self._lane = rospy.Publisher('~lane', Marker, queue_size=1, latch=True)
+        self._lane.publish(lane_marker(lane, frame))
         line = Path()
         line.header.frame_id = frame
         points = list(lane.curve) + ([lane.curve[0]] if lane.closed else [])
@@ -76,7 +94,7 @@ class Display:
         marker = Marker(type=Marker.TEXT_VIEW_FACING, action=Marker.ADD, ns='referee')
         marker.header.stamp, marker.header.frame_id = stamp, self._frame
         marker.pose.position.x, marker.pose.position.y = pose[0], pose[1]
-        marker.pose.position.z = 0.35
+        marker.pose.position.z = 0.6
         marker.pose.orientation.w = 1.0
         marker.scale.z = 0.14
         marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0
