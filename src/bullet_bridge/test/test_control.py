@@ -118,6 +118,7 @@ class Bot:
 
     def run(self, steps):
         """Steps as Server makes them; velocity of the wheel afterwards [rad/s]."""
+        self.control.refresh()
         for _ in range(steps):
             due = self.control.next_due()
             self.control.deliver()

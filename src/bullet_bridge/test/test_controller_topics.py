@@ -130,14 +130,16 @@ class Bot:
         """Load and start."""
         assert self.ask('load_controller', name=name).ok
         assert self.ask('switch_controller', start_controllers=[name], strictness=2).ok
-        self.control.next_due()
+        self.control.refresh()
 
     def run(self, steps):
         """Steps as the server makes them."""
+        self.control.refresh()
         for _ in range(steps):
+            due = self.control.next_due()
             self.control.deliver()
             self.world.step()
-            if self.world.step_count >= self.control.next_due():
+            if self.world.step_count >= due:
                 self.control.publish(self.world.step_count, self.world.time)
 
 

@@ -148,6 +148,8 @@ def test_the_thread_of_a_stalled_subscriber_ends_with_it(transport):
 class Impl:
     """Stands in for rospy's topic."""
 
+    closed = False
+
     def __init__(self):
         self.connections, self.resolved_name = [], '/topic'
 

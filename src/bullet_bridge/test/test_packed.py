@@ -114,6 +114,13 @@ def test_a_connection_that_fails_is_closed_and_the_others_get_the_message():
     assert wire.message_data_sent == 12 and wire._lock.acquire(blocking=False)
 
 
+def test_without_a_subscriber_nothing_is_done():
+    wire = Wire()
+    wire.connections = []
+    packed.PackedClock(wire).send(1.0)
+    assert (wire.sent, wire.seq, wire.message_data_sent) == ([], 41, 0)
+
+
 def test_wrong_count_of_joints_is_an_error():
     with pytest.raises(Exception):
         packed.PackedJointState(Wire(), ('a', 'b')).send(0.0, [1.0], [1.0], [1.0])

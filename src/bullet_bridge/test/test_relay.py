@@ -6,12 +6,13 @@ import sys
 import textwrap
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
 
-from bullet_bridge import publishing
+from bullet_bridge import direct, publishing
 from bullet_bridge import relay as module
 from bullet_bridge.direct import DirectConnection
 from bullet_bridge.relay import Relay, RelayedConnection
@@ -34,7 +35,7 @@ def _said():
 
 @pytest.fixture(name='relay', params=[False, True], ids=['woken', 'in a hurry'])
 def _relay(said, request):
-    relay = Relay(said.append)
+    relay = Relay(said.append, lambda: said.append('called back'))
     relay.hurry(request.param)
     yield relay
     relay.close()
@@ -176,6 +177,7 @@ def test_when_it_dies_its_subscribers_are_let_go(relay, said, transports):
     wait(lambda: said, 'a report')
     assert f'pid {relay.process.pid}' in said[0] and 'sends by itself' in said[0]
     assert transport.done and not relay.alive
+    wait(lambda: said[1:] == ['called back'], 'the call to the subscribers')
     with pytest.raises(TransportTerminated):
         connection.write_data(b'x')
     relay.put(b'harmless')
@@ -194,6 +196,65 @@ def test_when_it_hangs_it_is_given_up(relay, said, transports, monkeypatch):
         pass
     wait(lambda: said, 'a report')
     assert 'took nothing for 0.3 s' in said[0] and transport.done
+
+
+def test_one_that_hangs_while_nothing_is_sent_is_given_up_when_it_is_waited_for(
+        relay, said, monkeypatch):
+    monkeypatch.setattr(module, 'PATIENCE', 0.3)
+    os.kill(relay.process.pid, signal.SIGSTOP)
+    begin = time.monotonic()
+    relay.catch_up()
+    assert time.monotonic() - begin < 5.0 and not relay.alive
+    wait(lambda: said, 'a report')
+    assert 'did not answer for 0.3 s' in said[0]
+
+
+def test_a_connection_ends_without_waiting_for_whoever_sends(relay, transports):
+    transport, other = transports(), transports()
+    relay.serve(transport, 10).write_data(b'last')
+    assert transport.read(4) == b'last'
+    before = descriptors(relay)
+    with relay._lock:       # as by a thread that a signal handler interrupted
+        closer = threading.Thread(target=transport.close)
+        closer.start()
+        closer.join(DEADLINE)
+        assert not closer.is_alive()
+    relay.serve(other, 10).write_data(b'x')     # the next write tells the relay
+    assert other.read(1) == b'x' and descriptors(relay) == before
+
+
+def test_a_flush_within_a_flush_tears_no_record(relay, transports, monkeypatch):
+    transport, other = transports(), transports()
+    connection, _ = relay.serve(transport, 10), relay.serve(other, 10)
+    plain = relay._write
+
+    def interrupted(data):
+        if not other.done:
+            other.close()       # what rospy's signal handler does
+            relay.put()
+        plain(data)
+    monkeypatch.setattr(relay, '_write', interrupted)
+    connection.write_data(b'whole')
+    assert transport.read(5) == b'whole'
+    other.far.settimeout(DEADLINE)
+    assert other.far.recv(1) == b''
+
+
+def test_a_topic_that_is_withdrawn_while_somebody_connects_lets_them_go(relay, transports):
+    class Withdrawn(Impl):
+        """Closed meanwhile."""
+
+        closed = True
+
+        def add_connection(self, connection):
+            """As rospy's fails then."""
+            raise TypeError('NoneType')
+    impl, transport = Withdrawn(), transports()
+    direct.send_directly(SimpleNamespace(impl=impl), 10, relay)
+    with pytest.raises(TypeError):
+        impl.add_connection(transport)
+    transport.far.settimeout(DEADLINE)
+    assert transport.far.recv(1) == b'' and transport.done
 
 
 def test_its_end_sends_what_it_has(said, transports):

@@ -227,6 +227,9 @@ class Control:
         if meanwhile is not None:
             meanwhile()
 
+    def refresh(self):
+        """Nothing to look at."""
+
     def next_due(self):
         """Never."""
         return math.inf

@@ -36,7 +36,8 @@ class RobotControl:
         self.namespace = '/' + namespace.strip('/') if namespace.strip('/') else ''
         self.arrivals = arrivals or Arrivals()
         self._mail, self._lock = {}, threading.Lock()
-        self._topics, self._active, self._tunings, self._said = {}, {}, {}, set()
+        self._topics, self._tunings, self._said = {}, {}, set()
+        self._active, self._timed = {}, ()      # of the topics: those of running controllers
         self.closed = False
         try:
             self._set_joint_gains()
@@ -89,21 +90,22 @@ class RobotControl:
             except SimError as error:
                 rospy.logerr_throttle(1.0, f'{self.namespace}: {error}')
 
+    def refresh(self):
+        """Look again which controllers run, after anything may have changed."""
+        before, self._active = self._active, {
+            name: topics for name, topics in self._topics.items() if self.manager.is_running(name)}
+        for name, topics in self._active.items():
+            if name not in before:
+                topics.restart(self.world.step_count)
+        self._timed = tuple(topics for topics in self._active.values() if topics.is_timed())
+
     def next_due(self):
         """First physics step after which something is to be published, or infinity."""
-        due, active = math.inf, {}
-        for name, topics in self._topics.items():
-            if self.manager.is_running(name):
-                if name not in self._active:
-                    topics.restart(self.world.step_count)
-                active[name] = topics
-                due = min(due, topics.next_due())
-        self._active = active
-        return due
+        return min([topics.next_due() for topics in self._timed], default=math.inf)
 
     def publish(self, step, time):
-        """Publish what is due of what ran at the last next_due()."""
-        for topics in self._active.values():
+        """Publish what is due."""
+        for topics in self._timed:
             topics.publish(step, time)
 
     def restart(self):

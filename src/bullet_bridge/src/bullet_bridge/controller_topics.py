@@ -54,6 +54,10 @@ class Topics:
         """The Controller."""
         return self._robot.manager.get(self._spec.name)
 
+    def is_timed(self):
+        """Whether something is published now and then."""
+        return bool(self._schedules)
+
     def next_due(self):
         """First physics step after which something is to be published, or infinity."""
         due, step = math.inf, self._robot.world.step_count

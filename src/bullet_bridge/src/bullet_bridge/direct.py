@@ -128,5 +128,12 @@ def send_directly(publisher, limit, relay=None):
             except OSError as error:    # gone already
                 rospy.logdebug('subscriber of %s is gone: %s', impl.resolved_name, error)
                 return False
-        return plain(connection)
+        try:
+            added = plain(connection)
+        except Exception:       # the topic was withdrawn meanwhile
+            connection.close()
+            raise
+        if impl.closed:
+            connection.close()
+        return added
     impl.add_connection, impl.sends_directly = add_connection, True

@@ -42,6 +42,15 @@ def load_world(world, path, resolve):
         rospy.logwarn('%s', warning)
 
 
+def start_relay():
+    """The Relay, or None: the bridge does without."""
+    try:
+        return Relay()
+    except OSError as error:
+        rospy.logwarn('the relay does not start: %s; the bridge sends by itself', error)
+        return None
+
+
 def main():
     """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
     keep_python_audible()
@@ -52,7 +61,7 @@ def main():
     try:
         config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
         publishing.set_lockstep(config.lockstep)
-        relay = None if config.lockstep else Relay()
+        relay = None if config.lockstep else start_relay()
         publishing.set_relay(relay)
         resolve = Resolver()
         load_world(world, config.world_file, resolve)

@@ -48,16 +48,17 @@ class Packed:
 
     def _send(self, *parts):
         """What rospy's topic does in publish(), without its buffer."""
-        impl = self._impl
+        impl, failed = self._impl, []
         impl.acquire()
         try:
             if impl.closed or impl.is_latch:    # an error, or it has to keep the message
                 self._parts = parts
                 impl.publish(self)
                 return
+            if not impl.connections:
+                return
             impl.seq += 1
             data = b''.join((_LENGTH.pack(sum(map(len, parts))), *parts))
-            failed = []
             for connection in impl.connections:
                 try:
                     connection.write_data(data)

@@ -5,10 +5,12 @@ the message costs otherwise, and several nodes hear each message. The simulation
 to the relay. What the relay does with the messages stands in relay_process.
 """
 
+import collections
 import contextlib
 import pathlib
 import select
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -17,6 +19,7 @@ import time
 import rospy
 from rospy.exceptions import TransportTerminated
 
+from bullet_bridge.calling_back import call_subscribers_back
 from bullet_bridge.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
 
 PATIENCE = 2.0      # [s] wall time that the relay may leave its socket full, or take to end
@@ -50,21 +53,24 @@ class RelayedConnection:
 class Relay:
     """The relay's process, as the bridge sees it.
 
-    If it dies or hangs, what it served is closed (subscribers connect again by themselves, within
-    seconds) and `alive` is False from then on.
+    If it dies or hangs, what it served is closed, the master is asked to tell the subscribers where
+    to connect again, and `alive` is False from then on.
 
     Args:
         on_end: called with one line of text when the process dies before close().
+        call_back: called, some seconds after that, to have the subscribers connect again.
 
     Raises:
         OSError: it does not start.
     """
 
-    def __init__(self, on_end=rospy.logerr):
-        self._on_end = on_end
+    def __init__(self, on_end=rospy.logerr, call_back=call_subscribers_back):
+        self._on_end, self._call_back = on_end, call_back
         self._channel, its = socket.socketpair()
         for end in (self._channel, its):    # rospy's default timeout would make them non-blocking
             end.setblocking(True)
+        self._channel.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO,
+                                 struct.pack('ll', int(PATIENCE), 0))
         script = pathlib.Path(__file__).with_name('relay_process.py')
         try:
             self.process = subprocess.Popen(
@@ -77,7 +83,8 @@ class Relay:
             its.close()
         self.alive, self._closing = True, False
         self._lock = threading.RLock()
-        self._parts, self._gathering, self._last = [], False, 0
+        self._parts, self._gone, self._last = [], collections.deque(), 0
+        self._gathering = self._flushing = False
         self._served = {}       # number -> rospy transport
         self._caught_up = threading.Event()
         self._listener = threading.Thread(target=self._listen, name='relay', daemon=True)
@@ -101,7 +108,7 @@ class Relay:
             self._flush()
             if not self.alive:
                 return None
-            self._last += 1
+            self._last += 1     # its record goes by itself, behind what was put before
             number = self._last
             try:
                 socket.send_fds(self._channel, [HEAD.pack(ADD, number, limit)], [sock.fileno()])
@@ -113,9 +120,13 @@ class Relay:
         return RelayedConnection(connection, self, number)
 
     def _forget(self, number):
-        with self._lock:
-            if self._served.pop(number, None) is not None:
-                self.put(HEAD.pack(REMOVE, number, 0))
+        """Never waits: rospy calls it with locks held that a signal handler may want."""
+        self._gone.append(number)
+        if not self._gathering and self._lock.acquire(blocking=False):
+            try:
+                self._flush()
+            finally:
+                self._lock.release()
 
     def hurry(self, flag):
         """Tell whether messages come all the time, so that the relay should not sleep."""
@@ -128,8 +139,9 @@ class Relay:
             self.put(HEAD.pack(ECHO, 0, 0))
             self._flush()
         deadline = time.monotonic() + PATIENCE
-        while self.alive and not self._caught_up.wait(0.1) and time.monotonic() < deadline:
-            pass
+        while self.alive and not self._caught_up.wait(0.1):
+            if time.monotonic() > deadline:
+                self._give_up(f'did not answer for {PATIENCE:g} s')
 
     def put(self, *parts):
         """Write bytes now or, within gather(), at its end."""
@@ -151,11 +163,23 @@ class Relay:
                     self._flush()
 
     def _flush(self):
-        if not self._parts:
+        """Write what was put; a signal handler may come in between, which leaves that to us."""
+        if self._flushing:
             return
-        data, self._parts = b''.join(self._parts), []
-        if not self.alive:
-            return
+        self._flushing = True
+        try:
+            while self._parts or self._gone:
+                parts, self._parts = self._parts, []
+                while self._gone:
+                    number = self._gone.popleft()
+                    if self._served.pop(number, None) is not None:
+                        parts.append(HEAD.pack(REMOVE, number, 0))
+                if self.alive and parts:
+                    self._write(b''.join(parts))
+        finally:
+            self._flushing = False
+
+    def _write(self, data):
         try:
             sent = self._channel.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
@@ -200,6 +224,7 @@ class Relay:
         if not self._closing and not rospy.is_shutdown():
             self._on_end(f'the relay (pid {self.process.pid}) {reason}; the bridge sends by itself '
                          'from now on')
+            self._call_back()
 
     def _listen(self):
         """The thread: closes what the relay found closed."""

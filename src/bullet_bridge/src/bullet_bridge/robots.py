@@ -156,6 +156,8 @@ class Robots:
     def refresh(self):
         """Look again at what there is and when it is due (simulation thread, after jobs)."""
         self._all_controls = tuple(self._controls.values())
+        for control in self._all_controls:
+            control.refresh()
         self._all_outputs = tuple(output for outputs in self._outputs.values()
                                   for output in outputs)
         self._look_ahead()

@@ -235,8 +235,9 @@ class RenderClient:
                 elif order.job:
                     frame = order.frame(self._worker, rest[0], lend=False)
                     order.job.frames[frame.camera] = frame
+                elif rest[0] < order.count - 1:     # the worker is at the next one already
+                    self._hand_on(order.frame(self._worker, rest[0], self._lend))
                 else:
-                    self._hand_on(last)
                     last = order.frame(self._worker, rest[0], self._lend)
 
     def _hand_on(self, frame):

@@ -30,11 +30,16 @@ class Order:
         snapshot: Snapshot.
         requests: CameraRequests.
         epoch: RenderClient.epoch.
+
+    Attributes:
+        job: as above.
+        count: of the requests.
     """
 
     def __init__(self, job, sources, snapshot, requests, epoch):
         self.job, self._sources, self._snapshot = job, sources, snapshot
         self._requests, self._epoch, self._places = requests, epoch, ()
+        self.count = len(requests)
 
     def send(self, worker):
         """Tell the worker; that it is gone shows when its answer is read."""

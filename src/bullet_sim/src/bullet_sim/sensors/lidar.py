@@ -1,7 +1,7 @@
 """A planar laser scanner by ray casting."""
 import numpy as np
 
-from bullet_sim.sensors.frames import sensor_in_world
+from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy
 
 
 class Lidar:
@@ -38,6 +38,8 @@ class Lidar:
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
+        self._place = np.asarray(spec.pose[0], dtype=float)     # in the link's frame, as the rays
+        self._rays = self.directions @ matrix_from_rpy(spec.pose[1]).T
 
     def scan(self, engine, link_position, link_orientation, rng=None, own_body=None):
         """One sweep, all rays at the same instant.
@@ -58,8 +60,9 @@ class Lidar:
             nearer than range_min (REP 117).
         """
         spec = self.spec
-        position, rotation = sensor_in_world(link_position, link_orientation, spec.pose)
-        rays = self.directions @ rotation.T
+        rotation = matrix_from_quaternion(link_orientation)
+        position = np.asarray(link_position, dtype=float) + rotation @ self._place
+        rays = self._rays @ rotation.T
         inner = position + spec.range_min * rays
         outer = position + spec.range_max * rays
         fractions, bodies = engine.ray_batch(inner, outer)
