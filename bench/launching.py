@@ -108,7 +108,8 @@ class Launch:
         port = free_port()
         self.environment = dict(os.environ, ROS_IP='127.0.0.1',
                                 ROS_MASTER_URI=f'http://127.0.0.1:{port}')
-        self.environment.pop('ROS_HOSTNAME', None)
+        for name in ('ROS_HOSTNAME', 'PYTHONDONTWRITEBYTECODE'):    # the second slows down each start
+            self.environment.pop(name, None)
         self._command = ['roslaunch', '-p', str(port), package, file, *arguments]
         self._with_control, self._parameters = with_control, parameters
         self._log, self._process, self._observers, self._others = log, None, [], []

@@ -28,9 +28,9 @@ class Room:
         hit = first <= 1.0
         return np.where(hit, first, 1.0), np.where(hit, 7, -1)
 
-    def bodies_near(self, centre, radius):
-        near = np.abs(np.asarray(centre)[:2]) + radius >= self.half
-        return {7} if near.any() else set()
+    def bodies_in_box(self, low, high):
+        reach = np.maximum(np.abs(low), np.abs(high))[:2]
+        return {7} if (reach >= self.half).any() else set()
 
 
 def ray_spec(**changes):

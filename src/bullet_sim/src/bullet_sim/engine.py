@@ -323,24 +323,22 @@ class Engine:
         hits, limit = [], p.MAX_RAY_INTERSECTION_BATCH_SIZE
         origins, targets = np.asarray(origins), np.asarray(targets)
         for start in range(0, len(origins), limit):
-            hits += p.rayTestBatch(origins[start:start + limit].tolist(),
-                                   targets[start:start + limit].tolist(),
+            hits += p.rayTestBatch(origins[start:start + limit], targets[start:start + limit],
                                    physicsClientId=self._client)
         return (np.fromiter(map(_FRACTION, hits), float, len(hits)),
                 np.fromiter(map(_BODY, hits), int, len(hits)))
 
-    def bodies_near(self, centre, radius):
-        """Numbers of the bodies that may be within a radius [m] of a point (3,) of the world.
+    def bodies_in_box(self, low, high):
+        """Numbers of the bodies that may reach into a box of the world, given by two corners (3,).
 
-        Their bounding boxes are; a plane, whose box has no end, counts by its distance.
+        Their bounding boxes do; a plane, whose box has no end, counts by what is below it.
         """
-        low, high = [x - radius for x in centre], [x + radius for x in centre]
-        touching = p.getOverlappingObjects(low, high, physicsClientId=self._client) or ()
-        return {body for body, link in touching
-                if self._plane_distance(body, link, centre) <= radius}
+        touching = p.getOverlappingObjects(tuple(low), tuple(high),
+                                           physicsClientId=self._client) or ()
+        return {body for body, link in touching if self._reaches(body, link, low, high)}
 
-    def _plane_distance(self, body, link, point):
-        """Distance [m] of a point from a link that is nothing but planes; 0 for any other."""
+    def _reaches(self, body, link, low, high):
+        """Whether a box goes below a link that is nothing but planes; True for any other."""
         key = (body, link)
         if key not in self._planes:
             shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
@@ -348,14 +346,16 @@ class Engine:
                 if shapes and all(shape[2] == p.GEOM_PLANE for shape in shapes) else ()
         planes = self._planes[key]
         if not planes or link >= 0:
-            return 0.0
+            return True
         frame = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        distances = []
         for local in planes:
             position, orientation = p.multiplyTransforms(*frame, *local)
             normal = p.getMatrixFromQuaternion(orientation)[2::3]
-            distances.append(abs(sum(n * (x - y) for n, x, y in zip(normal, point, position))))
-        return min(distances)
+            # the corner that is deepest below the plane
+            corner = [a if n > 0 else b for n, a, b in zip(normal, low, high)]
+            if sum(n * (x - y) for n, x, y in zip(normal, corner, position)) <= 0.0:
+                return True
+        return False
 
     def contacts(self, body, link):
         """Contact points of one link as of the last step.

@@ -49,7 +49,7 @@ class Lidar:
 
         Args:
             engine: has ray_batch(origins (N, 3), targets (N, 3)) -> (fractions, bodies) and
-                bodies_near(centre, radius) -> numbers of bodies.
+                bodies_in_box(low, high) -> numbers of bodies.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
@@ -76,7 +76,9 @@ class Lidar:
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
         ranges = np.where(hit, ranges, np.inf)
-        if spec.range_min > 0.0 and engine.bodies_near(position, spec.range_min) - {own_body}:
+        low, high = np.minimum(inner.min(axis=0), position), np.maximum(inner.max(axis=0), position)
+        if spec.range_min > 0.0 and engine.bodies_in_box(low.tolist(),
+                                                         high.tolist()) - {own_body}:
             centre = np.broadcast_to(position, inner.shape)
             _, near = engine.ray_batch(np.ascontiguousarray(centre), inner)
             near = np.asarray(near)
