@@ -231,7 +231,7 @@ def test_a_flush_within_a_flush_tears_no_record(relay, transports, monkeypatch):
     def interrupted(data):
         if not other.done:
             other.close()       # what rospy's signal handler does
-            relay.put()
+            relay.put(b'')
         plain(data)
     monkeypatch.setattr(relay, '_write', interrupted)
     connection.write_data(b'whole')

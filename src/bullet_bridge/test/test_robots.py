@@ -120,7 +120,9 @@ def test_no_subscriber_no_work(rig):
     assert rig.robots.sensor_counts() == {'w::a::base::s100': 5}
 
 
-def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_times(rig):
+def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_times(
+        rig, monkeypatch):
+    monkeypatch.setattr(module, 'LOOK_GAP', 0.0)
     rig.model('a', 1000, 30)
     for output in rig.made:
         output.heard = False
@@ -130,6 +132,19 @@ def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_ti
     assert rig.run(200) == [120, 133, 153, 167, 187, 200]
     assert rig.made[0].times == []
     assert rig.made[1].times == pytest.approx([0.133, 0.167, 0.2])
+
+
+def test_it_is_not_looked_more_often_than_wall_time_asks_for(rig, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(module.wall, 'monotonic', lambda: now[0])
+    rig.model('a', 100)
+    rig.made[0].heard = False
+    rig.robots.refresh()
+    rig.made[0].heard = True
+    assert rig.run(100) == [20, 40, 60, 80, 100]
+    now[0] += 1.1 * module.LOOK_GAP
+    assert rig.run(160) == [120, 130, 140, 150, 160]
+    assert rig.made[0].times == pytest.approx([0.13, 0.14, 0.15, 0.16])
 
 
 def test_models_come_and_go(rig):
@@ -230,7 +245,7 @@ class Control:
     def refresh(self):
         """Nothing to look at."""
 
-    def next_due(self):
+    def next_due(self, look=True):
         """Never."""
         return math.inf
 

@@ -90,7 +90,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monk
         def refresh(self):
             """Nothing to look at."""
 
-        def next_due(self):
+        def next_due(self, look=True):
             """Every 10 steps."""
             return 10 * (1 + (published[-1] // 10 if published else 0))
 

@@ -99,9 +99,13 @@ class RobotControl:
                 topics.restart(self.world.step_count)
         self._timed = tuple(topics for topics in self._active.values() if topics.is_timed())
 
-    def next_due(self):
-        """First physics step after which something is to be published, or infinity."""
-        return min([topics.next_due() for topics in self._timed], default=math.inf)
+    def next_due(self, look=True):
+        """First physics step after which something is to be published, or infinity.
+
+        Args:
+            look: look anew who subscribes.
+        """
+        return min([topics.next_due(look) for topics in self._timed], default=math.inf)
 
     def publish(self, step, time):
         """Publish what is due."""

@@ -58,11 +58,15 @@ class Topics:
         """Whether something is published now and then."""
         return bool(self._schedules)
 
-    def next_due(self):
-        """First physics step after which something is to be published, or infinity."""
+    def next_due(self, look=True):
+        """First physics step after which something is to be published, or infinity.
+
+        Args:
+            look: look anew who subscribes.
+        """
         due, step = math.inf, self._robot.world.step_count
         for schedule in self._schedules:
-            if schedule.look(step) and schedule.next < due:
+            if (schedule.look(step) if look else schedule.heard) and schedule.next < due:
                 due = schedule.next
         return due
 

@@ -44,7 +44,7 @@ class RelayedConnection:
         """
         if self._connection.done:
             raise TransportTerminated('connection closed')
-        self._relay.put(HEAD.pack(MESSAGE, self._number, len(data)), data)
+        self._relay.put(HEAD.pack(MESSAGE, self._number, len(data)) + data)
         self._connection.stat_bytes += len(data)
         self._connection.stat_num_msg += 1
         return True
@@ -83,7 +83,7 @@ class Relay:
             its.close()
         self.alive, self._closing = True, False
         self._lock = threading.RLock()
-        self._parts, self._gone, self._last = [], collections.deque(), 0
+        self._parts, self._gone, self._last = collections.deque(), collections.deque(), 0
         self._gathering = self._flushing = False
         self._served = {}       # number -> rospy transport
         self._caught_up = threading.Event()
@@ -143,11 +143,11 @@ class Relay:
             if time.monotonic() > deadline:
                 self._give_up(f'did not answer for {PATIENCE:g} s')
 
-    def put(self, *parts):
-        """Write bytes now or, within gather(), at its end."""
-        with self._lock:
-            self._parts += parts
-            if not self._gathering:
+    def put(self, data):
+        """Write whole records now or, within gather(), at its end."""
+        self._parts.append(data)    # atomic: other threads put, too
+        if not self._gathering:
+            with self._lock:
                 self._flush()
 
     @contextlib.contextmanager
@@ -169,7 +169,7 @@ class Relay:
         self._flushing = True
         try:
             while self._parts or self._gone:
-                parts, self._parts = self._parts, []
+                parts = [self._parts.popleft() for _ in range(len(self._parts))]
                 while self._gone:
                     number = self._gone.popleft()
                     if self._served.pop(number, None) is not None:

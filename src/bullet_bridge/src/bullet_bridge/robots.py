@@ -1,6 +1,7 @@
 """What a spawned model brings to the ROS graph: controllers and sensors."""
 
 import threading
+import time as wall
 import zlib
 
 import rospy
@@ -12,7 +13,8 @@ from bullet_bridge.publishing import all_or_none
 from bullet_bridge.sensor_outputs import CameraOutput
 
 
-LOOK = 0.02     # [s] of simulated time after which it is looked again who subscribes
+LOOK = 0.02         # [s] of simulated time after which it is looked again who subscribes ...
+LOOK_GAP = 0.005    # [s] ... but not sooner than after so much wall time
 
 
 def _publish(what, publish, *arguments):
@@ -41,7 +43,7 @@ class Robots:
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
         self.arrivals = arrivals or Arrivals()
         self._controls, self._outputs, self._counts = {}, {}, {}
-        self._all_controls, self._all_outputs, self._next = (), (), 0
+        self._all_controls, self._all_outputs, self._next, self._next_look = (), (), 0, 0.0
         self._claims, self._claiming = {}, threading.Lock()     # control namespace -> model
 
     def connect(self, model, namespace=''):
@@ -160,16 +162,20 @@ class Robots:
             control.refresh()
         self._all_outputs = tuple(output for outputs in self._outputs.values()
                                   for output in outputs)
-        self._look_ahead()
+        self._look_ahead(again=True)
 
-    def _look_ahead(self):
-        step = self._world.step_count
+    def _look_ahead(self, again=False):
+        step, now = self._world.step_count, wall.monotonic()
+        look = again or now >= self._next_look
+        if look:
+            self._next_look = now + LOOK_GAP
         due = step + max(1, round(LOOK / self._world.time_step))
         for output in self._all_outputs:
-            if output.schedule.look(step) and output.schedule.next < due:
-                due = output.schedule.next
+            schedule = output.schedule
+            if (schedule.look(step) if look else schedule.heard) and schedule.next < due:
+                due = schedule.next
         for control in self._all_controls:
-            due = min(due, control.next_due())
+            due = min(due, control.next_due(look))
         self._next = due
 
     def deliver(self):

@@ -54,20 +54,23 @@ class HeardSchedule(Schedule):
     Args:
         rate, time_step, start: see Schedule.
         heard: function that tells whether somebody subscribes.
+
+    Attributes:
+        heard: whether somebody did at the last look.
     """
 
     def __init__(self, rate, time_step, start, heard):
         super().__init__(rate, time_step, start)
-        self._ask, self._heard = heard, False
+        self._ask, self.heard = heard, False
 
     def look(self, step):
         """Look, after a step, whether somebody subscribes; returns it."""
         heard = bool(self._ask())
-        if heard and not self._heard:
+        if heard and not self.heard:
             super().due(step)       # what was due to nobody is over
-        self._heard = heard
+        self.heard = heard
         return heard
 
     def due(self, step):
         """As Schedule's; False for what nobody subscribed to at the last look."""
-        return super().due(step) and self._heard
+        return step >= self.next and super().due(step) and self.heard

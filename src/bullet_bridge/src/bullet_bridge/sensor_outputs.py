@@ -77,13 +77,17 @@ class GroundTruthOutput(Output):
                                       spec.noise_stddev ** 2)
 
     def update(self, time):
-        pose, linear, angular = self.sensor_state()
-        linear, angular = ground_truth.twist(pose.orientation, linear, angular,
+        if self._offset is None:
+            position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        else:
+            pose, linear, angular = self.sensor_state()
+            position, orientation = pose.position, pose.orientation
+        linear, angular = ground_truth.twist(orientation, linear, angular,
                                              self.spec.twist_in_child)
         if self.spec.noise_stddev > 0:
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
-        self._sender.send(time, pose.position, pose.orientation, linear, angular)
+        self._sender.send(time, position, orientation, linear, angular)
 
 
 class LidarOutput(Output):

@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 
 from bullet_sim.errors import ModelError, RenderError
-from bullet_sim.pose import cross
 from bullet_sim.quiet import quiet
 from bullet_sim.sensors.contact import Contact
 
@@ -194,6 +193,10 @@ class Engine:
             position (3,) [m], quaternion (4,), linear (3,) [m/s] of the frame's origin, angular
             (3,) [rad/s]; velocities along world axes.
         """
+        return tuple(map(np.array, self.link_motion(body, link)))
+
+    def link_motion(self, body, link):
+        """As link_state, four tuples: several times as fast."""
         if link < 0:
             centre, axes = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
             position, orientation = p.multiplyTransforms(centre, axes, *self._outward[body])
@@ -203,9 +206,10 @@ class Engine:
                                    computeForwardKinematics=1, physicsClientId=self._client)
             centre, position, orientation = state[0], state[4], state[5]
             linear, angular = state[6], state[7]
-        arm = [a - b for a, b in zip(position, centre)]
-        return (np.array(position), np.array(orientation),
-                np.array(linear) + cross(angular, arm), np.array(angular))
+        (u, v, w), (wx, wy, wz) = linear, angular
+        x, y, z = position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]
+        return (position, orientation,
+                (u + wy * z - wz * y, v + wz * x - wx * z, w + wx * y - wy * x), angular)
 
     def link_poses(self, body):
         """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""

@@ -168,6 +168,14 @@ class Model:
         arm = frame.matrix @ np.asarray(offset.position)
         return frame * offset, linear + cross(angular, arm), angular
 
+    def link_motion(self, link):
+        """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
+        index, offset = self.carrier(link)
+        if offset == _SAME:
+            return self._engine.link_motion(self.body, index)
+        pose, linear, angular = self.link_state(link)
+        return pose.position, pose.orientation, tuple(linear.tolist()), tuple(angular.tolist())
+
     @property
     def pose(self):
         """World pose of the root link's frame."""
