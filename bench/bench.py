@@ -44,7 +44,7 @@ def main():
     """Measure, write, tell; returns the exit code."""
     parser = argparse.ArgumentParser(prog='./run bench --', description=__doc__)
     parser.add_argument('--quick', action='store_true',
-                        help='under two minutes: short windows, one start, fewer variants')
+                        help='some three minutes: short windows, one start, fewer variants')
     parser.add_argument('--only', nargs='+', choices=SECTIONS, metavar='SECTION',
                         help=', '.join(SECTIONS))
     arguments = parser.parse_args()

@@ -158,6 +158,10 @@ class Launch:
         """Pid of the bridge, or None."""
         return self.find('bullet_bridge', '__name:=gazebo')
 
+    def relay(self):
+        """Pid of the process that sends for the bridge, or None."""
+        return self.find('relay_process')
+
     def render_worker(self):
         """Pid of the render process, or None while there is none."""
         return self.find('bullet_sim.render.worker')

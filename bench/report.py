@@ -22,8 +22,8 @@ def _rows(result):
         yield '/clock late p50/p99.9/max*', (f"{late['late_ms_p50']:.2f} / "
                                              f"{late['late_ms_p999']:.2f} / "
                                              f"{late['late_ms_max']:.2f} ms")
-        yield 'CPU per simulated s', (f"bridge {cpu['bridge']:.3f} s, render worker "
-                                      f"{cpu['render_worker']:.3f} s")
+        yield 'CPU per simulated s', (f"bridge {cpu['bridge']:.3f} s, relay {cpu['relay']:.3f} s, "
+                                      f"render worker {cpu['render_worker']:.3f} s")
     for name, row in result.get('camera', {}).items():
         yield (f'pictures {name}', f"{row['ratio']:.2f} of bare ({row['received_hz']:.1f} / "
                                    f"{row['bare_hz']:.1f} Hz)")

@@ -94,7 +94,8 @@ def driving(quick, log):
         observer.answer()
         begin = time.monotonic() + SETTLE
         observer.tell(f'{begin} {begin + seconds}')
-        pids = {'bridge': launch.bridge(), 'render_worker': launch.render_worker()}
+        pids = {'bridge': launch.bridge(), 'relay': launch.relay(),
+                'render_worker': launch.render_worker()}
         time.sleep(max(0.0, begin - time.monotonic()))
         before = {name: cpu_seconds(pid) for name, pid in pids.items()}
         time.sleep(max(0.0, begin + seconds - time.monotonic()))

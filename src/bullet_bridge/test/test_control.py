@@ -1,17 +1,13 @@
 """Controller services and commands of a robot with two joints, without a ROS master."""
 import math
-import threading
 
+import bot_rig
 import pytest
-from fake_impl import Impl
-from controller_manager_msgs import srv
 from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge import control, controller_topics
+from bullet_bridge import control
 from bullet_bridge.control import RobotControl
-from bullet_bridge.jobs import JobQueue
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 
 LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
         'ixy="0" ixz="0" iyz="0"/></inertial></link>')
@@ -33,103 +29,16 @@ PARAMS = {
 }
 
 
-class Wire:
-    """Stands in for publishers, subscribers and services: keeps what passes."""
-
-    def __init__(self, name, kind, call=None, **_):
-        self.name, self.kind, self.call = name, kind, call
-        self.sent, self.closed, self.impl = [], False, Impl(self)
-
-    def publish(self, message):
-        """Keep it."""
-        self.sent.append(message)
-
-    def get_num_connections(self):
-        """Somebody listens."""
-        return 1
-
-    def unregister(self):
-        """Close."""
-        self.closed = True
-
-    def shutdown(self, _reason=''):
-        """Close."""
-        self.closed = True
-
-
-class Bot:
-    """World, model, its RobotControl, and all its wires by name."""
+class Bot(bot_rig.Bot):
+    """The robot with two joints, a metre up."""
 
     def __init__(self, monkeypatch):
-        self.wires, self.errors = {}, []
-
-        def make(name, kind, call=None, **_):
-            self.wires[name] = Wire(name, kind, call)
-            return self.wires[name]
-        for kind in ('Subscriber', 'Service'):
-            monkeypatch.setattr(control.rospy, kind, make)
-        monkeypatch.setattr(controller_topics, 'publisher', make)
-        monkeypatch.setattr(control.rospy, 'get_param',
-                            lambda name, default=None: PARAMS.get(name, default))
-        for level in ('loginfo', 'logwarn', 'logerr'):
-            monkeypatch.setattr(control.rospy, level, self._log)
-        monkeypatch.setattr(control.rospy, 'logerr_throttle',
-                            lambda _period, text, *rest: self._log(text, *rest))
-        self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
-        self.model = self.world.spawn_urdf('bot', URDF, Pose((0.0, 0.0, 1.0)), None)
-        self.control = RobotControl(self.jobs, self.world, self.model, 'bot/')
-
-    def _log(self, text, *rest):
-        self.errors.append(text % rest if rest else text)
-
-    def ask(self, service, **fields):
-        """Call a service as rospy does, in another thread; the jobs run in this one."""
-        request = getattr(srv, service[0] + 'Request')(**fields)
-        answers = []
-        handler = self.wires[f'/bot/controller_manager/{service[1]}'].call
-        caller = threading.Thread(target=lambda: answers.append(handler(request)))
-        caller.start()
-        while caller.is_alive():
-            self.jobs.run_pending(wait=0.005)
-        caller.join()
-        return answers[0]
-
-    def load(self, name):
-        """Whether load_controller answers ok."""
-        return self.ask(('LoadController', 'load_controller'), name=name).ok
-
-    def unload(self, name):
-        """Whether unload_controller answers ok."""
-        return self.ask(('UnloadController', 'unload_controller'), name=name).ok
-
-    def switch(self, start=(), stop=(), strictness=2):
-        """Whether switch_controller answers ok."""
-        return self.ask(('SwitchController', 'switch_controller'), start_controllers=list(start),
-                        stop_controllers=list(stop), strictness=strictness).ok
-
-    def states(self):
-        """{controller: state}."""
-        answer = self.ask(('ListControllers', 'list_controllers'))
-        return {c.name: c.state for c in answer.controller}
-
-    def command(self, name, message):
-        """A message arrives on the command topic."""
-        self.wires[f'/bot/{name}/command'].call(message)
+        super().__init__(monkeypatch, URDF, PARAMS, Pose((0.0, 0.0, 1.0)))
 
     def run(self, steps):
-        """Steps as Server makes them; velocity of the wheel afterwards [rad/s]."""
-        self.control.refresh()
-        for _ in range(steps):
-            due = self.control.next_due()
-            self.control.deliver()
-            self.world.step()
-            if self.world.step_count >= due:
-                self.control.publish(self.world.step_count, self.world.time)
+        """Velocity of the wheel afterwards [rad/s]."""
+        super().run(steps)
         return self.velocity('wheel')
-
-    def velocity(self, joint):
-        """Velocity of a joint [rad/s]."""
-        return self.model.joints.read()[1][list(self.model.joints.names).index(joint)]
 
 
 @pytest.fixture(name='bot')
@@ -160,7 +69,7 @@ def test_slashes_and_the_namespace_in_a_name_do_not_matter(bot, name):
 
 def test_list_tells_type_and_claims(bot):
     bot.load('drive')
-    entry = bot.ask(('ListControllers', 'list_controllers')).controller[0]
+    entry = bot.ask('list_controllers').controller[0]
     assert entry.type == 'velocity_controllers/JointVelocityController'
     claimed = entry.claimed_resources[0]
     assert claimed.hardware_interface == 'hardware_interface::VelocityJointInterface'
@@ -168,10 +77,10 @@ def test_list_tells_type_and_claims(bot):
 
 
 def test_types_and_reload(bot):
-    answer = bot.ask(('ListControllerTypes', 'list_controller_types'))
+    answer = bot.ask('list_controller_types')
     assert 'position_controllers/JointPositionController' in answer.types
     assert len(answer.types) == len(answer.base_classes)
-    assert bot.ask(('ReloadControllerLibraries', 'reload_controller_libraries')).ok
+    assert bot.ask('reload_controller_libraries').ok
 
 
 def test_command_topics_have_the_type_of_the_controller(bot):
@@ -186,13 +95,13 @@ def test_command_topics_have_the_type_of_the_controller(bot):
     ('fast', 'publish_rate is 5000')])
 def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
     assert bot.load(name) is False
-    assert any(reason in text for text in bot.errors)
+    assert any(reason in text for text in bot.log)
     assert bot.states() == {}
 
 
 def test_loading_twice_is_refused(bot):
     assert bot.load('drive') and not bot.load('drive')
-    assert "controller 'drive' is loaded already" in bot.errors[-1]
+    assert "controller 'drive' is loaded already" in bot.log[-1]
 
 
 def test_two_controllers_of_one_joint(bot):
@@ -200,7 +109,7 @@ def test_two_controllers_of_one_joint(bot):
     bot.load('rival')
     assert bot.switch(start=['drive'])
     assert not bot.switch(start=['rival'])
-    assert "'wheel' is claimed by 'drive'" in bot.errors[-1]
+    assert "'wheel' is claimed by 'drive'" in bot.log[-1]
     assert bot.switch(start=['rival'], stop=['drive'])
     assert bot.states() == {'drive': 'stopped', 'rival': 'running'}
 
@@ -210,7 +119,7 @@ def test_best_effort_starts_what_it_can(bot):
     assert not bot.switch(start=['drive', 'ghost'])
     assert bot.states() == {'drive': 'initialized'}
     assert bot.switch(start=['drive', 'ghost'], strictness=1)
-    assert bot.states() == {'drive': 'running'} and "'ghost'" in bot.errors[-1]
+    assert bot.states() == {'drive': 'running'} and "'ghost'" in bot.log[-1]
 
 
 def test_the_latest_command_wins(bot):
@@ -228,7 +137,7 @@ def test_group_commands(bot):
     assert bot.run(200) == pytest.approx(2.0, abs=0.05)
     bot.command('group', Float64MultiArray(data=[5.0]))
     assert bot.run(50) == pytest.approx(2.0, abs=0.05)
-    assert 'has 1 values, must have 2' in bot.errors[-1]
+    assert 'has 1 values, must have 2' in bot.log[-1]
 
 
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
@@ -239,7 +148,7 @@ def test_a_command_that_is_no_number_is_logged_and_the_last_stays(bot, bad):
     bot.run(200)
     bot.command('drive', Float64(bad))
     assert bot.run(200) == pytest.approx(4.0, abs=0.05)
-    assert [text for text in bot.errors if f"command of 'drive' is {bad}" in text]
+    assert [text for text in bot.log if f"command of 'drive' is {bad}" in text]
 
 
 def test_a_stopped_controller_ignores_commands(bot):
@@ -292,7 +201,7 @@ def test_a_load_that_the_deletion_overtakes_leaves_nothing(bot, monkeypatch):
     assert '/bot/drive/command' in bot.wires
     assert all(wire.closed for wire in bot.wires.values())
     assert bot.states() == {}
-    assert any('its model is deleted' in text for text in bot.errors)
+    assert any('its model is deleted' in text for text in bot.log)
 
 
 class Tuning:
@@ -333,7 +242,7 @@ def test_a_service_that_cannot_be_made_fails_the_load_alone(tuned, monkeypatch):
         raise control.rospy.ServiceException('taken')
     monkeypatch.setattr(Tuning, 'meanwhile', refuse)
     assert not tuned.load('pid')
-    assert tuned.states() == {} and 'taken' in tuned.errors[-1]
+    assert tuned.states() == {} and 'taken' in tuned.log[-1]
     assert tuned.wires['/bot/pid/command'].closed
     assert tuned.load('drive')
 

@@ -1,21 +1,16 @@
 """Topics, tuning and life cycles of effort and drive controllers, without a ROS master."""
 import math
-import threading
 
 import pytest
+from bot_rig import Bot
 from control_msgs.msg import JointControllerState, PidState
-from controller_manager_msgs import srv
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
 
 from bullet_bridge import control, controller_topics
-from bullet_bridge.control import RobotControl
-from bullet_bridge.jobs import JobQueue
 from bullet_bridge.pid_tuning import config_type
 from bullet_sim.pid import PidGains
-from bullet_sim.pose import Pose
-from bullet_sim.world import World
 
 LINK = ('<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
         'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry>'
@@ -43,109 +38,11 @@ PARAMS = {
                   'right_wheel': 'right', 'publish_rate': 5000},
     '/bot/gazebo_ros_control/pid_gains': {'spare': {'p': 0.5}, 'nose': {'p': 1}, 'arm': {'i': 1}},
 }
-TUNING = {}
-
-
-class Wire:
-    """Stands in for publishers, subscribers and services."""
-
-    def __init__(self, name, kind, call=None, **_):
-        self.name, self.kind, self.call = name, kind, call
-        self.sent, self.closed, self.connections = [], False, 1
-
-    def publish(self, message):
-        """Keep it."""
-        self.sent.append(message)
-
-    def get_num_connections(self):
-        """As set."""
-        return self.connections
-
-    def unregister(self):
-        """Close."""
-        self.closed = True
-
-    def shutdown(self, _reason=''):
-        """Close."""
-        self.closed = True
-
-
-class Tuning:
-    """Stands in for a PidTuning: keeps what it was made of."""
-
-    def __init__(self, namespace, gains, apply):
-        self.gains, self.apply, self.closed = gains, apply, False
-        TUNING[namespace] = self
-
-    def close(self):
-        """Close."""
-        self.closed = True
-
-
-class Bot:
-    """World, model, RobotControl, and all wires by name."""
-
-    def __init__(self, monkeypatch):
-        self.wires, self.log = {}, []
-
-        def make(name, kind, call=None, **_):
-            self.wires[name] = Wire(name, kind, call)
-            return self.wires[name]
-        for kind in ('Subscriber', 'Service'):
-            monkeypatch.setattr(control.rospy, kind, make)
-        monkeypatch.setattr(controller_topics, 'publisher', make)
-        monkeypatch.setattr(control.rospy, 'get_param',
-                            lambda name, default=None: PARAMS.get(name, default))
-        for level in ('loginfo', 'logwarn', 'logerr'):
-            monkeypatch.setattr(control.rospy, level, self._log)
-        monkeypatch.setattr(control.rospy, 'logerr_throttle',
-                            lambda _period, text, *rest: self._log(text, *rest))
-        monkeypatch.setattr(control, 'PidTuning', Tuning)
-        TUNING.clear()
-        self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
-        self.model = self.world.spawn_urdf('bot', URDF, Pose(), None)
-        self.control = RobotControl(self.jobs, self.world, self.model, 'bot')
-
-    def _log(self, text, *rest):
-        self.log.append(text % rest if rest else text)
-
-    def in_thread(self, work):
-        """Run something that waits for jobs, as a thread of rospy does."""
-        answers = []
-        caller = threading.Thread(target=lambda: answers.append(work()))
-        caller.start()
-        while caller.is_alive():
-            self.jobs.run_pending(wait=0.005)
-        caller.join()
-        return answers[0]
-
-    def ask(self, service, **fields):
-        """Call one of the controller_manager's services."""
-        kind = ''.join(word.capitalize() for word in service.split('_'))
-        request = getattr(srv, f'{kind}Request')(**fields)
-        return self.in_thread(
-            lambda: self.wires[f'/bot/controller_manager/{service}'].call(request))
-
-    def start(self, name):
-        """Load and start."""
-        assert self.ask('load_controller', name=name).ok
-        assert self.ask('switch_controller', start_controllers=[name], strictness=2).ok
-        self.control.refresh()
-
-    def run(self, steps):
-        """Steps as the server makes them."""
-        self.control.refresh()
-        for _ in range(steps):
-            due = self.control.next_due()
-            self.control.deliver()
-            self.world.step()
-            if self.world.step_count >= due:
-                self.control.publish(self.world.step_count, self.world.time)
 
 
 @pytest.fixture(name='bot')
 def _bot(monkeypatch):
-    bot = Bot(monkeypatch)
+    bot = Bot(monkeypatch, URDF, PARAMS)
     yield bot
     bot.world.close()
 
@@ -190,11 +87,11 @@ def test_nothing_is_published_while_it_is_stopped(bot):
 def test_a_pid_of_each_joint_can_be_tuned(bot):
     assert bot.ask('load_controller', name='arms').ok
     assert bot.wires['/bot/arms/command'].kind is Float64MultiArray
-    assert TUNING['/bot/arms/left/pid'].gains == PidGains(6.0)
-    bot.in_thread(lambda: TUNING['/bot/arms/left/pid'].apply(PidGains(9.0)))
+    assert bot.tunings['/bot/arms/left/pid'].gains == PidGains(6.0)
+    bot.in_thread(lambda: bot.tunings['/bot/arms/left/pid'].apply(PidGains(9.0)))
     assert [pid.gains.p for pid in bot.model.manager.get('arms').pids] == [5.0, 9.0]
     assert bot.ask('unload_controller', name='arms').ok
-    assert TUNING['/bot/arms/left/pid'].closed and TUNING['/bot/arms/arm/pid'].closed
+    assert bot.tunings['/bot/arms/left/pid'].closed and bot.tunings['/bot/arms/arm/pid'].closed
 
 
 def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
@@ -204,7 +101,7 @@ def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
     text = '\n'.join(bot.log)
     assert "joint 'nose', which does not exist" in text
     assert '/bot/gazebo_ros_control/pid_gains/arm pid has no p; the gains are not used' in text
-    bot.in_thread(lambda: TUNING['/bot/gazebo_ros_control/pid_gains/spare'].apply(PidGains(2.0)))
+    bot.in_thread(lambda: bot.tunings['/bot/gazebo_ros_control/pid_gains/spare'].apply(PidGains(2.0)))
     assert hardware.pid('spare').gains.p == 2.0
 
 
@@ -275,7 +172,7 @@ def test_unload_and_close_withdraw_all_wires(bot):
     assert not bot.wires['/bot/arm/state'].closed
     bot.control.close()
     assert all(wire.closed for wire in bot.wires.values())
-    assert all(tuning.closed for tuning in TUNING.values())
+    assert all(tuning.closed for tuning in bot.tunings.values())
 
 
 @pytest.mark.parametrize('error', [control.rospy.ROSException('bad name'), OSError('no master')])

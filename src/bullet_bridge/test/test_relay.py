@@ -73,7 +73,7 @@ def test_every_subscriber_gets_its_messages_in_order(relay, transports):
             assert connection.write_data(message(number, 100))
     assert first.read(10000) == b''.join(message(n, 100) for n in range(100))
     assert second.read(5000) == b''.join(message(n, 100) for n in range(0, 100, 2))
-    assert (first.stat_bytes, first.stat_num_msg) == (10000, 100)
+    assert (connections[0].stat_bytes, connections[0].stat_num_msg) == (10000, 100)
     assert connections[0].endpoint_id == '/far'
 
 
@@ -93,11 +93,12 @@ def test_what_is_gathered_goes_when_all_is_there(relay, transports):
     transport = transports()
     connection = relay.serve(transport, 10)
     transport.far.settimeout(0.2)
-    with relay.gather():
-        connection.write_data(b'one')
-        with pytest.raises(TimeoutError):
-            transport.far.recv(1)
-        connection.write_data(b'two')
+    relay.gather()
+    connection.write_data(b'one')
+    with pytest.raises(TimeoutError):
+        transport.far.recv(1)
+    connection.write_data(b'two')
+    relay.release()
     assert transport.read(6) == b'onetwo'
     connection.write_data(b'now')
     assert transport.read(3) == b'now'

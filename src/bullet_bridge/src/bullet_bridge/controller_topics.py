@@ -92,7 +92,7 @@ class JointStates(Topics):
         self._states = self._publisher(f'{robot.namespace}/joint_states', JointState)
         self._schedule = self._every(spec.publish_rate, self._states)
         names = robot.model.joints.names
-        self._kept = [names.index(name) for name in spec.joints or names]
+        self._kept = [names.index(name) for name in spec.joints or names]   # their numbers
         shown = [names[number] for number in self._kept]
         self._extra = [row for row in spec.extra_joints if row[0] not in shown]
         self._sender = PackedJointState(self._states, [*shown, *(row[0] for row in self._extra)])

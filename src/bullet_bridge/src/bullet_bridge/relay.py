@@ -6,7 +6,6 @@ to the relay. What the relay does with the messages stands in relay_process.
 """
 
 import collections
-import contextlib
 import pathlib
 import select
 import socket
@@ -30,6 +29,8 @@ class RelayedConnection:
 
     def __init__(self, connection, relay, number):
         self._connection, self._relay, self._number = connection, relay, number
+        self._size, self._head = -1, b''    # of the last message; most topics have one size
+        self.stat_bytes, self.stat_num_msg = connection.stat_bytes, connection.stat_num_msg
 
     def __getattr__(self, name):
         if name.startswith('__'):
@@ -44,9 +45,12 @@ class RelayedConnection:
         """
         if self._connection.done:
             raise TransportTerminated('connection closed')
-        self._relay.put(HEAD.pack(MESSAGE, self._number, len(data)) + data)
-        self._connection.stat_bytes += len(data)
-        self._connection.stat_num_msg += 1
+        size = len(data)
+        if size != self._size:
+            self._size, self._head = size, HEAD.pack(MESSAGE, self._number, size)
+        self._relay.put(self._head + data)
+        self.stat_bytes += size
+        self.stat_num_msg += 1
         return True
 
 
@@ -144,23 +148,22 @@ class Relay:
                 self._give_up(f'did not answer for {PATIENCE:g} s')
 
     def put(self, data):
-        """Write whole records now or, within gather(), at its end."""
+        """Write whole records, now or at release()."""
         self._parts.append(data)    # atomic: other threads put, too
         if not self._gathering:
             with self._lock:
                 self._flush()
 
-    @contextlib.contextmanager
     def gather(self):
-        """What is written in this context, by any thread, goes in one piece when it ends."""
+        """From here to release() what is put, by any thread, waits and goes in one piece."""
         self._gathering = True
-        try:
-            yield
-        finally:
-            self._gathering = False
-            if self._parts:
-                with self._lock:
-                    self._flush()
+
+    def release(self):
+        """Write what was gathered."""
+        self._gathering = False
+        if self._parts:
+            with self._lock:
+                self._flush()
 
     def _flush(self):
         """Write what was put; a signal handler may come in between, which leaves that to us."""

@@ -153,8 +153,11 @@ class Server:
         if self._relay is None:
             self._publish(thin)
             return
-        with self._relay.gather():
+        self._relay.gather()
+        try:
             self._publish(thin)
+        finally:
+            self._relay.release()
 
     def _publish(self, thin):
         step, time = self._world.step_count, self._world.time

@@ -1,0 +1,140 @@
+"""One robot with its RobotControl, without a ROS master: what passes its wires is kept."""
+import threading
+
+from controller_manager_msgs import srv
+from fake_impl import Impl
+
+from bullet_bridge import control, controller_topics
+from bullet_bridge.control import RobotControl
+from bullet_bridge.jobs import JobQueue
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+
+class Wire:
+    """Stands in for publishers, subscribers and services."""
+
+    def __init__(self, name, kind, call=None, **_):
+        self.name, self.kind, self.call = name, kind, call
+        self.sent, self.closed, self.connections, self.impl = [], False, 1, Impl(self)
+
+    def publish(self, message):
+        """Keep it."""
+        self.sent.append(message)
+
+    def get_num_connections(self):
+        """As set."""
+        return self.connections
+
+    def unregister(self):
+        """Close."""
+        self.closed = True
+
+    def shutdown(self, _reason=''):
+        """Close."""
+        self.closed = True
+
+
+class Tuning:
+    """Stands in for a PidTuning: keeps what it was made of."""
+
+    def __init__(self, gains, apply):
+        self.gains, self.apply, self.closed = gains, apply, False
+
+    def close(self):
+        """Close."""
+        self.closed = True
+
+
+class Bot:
+    """World without gravity, model, RobotControl; wires and tunings by name, the log.
+
+    Args:
+        monkeypatch: pytest's.
+        urdf: of the robot 'bot'.
+        params: parameter server, by full names.
+        pose: where it is spawned.
+    """
+
+    def __init__(self, monkeypatch, urdf, params, pose=Pose()):
+        self.wires, self.tunings, self.log = {}, {}, []
+
+        def make(name, kind, call=None, **_):
+            self.wires[name] = Wire(name, kind, call)
+            return self.wires[name]
+
+        def tune(namespace, gains, apply):
+            self.tunings[namespace] = Tuning(gains, apply)
+            return self.tunings[namespace]
+        for kind in ('Subscriber', 'Service'):
+            monkeypatch.setattr(control.rospy, kind, make)
+        monkeypatch.setattr(controller_topics, 'publisher', make)
+        monkeypatch.setattr(control, 'PidTuning', tune)
+        monkeypatch.setattr(control.rospy, 'get_param',
+                            lambda name, default=None: params.get(name, default))
+        for level in ('loginfo', 'logwarn', 'logerr'):
+            monkeypatch.setattr(control.rospy, level, self._log)
+        monkeypatch.setattr(control.rospy, 'logerr_throttle',
+                            lambda _period, text, *rest: self._log(text, *rest))
+        self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
+        self.model = self.world.spawn_urdf('bot', urdf, pose, None)
+        self.control = RobotControl(self.jobs, self.world, self.model, 'bot/')
+
+    def _log(self, text, *rest):
+        self.log.append(text % rest if rest else text)
+
+    def in_thread(self, work):
+        """Run something that waits for jobs, as a thread of rospy does; its result."""
+        answers = []
+        caller = threading.Thread(target=lambda: answers.append(work()))
+        caller.start()
+        while caller.is_alive():
+            self.jobs.run_pending(wait=0.005)
+        caller.join()
+        self.control.refresh()
+        return answers[0]
+
+    def ask(self, service, **fields):
+        """Call one of the controller_manager's services."""
+        kind = ''.join(word.capitalize() for word in service.split('_'))
+        request = getattr(srv, f'{kind}Request')(**fields)
+        return self.in_thread(
+            lambda: self.wires[f'/bot/controller_manager/{service}'].call(request))
+
+    def load(self, name):
+        """Whether load_controller answers ok."""
+        return self.ask('load_controller', name=name).ok
+
+    def unload(self, name):
+        """Whether unload_controller answers ok."""
+        return self.ask('unload_controller', name=name).ok
+
+    def switch(self, start=(), stop=(), strictness=2):
+        """Whether switch_controller answers ok."""
+        return self.ask('switch_controller', start_controllers=list(start),
+                        stop_controllers=list(stop), strictness=strictness).ok
+
+    def start(self, name):
+        """Load and start."""
+        assert self.load(name) and self.switch(start=[name])
+
+    def states(self):
+        """{controller: state}."""
+        return {c.name: c.state for c in self.ask('list_controllers').controller}
+
+    def command(self, name, message):
+        """A message arrives on the command topic."""
+        self.wires[f'/bot/{name}/command'].call(message)
+
+    def run(self, steps):
+        """Steps as the server makes them."""
+        for _ in range(steps):
+            due = self.control.next_due()
+            self.control.deliver()
+            self.world.step()
+            if self.world.step_count >= due:
+                self.control.publish(self.world.step_count, self.world.time)
+
+    def velocity(self, joint):
+        """Velocity of a joint [rad/s]."""
+        return self.model.joints.read()[1][list(self.model.joints.names).index(joint)]
