@@ -52,7 +52,7 @@ def _rows(result):
 def table(result):
     """Return the table's text."""
     load = '/'.join(f'{value:.1f}' for value in result['load_average'])
-    return '\n'.join([f'{name:32}{value}' for name, value in _rows(result)] + [
+    return '\n'.join([f'{name:36}{value}' for name, value in _rows(result)] + [
         '* a proxy for the physics thread, measured at a subscriber',
         f"load average before {load} on {result['machine']['cpus']} processors"
         + (', quick run' if result['quick'] else '')])
