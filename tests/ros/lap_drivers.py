@@ -15,8 +15,8 @@ class LapDrivers(LapCase):
         [start] = result["starts"]
         self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
         self.assertLess(start["mean_lateral_error"], 0.05)
-        # 0.6 m/s on straights, slower in bends
-        self.assertGreater(start["lap_time"], start["driven"] / 0.62)
+        # 0.6 m/s on straights, slower in bends; up to 0.5 m are driven before the line and after it
+        self.assertGreater(start["lap_time"], (start["driven"] - 0.5) / 0.62)
         self.assertLess(start["lap_time"], start["driven"] / 0.4)
         self.check_files(result["film_frames"])
 
