@@ -14,24 +14,15 @@ import rospy
 from rospy.exceptions import TransportTerminated
 
 
-class DirectConnection:
+class Front:
     """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does.
 
     Args:
         connection: rospy transport with a socket.
-        limit: messages that may wait, the oldest is dropped beyond; None: writing waits until the
-            kernel has taken all.
     """
 
-    def __init__(self, connection, limit):
-        self._connection, self._limit = connection, limit
-        self._socket = connection.socket
-        self._socket.settimeout(None)
-        if self._socket.family in (socket.AF_INET, socket.AF_INET6):
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._changed = threading.Condition()
-        self._waiting, self._thread, self._busy = collections.deque(), None, False
-        connection.set_cleanup_callback(self._on_close)
+    def __init__(self, connection):
+        self._connection = connection
 
     def __getattr__(self, name):
         if name.startswith('__'):
@@ -46,6 +37,35 @@ class DirectConnection:
         """
         if self._connection.done:
             raise TransportTerminated('connection closed')
+        self._write(data)
+        return True
+
+
+def prepare(sock):
+    """Make a subscriber's socket wait for nobody's acknowledgement, and blocking."""
+    sock.settimeout(None)
+    if sock.family in (socket.AF_INET, socket.AF_INET6):
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+
+class DirectConnection(Front):
+    """Writes to the subscriber's socket itself.
+
+    Args:
+        connection: rospy transport with a socket.
+        limit: messages that may wait, the oldest is dropped beyond; None: writing waits until the
+            kernel has taken all.
+    """
+
+    def __init__(self, connection, limit):
+        super().__init__(connection)
+        self._limit, self._socket = limit, connection.socket
+        prepare(self._socket)
+        self._changed = threading.Condition()
+        self._waiting, self._thread, self._busy = collections.deque(), None, False
+        connection.set_cleanup_callback(self._on_close)
+
+    def _write(self, data):
         try:
             if self._limit is None:
                 self._socket.sendall(data)
@@ -56,7 +76,6 @@ class DirectConnection:
             raise TransportTerminated(str(error)) from error
         self._connection.stat_bytes += len(data)
         self._connection.stat_num_msg += 1
-        return True
 
     def _send_now(self, data):
         """Whether the kernel took all; the rest of what it took in part goes to the thread."""

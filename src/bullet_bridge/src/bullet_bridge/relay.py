@@ -16,42 +16,30 @@ import threading
 import time
 
 import rospy
-from rospy.exceptions import TransportTerminated
 
 from bullet_bridge.calling_back import call_subscribers_back
+from bullet_bridge.direct import Front, prepare
 from bullet_bridge.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
 
 PATIENCE = 2.0      # [s] wall time that the relay may leave its socket full, or take to end
 
 
-class RelayedConnection:
-    """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does."""
+class RelayedConnection(Front):
+    """Has the relay write to the subscriber's socket."""
 
     def __init__(self, connection, relay, number):
-        self._connection, self._relay, self._number = connection, relay, number
+        super().__init__(connection)
+        self._relay, self._number = relay, number
         self._size, self._head = -1, b''    # of the last message; most topics have one size
         self.stat_bytes, self.stat_num_msg = connection.stat_bytes, connection.stat_num_msg
 
-    def __getattr__(self, name):
-        if name.startswith('__'):
-            raise AttributeError(name)
-        return getattr(self._connection, name)
-
-    def write_data(self, data):
-        """Send a message; rospy calls it with the topic's lock held.
-
-        Raises:
-            TransportTerminated: the subscriber is gone.
-        """
-        if self._connection.done:
-            raise TransportTerminated('connection closed')
+    def _write(self, data):
         size = len(data)
         if size != self._size:
             self._size, self._head = size, HEAD.pack(MESSAGE, self._number, size)
         self._relay.put(self._head + data)
         self.stat_bytes += size
         self.stat_num_msg += 1
-        return True
 
 
 class Relay:
@@ -105,9 +93,7 @@ class Relay:
             RelayedConnection, or None: the relay has ended.
         """
         sock = connection.socket
-        sock.settimeout(None)
-        if sock.family in (socket.AF_INET, socket.AF_INET6):
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        prepare(sock)
         with self._lock:
             self._flush()
             if not self.alive:
