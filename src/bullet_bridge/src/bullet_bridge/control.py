@@ -37,7 +37,7 @@ class RobotControl:
         self.arrivals = arrivals or Arrivals()
         self._mail, self._lock = {}, threading.Lock()
         self._topics, self._tunings, self._said = {}, {}, set()
-        self._active, self._timed = {}, ()      # of the topics: those of running controllers
+        self._timed = {}    # of the topics: those of running controllers that publish
         self.closed = False
         try:
             self._set_joint_gains()
@@ -92,12 +92,12 @@ class RobotControl:
 
     def refresh(self):
         """Look again which controllers run, after anything may have changed."""
-        before, self._active = self._active, {
-            name: topics for name, topics in self._topics.items() if self.manager.is_running(name)}
-        for name, topics in self._active.items():
+        before, self._timed = self._timed, {
+            name: topics for name, topics in self._topics.items()
+            if topics.is_timed() and self.manager.is_running(name)}
+        for name, topics in self._timed.items():
             if name not in before:
                 topics.restart(self.world.step_count)
-        self._timed = tuple(topics for topics in self._active.values() if topics.is_timed())
 
     def next_due(self, look=True):
         """First physics step after which something is to be published, or infinity.
@@ -105,11 +105,11 @@ class RobotControl:
         Args:
             look: look anew who subscribes.
         """
-        return min([topics.next_due(look) for topics in self._timed], default=math.inf)
+        return min([topics.next_due(look) for topics in self._timed.values()], default=math.inf)
 
     def publish(self, step, time):
         """Publish what is due."""
-        for topics in self._timed:
+        for topics in self._timed.values():
             topics.publish(step, time)
 
     def restart(self):

@@ -64,11 +64,9 @@ class Topics:
         Args:
             look: look anew who subscribes.
         """
-        due, step = math.inf, self._robot.world.step_count
-        for schedule in self._schedules:
-            if (schedule.look(step) if look else schedule.heard) and schedule.next < due:
-                due = schedule.next
-        return due
+        step = self._robot.world.step_count
+        return min([schedule.next_heard(step, look) for schedule in self._schedules],
+                   default=math.inf)
 
     def publish(self, step, time):
         """Publish what is due (only called while the controller runs)."""

@@ -13,6 +13,8 @@ import threading
 import rospy
 from rospy.exceptions import TransportTerminated
 
+from bullet_bridge.relay_process import keep
+
 
 class Front:
     """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does.
@@ -91,9 +93,7 @@ class DirectConnection(Front):
 
     def _send_later(self, data):
         with self._changed:
-            if len(self._waiting) > self._limit:
-                del self._waiting[1 if isinstance(self._waiting[0], memoryview) else 0]
-            self._waiting.append(data)
+            keep(self._waiting, data, self._limit)
         self._wake()
 
     def _wake(self):

@@ -20,6 +20,7 @@ import rospy
 from bullet_bridge.calling_back import call_subscribers_back
 from bullet_bridge.direct import Front, prepare
 from bullet_bridge.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
+from bullet_sim.sockets import blocking_pair
 
 PATIENCE = 2.0      # [s] wall time that the relay may leave its socket full, or take to end
 
@@ -58,9 +59,7 @@ class Relay:
 
     def __init__(self, on_end=rospy.logerr, call_back=call_subscribers_back):
         self._on_end, self._call_back = on_end, call_back
-        self._channel, its = socket.socketpair()
-        for end in (self._channel, its):    # rospy's default timeout would make them non-blocking
-            end.setblocking(True)
+        self._channel, its = blocking_pair()
         self._channel.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO,
                                  struct.pack('ll', int(PATIENCE), 0))
         script = pathlib.Path(__file__).with_name('relay_process.py')

@@ -28,6 +28,14 @@ NAP = 0.0002            # [s] between two looks while messages come all the time
 LINGER = 0.05           # [s] ... and how long without one before it waits to be woken
 
 
+def keep(waiting, data, limit):
+    """Let a message wait behind the others (deque); the oldest is dropped beyond the limit, but not
+    the rest of one that is sent in part (a memoryview in front)."""
+    if len(waiting) > limit:
+        del waiting[1 if isinstance(waiting[0], memoryview) else 0]
+    waiting.append(data)
+
+
 class Subscriber:
     """The socket of a subscriber and what waits for it, the oldest is dropped beyond `limit`."""
 
@@ -45,9 +53,7 @@ class Subscriber:
             OSError: the subscriber is gone.
         """
         if self.waiting:
-            if len(self.waiting) > self._limit:
-                del self.waiting[1 if isinstance(self.waiting[0], memoryview) else 0]
-            self.waiting.append(bytes(data))
+            keep(self.waiting, bytes(data), self._limit)
             return False
         sent = self._try(data)
         if sent < len(data):

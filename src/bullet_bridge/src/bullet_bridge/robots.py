@@ -12,7 +12,6 @@ from bullet_bridge.outputs import OUTPUTS
 from bullet_bridge.publishing import all_or_none
 from bullet_bridge.sensor_outputs import CameraOutput
 
-
 LOOK = 0.02         # [s] of simulated time after which it is looked again who subscribes ...
 LOOK_GAP = 0.005    # [s] ... but not sooner than after so much wall time
 
@@ -171,9 +170,7 @@ class Robots:
             self._next_look = now + LOOK_GAP
         due = step + max(1, round(LOOK / self._world.time_step))
         for output in self._all_outputs:
-            schedule = output.schedule
-            if (schedule.look(step) if look else schedule.heard) and schedule.next < due:
-                due = schedule.next
+            due = min(due, output.schedule.next_heard(step, look))
         for control in self._all_controls:
             due = min(due, control.next_due(look))
         self._next = due

@@ -71,6 +71,15 @@ class HeardSchedule(Schedule):
         self.heard = heard
         return heard
 
+    def next_heard(self, step, look=True):
+        """Step after which a message is due that somebody hears, or infinity.
+
+        Args:
+            step: the last one.
+            look: look anew who subscribes.
+        """
+        return self.next if (self.look(step) if look else self.heard) else math.inf
+
     def due(self, step):
         """As Schedule's; False for what nobody subscribed to at the last look."""
         return step >= self.next and super().due(step) and self.heard

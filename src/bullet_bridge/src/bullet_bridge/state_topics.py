@@ -66,7 +66,7 @@ class StateTopics:
 
     def next_due(self):
         """Physics step after which a message is due; infinity when nobody listens."""
-        return self._schedule.next if self._schedule.look(self._world.step_count) else math.inf
+        return self._schedule.next_heard(self._world.step_count)
 
     def publish(self, step, _time):
         """Publish what is due and listened to."""

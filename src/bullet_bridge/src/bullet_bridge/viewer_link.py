@@ -17,6 +17,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.jobs import Ended
 from bullet_sim.errors import SimError
+from bullet_sim.sockets import blocking_pair
 from bullet_sim.viewing import Observer
 
 COMMAND = (sys.executable, '-m', 'bullet_viewer.main')
@@ -80,9 +81,7 @@ class ViewerLink:
         return problem
 
     def _start(self):
-        mine, its = socket.socketpair()
-        for end in (mine, its):     # rospy's default timeout would make them non-blocking
-            end.setblocking(True)
+        mine, its = blocking_pair()
         self._log = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(

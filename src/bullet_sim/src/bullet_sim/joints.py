@@ -1,5 +1,7 @@
 """A robot's movable joints: names, limits, state as arrays, and motors by joint name."""
 
+import numpy as np
+
 from bullet_sim.errors import ModelError
 
 UNLIMITED_EFFORT = 1e6      # [N m, N] where the URDF gives no limit
@@ -33,12 +35,7 @@ class Joints:
 
     def read(self):
         """Positions [rad, m], velocities, efforts [N m, N]: three (n,) arrays in names' order."""
-        order = self._permutation
-        positions, velocities, efforts = (
-            values[order] for values in self._engine.read_joints(self._body))
-        for name, effort in self._applied.items():
-            efforts[self.names.index(name)] += effort
-        return positions, velocities, efforts
+        return tuple(map(np.array, self.columns(range(len(self.names)))))
 
     def columns(self, numbers):
         """As read(), three lists of plain numbers, of some joints by their numbers in names."""

@@ -1,7 +1,6 @@
 """Starting and ending the render process, and telling why it ended."""
 import os
 import pathlib
-import socket
 import subprocess
 import sys
 import tempfile
@@ -9,6 +8,7 @@ from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.arena import Arena, Banks
+from bullet_sim.sockets import blocking_pair
 
 START_TIMEOUT = 60.0    # [s] of wall time; a cold Mesa compiles shaders
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
@@ -37,9 +37,7 @@ class Worker:
         variables = dict(os.environ, **environment)
         variables['PYTHONPATH'] = os.pathsep.join(path for path in paths if path)
         self._log = tempfile.TemporaryFile()
-        mine, its = socket.socketpair()
-        for end in (mine, its):     # rospy sets a default timeout, which makes sockets non-blocking
-            end.setblocking(True)
+        mine, its = blocking_pair()
         self.kind = kind
         self.arena = Arena()
         self.banks = Banks(self.arena)

@@ -1,5 +1,5 @@
 """True velocity of a link, as odometry wants it."""
-import math
+from bullet_sim.sensors.frames import rows_from_quaternion
 
 
 def twist(orientation, linear_in_world, angular_in_world, in_child=True):
@@ -22,17 +22,7 @@ def twist(orientation, linear_in_world, angular_in_world, in_child=True):
     """
     if not in_child:
         return tuple(map(float, linear_in_world)), tuple(map(float, angular_in_world))
-    x, y, z, w = orientation
-    square = x * x + y * y + z * z + w * w
-    if not 1e-24 < square < math.inf:
-        raise ValueError(f'orientation {tuple(orientation)} is no rotation: '
-                         'a quaternion (x, y, z, w) of length 1 is expected')
-    s = 2.0 / square
-    # the rotation's transpose; plain numbers: numpy takes several times as long
-    a, b, c = 1 - s * (y * y + z * z), s * (x * y + z * w), s * (x * z - y * w)
-    d, e, f = s * (x * y - z * w), 1 - s * (x * x + z * z), s * (y * z + x * w)
-    g, h, i = s * (x * z + y * w), s * (y * z - x * w), 1 - s * (x * x + y * y)
+    (a, d, g), (b, e, h), (c, f, i) = rows_from_quaternion(orientation)     # its transpose
     (u, v, w), (p, q, r) = linear_in_world, angular_in_world
     return ((a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
             (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r))
-

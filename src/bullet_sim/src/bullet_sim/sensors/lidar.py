@@ -76,9 +76,7 @@ class Lidar:
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
         ranges = np.where(hit, ranges, np.inf)
-        low, high = np.minimum(inner.min(axis=0), position), np.maximum(inner.max(axis=0), position)
-        if spec.range_min > 0.0 and engine.bodies_in_box(low.tolist(),
-                                                         high.tolist()) - {own_body}:
+        if spec.range_min > 0.0 and self._others_near(engine, position, inner, own_body):
             centre = np.broadcast_to(position, inner.shape)
             _, near = engine.ray_batch(np.ascontiguousarray(centre), inner)
             near = np.asarray(near)
@@ -87,3 +85,10 @@ class Lidar:
                 too_near &= near != own_body
             ranges[too_near] = -np.inf
         return ranges.astype(np.float32)
+
+    @staticmethod
+    def _others_near(engine, position, inner, own_body):
+        """Whether another body may reach into the box around the sensor and the rays' beginnings."""
+        low = np.minimum(inner.min(axis=0), position)
+        high = np.maximum(inner.max(axis=0), position)
+        return bool(engine.bodies_in_box(low.tolist(), high.tolist()) - {own_body})
