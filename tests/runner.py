@@ -75,15 +75,32 @@ def unit_jobs():
     for directory in [*own, *directories]:
         package = own.get(directory, directory.parent.name)
         report_file = results_directory("unit", package) / "pytest.xml"
-        yield Job("unit", package, (
-            sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no",
-            f"--rootdir={directory}", f"--junitxml={report_file}", str(directory)))
+        yield Job(
+            "unit",
+            package,
+            (
+                sys.executable,
+                "-m",
+                "pytest",
+                "-q",
+                "-p",
+                "no:cacheprovider",
+                "--color=no",
+                f"--rootdir={directory}",
+                f"--junitxml={report_file}",
+                str(directory),
+            ),
+        )
 
 
 def lint_jobs():
     """catkin_lint over all packages; warnings count as errors."""
-    yield Job("lint", "catkin_lint", (
-        tool("catkin_lint"), "--strict", "-W1", str(ROOT / "src")), counted=False)
+    yield Job(
+        "lint",
+        "catkin_lint",
+        (tool("catkin_lint"), "--strict", "-W1", str(ROOT / "src")),
+        counted=False,
+    )
 
 
 def ros_jobs():
@@ -93,9 +110,12 @@ def ros_jobs():
         package, directory = package_of(path)
         name = path.stem if package == "paddock_tests" else f"{package}/{path.stem}"
         results = results_directory("ros", name)
-        yield Job("ros", name, (
-            tool("rostest"), f"--package={package}", f"--pkgdir={directory}", str(path)),
-            {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")})
+        yield Job(
+            "ros",
+            name,
+            (tool("rostest"), f"--package={package}", f"--pkgdir={directory}", str(path)),
+            {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")},
+        )
 
 
 def tool(name):
@@ -118,9 +138,15 @@ def run_job(job):
     environment = dict(os.environ, **job.environment)
     late = False
     with log.open("w") as stream:
-        process = subprocess.Popen(job.command, stdout=stream, stderr=subprocess.STDOUT,
-                                   stdin=subprocess.DEVNULL, cwd=ROOT, env=environment,
-                                   start_new_session=True)
+        process = subprocess.Popen(
+            job.command,
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            cwd=ROOT,
+            env=environment,
+            start_new_session=True,
+        )
         try:
             status = process.wait(DEADLINES[job.stage])
         except subprocess.TimeoutExpired:
@@ -169,8 +195,9 @@ def count(directory):
             outcome.failures.append(f"{path.name} is no complete JUnit file: {error}")
             continue
         for case in cases:
-            problem = case.find("failure") if case.find("failure") is not None \
-                else case.find("error")
+            problem = (
+                case.find("failure") if case.find("failure") is not None else case.find("error")
+            )
             if problem is not None:
                 text = (problem.get("message") or problem.text or "").strip()
                 outcome.failures.append(f"{case.get('classname')}.{case.get('name')}: {text}")
@@ -185,8 +212,11 @@ def report(job, outcome, seconds):
     """Prints a job's line, and for a failure what failed and the end of its log."""
     word = "FAILED" if outcome.failures else "ok"
     skipped = f", {outcome.skipped} skipped" if outcome.skipped else ""
-    print(f"{word} ({outcome.passed} passed, {len(outcome.failures)} failed{skipped},"
-          f" {seconds:.1f} s)", flush=True)
+    print(
+        f"{word} ({outcome.passed} passed, {len(outcome.failures)} failed{skipped},"
+        f" {seconds:.1f} s)",
+        flush=True,
+    )
     if not outcome.failures:
         return
     for failure in outcome.failures:
@@ -200,8 +230,11 @@ def report(job, outcome, seconds):
 
 def selected(jobs, filters):
     """Keeps jobs whose stage is a filter or whose name contains one; all without filters."""
-    return [job for job in jobs if not filters
-            or any(word == job.stage or word in job.name for word in filters)]
+    return [
+        job
+        for job in jobs
+        if not filters or any(word == job.stage or word in job.name for word in filters)
+    ]
 
 
 def main():
@@ -217,8 +250,10 @@ def main():
     jobs = selected(everything, options.filters)
     if not jobs:
         names = ", ".join(job.name for job in everything)
-        sys.exit(f"run test: nothing matches {' '.join(options.filters)!r}; there are the stages "
-                 f"unit, lint, ros, and the tests {names}")
+        sys.exit(
+            f"run test: nothing matches {' '.join(options.filters)!r}; there are the stages "
+            f"unit, lint, ros, and the tests {names}"
+        )
     if options.list:
         print("\n".join(f"{job.stage:5} {job.name}" for job in jobs))
         return

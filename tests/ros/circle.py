@@ -12,7 +12,6 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-
 from sim_client import Recorder, wait_connected, wait_for_car, wait_until, yaw_of
 
 WHEELBASE = 0.164  # [m]
@@ -33,7 +32,7 @@ def fit_circle(points):
         (centre (2,), radius), both [m].
     """
     matrix = np.column_stack([2.0 * points, np.ones(len(points))])
-    solution = np.linalg.lstsq(matrix, (points ** 2).sum(axis=1), rcond=None)[0]
+    solution = np.linalg.lstsq(matrix, (points**2).sum(axis=1), rcond=None)[0]
     centre = solution[:2]
     return centre, math.sqrt(solution[2] + centre @ centre)
 
@@ -68,8 +67,11 @@ class Circle(unittest.TestCase):
         lap_time = 2.0 * math.pi / abs(command.angular.z)
         end = begin + 1.2 * LAPS * lap_time + 0.5
         self.odometry.clear()
-        wait_until(lambda: self.odometry.last and self.odometry.last.header.stamp.to_sec() > end,
-                   f"{LAPS} laps", WALL_LIMIT)
+        wait_until(
+            lambda: self.odometry.last and self.odometry.last.header.stamp.to_sec() > end,
+            f"{LAPS} laps",
+            WALL_LIMIT,
+        )
         steady = [item for item in self.odometry.messages if item.header.stamp.to_sec() > begin]
         points, yaw = rear_axle_track(steady)
         progress = (yaw - yaw[0]) * math.copysign(1.0, steering) / (2.0 * math.pi)
@@ -85,9 +87,11 @@ class Circle(unittest.TestCase):
         expected = WHEELBASE / math.tan(abs(steering))
         fits = self.laps(steering)
         drift = np.linalg.norm(fits[1][0] - fits[0][0]) / expected
-        for centre, radius in fits:
-            print(f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
-                  f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap")
+        for _centre, radius in fits:
+            print(
+                f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
+                f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap"
+            )
             self.assertAlmostEqual(radius / expected, 1.0, delta=RADIUS_TOLERANCE)
         self.assertLess(drift, DRIFT_TOLERANCE)
 
@@ -96,8 +100,11 @@ def add_tests():
     """Adds one test for each angle to the left, and for the largest to the right."""
     for degrees in (*STEERING, -STEERING[-1], -STEERING[1]):
         side = "left" if degrees > 0 else "right"
-        setattr(Circle, f"test_{abs(degrees):02d}_degrees_{side}",
-                lambda self, degrees=degrees: self.check(degrees))
+        setattr(
+            Circle,
+            f"test_{abs(degrees):02d}_degrees_{side}",
+            lambda self, degrees=degrees: self.check(degrees),
+        )
 
 
 add_tests()

@@ -36,13 +36,23 @@ def lap(folder, **arguments):
     with socket.socket() as sock:
         sock.bind(("127.0.0.1", 0))
         port = sock.getsockname()[1]
-    environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}",
-                       QT_QPA_PLATFORM="offscreen")
-    command = ["roslaunch", "-p", str(port), "deepracer_teleop", "lap.launch",
-               f"out_dir:={folder}", "camera_width:=320", "camera_height:=240",
-               *(f"{name}:={value}" for name, value in arguments.items())]
-    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
-                               start_new_session=True)
+    environment = dict(
+        os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}", QT_QPA_PLATFORM="offscreen"
+    )
+    command = [
+        "roslaunch",
+        "-p",
+        str(port),
+        "deepracer_teleop",
+        "lap.launch",
+        f"out_dir:={folder}",
+        "camera_width:=320",
+        "camera_height:=240",
+        *(f"{name}:={value}" for name, value in arguments.items()),
+    ]
+    process = subprocess.Popen(
+        command, env=environment, stdin=subprocess.DEVNULL, start_new_session=True
+    )
     try:
         process.wait(LIMIT)
     finally:
