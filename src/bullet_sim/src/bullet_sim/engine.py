@@ -11,13 +11,13 @@ import numpy as np
 
 from bullet_sim.errors import ModelError, RenderError
 from bullet_sim.sensors.contact import Contact
-from bullet_sim.system.quiet import quiet
+from bullet_sim.system.output import silenced
 
-with quiet():  # it greets on the terminal when it is imported
+with silenced():  # it prints a line when it is imported
     import pybullet as p
 
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
-# the limits of single joints are kept by those who command them.
+# the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
 _BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)  # of a ray's hit
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
@@ -39,7 +39,7 @@ class Engine:
         self.time_step = float(time_step)
         self.gravity = tuple(float(g) for g in gravity)
         self._iterations = int(solver_iterations)
-        with quiet():
+        with silenced():
             self._client = p.connect(p.DIRECT)
         self._renderer = None
         self._plugin = -1
@@ -112,7 +112,7 @@ class Engine:
         if self_collide:
             flags |= p.URDF_USE_SELF_COLLISION
         try:
-            with quiet():
+            with silenced():
                 body = p.loadURDF(
                     path,
                     (0, 0, 0),
@@ -190,7 +190,7 @@ class Engine:
             p.changeDynamics(body, link, physicsClientId=self._client, **given)
 
     def disable_self_collision(self, body, first, second):
-        """Make two links of a body pass through each other."""
+        """Disable collision between two links of a body."""
         p.setCollisionFilterPair(body, body, first, second, 0, physicsClientId=self._client)
 
     # state ------------------------------------------------------------------------------------
@@ -282,13 +282,13 @@ class Engine:
         )
 
     def set_joint_positions(self, body, positions):
-        """Put the movable joints at positions (n,) [rad, m], at rest."""
+        """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self._movable[body], positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self._client)
 
     # motors -----------------------------------------------------------------------------------
     def drive_velocity(self, body, joint, velocity, effort):
-        """Let the movable joint number `joint` track a velocity with at most `effort`."""
+        """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -299,7 +299,7 @@ class Engine:
         )
 
     def drive_position(self, body, joint, position, effort, velocity):
-        """Let a joint track a position with at most `effort` and `velocity`."""
+        """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -313,9 +313,9 @@ class Engine:
         )
 
     def release(self, body, joint):
-        """Leave a joint to its friction: a velocity motor to 0 that is no stronger than that.
+        """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
 
-        The motor stays under drive_effort, so an effort has to overcome it, as in a real joint.
+        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
         """
         index = self._movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
@@ -338,9 +338,9 @@ class Engine:
             physicsClientId=self._client,
         )
 
-    def push(self, body, link, force, torque):
-        """Let a force (3,) [N] act at a link's centre of mass and a torque (3,) [N m], both along
-        world axes, for the next step only; several add up."""
+    def apply_wrench(self, body, link, force, torque):
+        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
+        axes, for the next step only; several add up."""
         if link < 0:
             centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
         else:
@@ -355,7 +355,7 @@ class Engine:
         )
 
     def put_joint(self, body, joint, position):
-        """Put the movable joint number `joint` at a position [rad, m], at rest."""
+        """Set the movable joint number `joint` to a position [rad, m], at rest."""
         p.resetJointState(
             body, self._movable[body][joint], position, 0.0, physicsClientId=self._client
         )
@@ -372,7 +372,7 @@ class Engine:
         return p.getDynamicsInfo(body, link, physicsClientId=self._client)[4]
 
     def set_joint_limits(self, body, joint, lower, upper):
-        """Change the stops [rad, m] of a movable joint that has stops."""
+        """Change the limits [rad, m] of a movable joint that has limits."""
         p.changeDynamics(
             body,
             self._movable[body][joint],
@@ -420,9 +420,9 @@ class Engine:
         )
 
     def bodies_in_box(self, low, high):
-        """Numbers of the bodies that may reach into a box of the world, given by two corners (3,).
+        """Numbers of the bodies that may overlap a box in the world, given by two corners (3,).
 
-        Their bounding boxes do; a plane, whose box has no end, counts by what is below it.
+        Bounding boxes are compared; a plane, whose box is infinite, overlaps with what is below it.
         """
         touching = (
             p.getOverlappingObjects(tuple(low), tuple(high), physicsClientId=self._client) or ()
@@ -430,7 +430,7 @@ class Engine:
         return {body for body, link in touching if self._reaches(body, link, low, high)}
 
     def _reaches(self, body, link, low, high):
-        """Whether a box goes below a link that is nothing but planes; True for any other."""
+        """Whether a box goes below a link that consists of planes; True for any other link."""
         key = (body, link)
         if key not in self._planes:
             shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
@@ -460,7 +460,7 @@ class Engine:
         """
         found = []
         for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client):
-            if point[8] > 0.0 and point[9] <= 0.0:  # near, but not there yet
+            if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
                 continue
             normal = np.array(point[7])
             force = (
@@ -498,7 +498,7 @@ class Engine:
         if kind != "tiny" and self._plugin < 0:
             found = importlib.util.find_spec("eglRenderer")
             if found:
-                with quiet():
+                with silenced():
                     self._plugin = p.loadPlugin(
                         found.origin, "_eglRendererPlugin", physicsClientId=self._client
                     )
