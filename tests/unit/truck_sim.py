@@ -124,5 +124,7 @@ class Truck:
         return [
             name
             for name in self.wheels
-            if not self.world.engine.contact_count(self.model.body, self.model.carrier(name)[0])
+            if not self.world.engine.contact_count(
+                self.model.body, self.model.link_in_body(name)[0]
+            )
         ]

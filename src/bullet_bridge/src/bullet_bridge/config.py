@@ -12,15 +12,15 @@ class Config:
 
     Attributes:
         world_file: SDF world to load; empty: an empty world.
-        paused: start with simulated time standing still.
+        paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
-        lockstep: start paused; time advances only by /gazebo/step, with every picture.
+        lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
         renderer: auto, egl or tiny.
         clock_rate: messages on /clock per simulated second [Hz].
         states_rate: of model_states and link_states in simulated time [Hz].
         seed: of all sensor noise.
-        monotonic_clock: simulated time goes on in a reset instead of starting at 0.
-        step_timeout: wall time that a step waits for its commands [s].
+        monotonic_clock: a reset does not set simulated time back to 0.
+        step_timeout: wall time that /gazebo/step waits for commands [s].
         gui, headless: gui without headless opens the viewer.
     """
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MAX_POSITION = 1e9  # [m] further out nothing can be placed
-QUATERNION_LENGTHS = (1e-6, 1e6)  # of those that can be normalised
+MAX_POSITION = 1e9  # [m] bound of a placeable position
+QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalised
 PLACEABLE = (
     f"must be finite, at most {MAX_POSITION:g} m along each axis, the length of the "
     "quaternion {:g} to {:g}".format(*QUATERNION_LENGTHS)
@@ -14,7 +14,7 @@ PLACEABLE = (
 
 
 def cross(a, b):
-    """Cross product (3,) of two vectors of three numbers; numpy's takes 30 times as long."""
+    """Cross product (3,) of two vectors of three numbers; numpy's is 30 times as slow."""
     (ax, ay, az), (bx, by, bz) = a, b
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
@@ -102,7 +102,7 @@ class Pose:
         return Pose(tuple(position.tolist()), back)
 
     def is_placeable(self):
-        """Whether something can be put there: what PLACEABLE says."""
+        """Whether a body can be placed there, see PLACEABLE."""
         length = math.sqrt(sum(q * q for q in self.orientation))
         return (
             all(abs(value) <= MAX_POSITION for value in self.position)

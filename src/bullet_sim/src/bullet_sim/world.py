@@ -30,9 +30,9 @@ class World:
         self.models = {}
         self.forces = Forces()
         self.step_count = 0
-        self._loaded_names = ()  # models of the world file, in its order
-        self._fresh = True  # no step yet since the start or the last reset
-        self._unsettled = self._holes = False  # models came or went, some went, since then
+        self._loaded_names = ()  # models of the world file, in file order
+        self._fresh = True  # no step since the start or the last reset
+        self._changed = self._deleted = False  # models were spawned or deleted; deleted
 
     @property
     def time_step(self):
@@ -58,7 +58,7 @@ class World:
         """Change the physics step [s] between two steps; simulated time stays.
 
         Raises:
-            WorldError: out of bounds, or something counts in steps of the present length.
+            WorldError: out of bounds, or a period is counted in steps of the present length.
         """
         if not sdf.MIN_STEP <= time_step < 1:
             raise WorldError(
@@ -87,7 +87,7 @@ class World:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def load(self, described):
-        """Take over a WorldDescription: gravity, step and models.
+        """Load a WorldDescription: gravity, step and models.
 
         Returns:
             Warnings, one sentence each.
@@ -108,9 +108,9 @@ class World:
 
     def spawn_sdf(self, name, text, pose, resolve):
         """Spawn an SDF model; its own <pose> applies within the given one."""
-        description, own = sdf.parse_model(text, resolve, f"SDF of '{name}'")
+        description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'")
         description.name = name
-        return self.spawn(description, pose * own)
+        return self.spawn(description, pose * model_pose)
 
     def spawn(self, description, pose=Pose()):
         """Spawn a ModelDescription with its root link's frame at a world pose.
@@ -131,7 +131,7 @@ class World:
         self._next_key += 1
         model = Model(self._engine, self._next_key, description, pose.normalised(), self._folder)
         self.models[description.name] = model
-        self._unsettled = True
+        self._changed = True
         return model
 
     def model(self, name):
@@ -148,10 +148,10 @@ class World:
 
     def delete(self, name):
         """Remove a model."""
-        self.forces.forget(self.model(name))
+        self.forces.remove_model(self.model(name))
         self.model(name).remove()
         del self.models[name]
-        self._unsettled = self._holes = True
+        self._changed = self._deleted = True
 
     def step(self, count=1):
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
@@ -175,7 +175,7 @@ class World:
         self._fresh = False
 
     def reset(self, time=True):
-        """Reload every model at its initial pose into a cleared engine: as a fresh start.
+        """Reload every model at its initial pose into a cleared engine, as after a new start.
 
         Args:
             time: also set simulated time to 0.
@@ -184,18 +184,18 @@ class World:
         self._engine.clear()
         for model in self.models.values():
             model.reload()
-        self._fresh, self._unsettled, self._holes = True, False, False
+        self._fresh, self._changed, self._deleted = True, False, False
         if time:
             self.step_count = 0
 
-    def arrange(self):
-        """Order the models: those of the world file as it lists them, then the others by name.
+    def sort_models(self):
+        """Sort the models: those of the world file in file order, then the others by name.
 
-        The engine's results depend, in the last bits, on the order in which bodies were loaded;
-        programs that spawn at the same time do it in any order. A reset keeps the order.
+        The last bits of the engine's results depend on the order in which bodies were loaded, and
+        programs that spawn models at the same time do so in any order. A reset keeps the order.
 
         Returns:
-            Whether anything changed its place.
+            Whether the order has changed.
         """
         first = {name: number for number, name in enumerate(self._loaded_names)}
         ordered = sorted(self.models, key=lambda name: (first.get(name, len(first)), name))
@@ -203,27 +203,27 @@ class World:
         self.models = {name: self.models[name] for name in ordered}
         return changed
 
-    def settle(self):
-        """Before the first step: make what follows independent of the order of spawning.
+    def sort_before_start(self):
+        """Before the first step: make the results independent of the order of spawning.
 
-        Loads the models anew in the order of `arrange` where they were spawned in another one or
-        some were deleted again; poses and joint positions that were set meanwhile stay.
-        Controllers restart, so call it before commands are handed over.
+        If the models were spawned in another order than that of `sort_models`, or some were
+        deleted, all are reloaded in that order; poses and joint positions set since then stay.
+        Controllers restart, so it has to be called before commands are applied.
 
         Returns:
-            Whether models were loaded anew.
+            Whether models were reloaded.
         """
-        if not (self._fresh and self._unsettled):
+        if not (self._fresh and self._changed):
             return False
-        self._unsettled = False
-        if not self.arrange() and not self._holes:
+        self._changed = False
+        if not self.sort_models() and not self._deleted:
             return False
-        self._holes = False
-        kept = [model.placement() for model in self.models.values()]
+        self._deleted = False
+        saved = [model.save_state() for model in self.models.values()]
         self._engine.clear()
-        for model, placement in zip(self.models.values(), kept):
+        for model, state in zip(self.models.values(), saved):
             model.reload()
-            model.place(placement)
+            model.restore_state(state)
         return True
 
     def sources(self):

@@ -1,4 +1,4 @@
-"""What controllers tell -> ROS messages."""
+"""States of controllers -> ROS messages."""
 
 import math
 
@@ -70,7 +70,7 @@ def _diagonal(values):
 
 
 def odometry_transform(message):
-    """geometry_msgs/TransformStamped that says the same as a nav_msgs/Odometry."""
+    """geometry_msgs/TransformStamped with the pose of a nav_msgs/Odometry."""
     transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
     position = message.pose.pose.position
     transform.transform.translation.x = position.x

@@ -1,4 +1,4 @@
-"""Which output publishes which kind of sensor."""
+"""Table of sensor specifications and their outputs."""
 
 from bullet_sim.description.specs import (
     CameraSpec,

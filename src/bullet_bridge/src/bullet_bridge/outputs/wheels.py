@@ -33,10 +33,9 @@ class JointStatesOutput(Output):
 
 
 class WheelDriveOutput(Output):
-    """Takes geometry_msgs/Twist, turns the wheels, gives nav_msgs/Odometry and its transform.
+    """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
 
-    The latest command counts from the next update on and stays until another comes, as in
-    Gazebo's plugins.
+    A command acts from the next update until the next command, as in Gazebo's plugins.
     """
 
     message = Odometry
@@ -51,14 +50,14 @@ class WheelDriveOutput(Output):
         self._subscriber = None
 
     def attach(self, arrivals):
-        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._take)
+        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
 
     def restart(self):
         super().restart()
         self._command, self._before = (0.0, 0.0), None
         self._drive.restart()
 
-    def _take(self, message):
+    def _on_command(self, message):
         command = (message.linear.x, message.angular.z)
         if not all(abs(value) <= MAX_COMMAND for value in command):
             rospy.logerr_throttle(
@@ -70,7 +69,8 @@ class WheelDriveOutput(Output):
             return
         self._command = command
 
-    def listened(self):
+    def has_subscribers(self):
+        """True: the wheels are driven with and without subscribers."""
         return True
 
     def update(self, time):
@@ -82,16 +82,16 @@ class WheelDriveOutput(Output):
         if self.spec.from_wheels:
             angles = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
             self._drive.measure(*angles, elapsed)
-        wires = [
-            wire
-            for wire in (self.publisher, self._transform)
-            if wire is not None and wire.get_num_connections() > 0
+        outputs = [
+            out
+            for out in (self.publisher, self._transform)
+            if out is not None and out.get_num_connections() > 0
         ]
-        if not wires:
+        if not outputs:
             return
         message = self._odometry(time)
-        for wire in wires:
-            wire.publish(message if wire is self.publisher else _transform(message))
+        for out in outputs:
+            out.publish(message if out is self.publisher else _transform(message))
 
     def _odometry(self, time):
         if self.spec.from_wheels:
@@ -117,10 +117,10 @@ class WheelDriveOutput(Output):
 
 
 def _transform(odometry):
-    """tf2_msgs/TFMessage that says the same as an Odometry."""
+    """tf2_msgs/TFMessage with the pose of an Odometry."""
     message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
     message.transform.rotation = odometry.pose.pose.orientation
-    place = odometry.pose.pose.position
-    message.transform.translation.x, message.transform.translation.y = place.x, place.y
-    message.transform.translation.z = place.z
+    position = odometry.pose.pose.position
+    message.transform.translation.x, message.transform.translation.y = position.x, position.y
+    message.transform.translation.z = position.z
     return TFMessage([message])

@@ -1,7 +1,7 @@
 """The physics' configuration type for dynamic_reconfigure: names, ranges, defaults.
 
-Servers take this module as their `type`. It spells by hand what a .cfg generator would write; the
-upper bound of max_update_rate is wider than upstream's 1000, which is real time here.
+Servers take this module as their `type`. It is written by hand as a .cfg generator would write it;
+the upper bound of max_update_rate is above upstream's 1000, which is real time here.
 """
 
 # name, type, default, least, greatest, description; every one of level 1

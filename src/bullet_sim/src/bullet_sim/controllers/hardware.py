@@ -1,15 +1,15 @@
-"""What controllers command: joint velocities, positions and efforts, as gazebo_ros_control does.
+"""Hardware interface of the controllers: joint velocities, positions and efforts.
 
-A velocity or position command goes straight to the engine's motor, which keeps it. An effort has
-to be given anew before every step. A joint with gains of its own (gazebo_ros_control/pid_gains)
-follows velocity and position commands by an effort that a PID computes.
+As in gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds
+it. An effort is applied before every step. A joint with gains of its own
+(gazebo_ros_control/pid_gains) follows velocity and position commands by an effort from a PID.
 """
 
 import math
 
 from bullet_sim.controllers.angles import position_error
+from bullet_sim.controllers.gain_limits import stable_gains
 from bullet_sim.controllers.pid import Pid
-from bullet_sim.controllers.stiffness import bearable
 from bullet_sim.errors import ControllerError
 
 
@@ -18,14 +18,14 @@ class Hardware:
 
     Args:
         joints: bullet_sim.models.joints.Joints.
-        interfaces: mapping joint name -> offered interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see stiffness.py; None:
-            any gain will do.
+        interfaces: mapping joint name -> hardware interfaces, from <transmission>s.
+        inertias: mapping joint name -> inertia that its effort moves, see gain_limits.py; None:
+            gains are not limited.
     """
 
     def __init__(self, joints, interfaces=None, inertias=None):
         self._joints = joints
-        self._inertias, self._bearable = inertias or {}, {}
+        self._inertias, self._stable_gains = inertias or {}, {}
         self._interfaces = interfaces or {}
         self._pids, self._targets, self._efforts = {}, {}, {}
         self._by_pid = {}
@@ -50,18 +50,18 @@ class Hardware:
 
     # interfaces -------------------------------------------------------------------------------
     def check_interface(self, what, interface, names):
-        """Check that joints offer an interface.
+        """Check that joints have a hardware interface.
 
         Args:
-            what: who asks, for messages.
+            what: the controller, for messages.
             interface: velocity, position or effort.
             names: joint names.
 
         Returns:
-            Sentences about joints without <transmission>, which offer everything here.
+            Sentences about joints without <transmission>, which have all interfaces here.
 
         Raises:
-            ControllerError: a joint's transmissions offer other interfaces only.
+            ControllerError: a joint's transmissions have other interfaces only.
         """
         without = [name for name in names if name not in self._interfaces]
         for name in names:
@@ -100,18 +100,18 @@ class Hardware:
         else:
             self._pids[joint] = Pid(gains)
 
-    def bearable(self, joint, gains, goal, period):
-        """Gains of a PID that gives an effort, cut to what a step can bear; see stiffness.py."""
+    def stable_gains(self, joint, gains, goal, period):
+        """Gains of a PID that computes an effort, limited to stable ones; see gain_limits.py."""
         key = (joint, gains, goal, period)
-        if key not in self._bearable:
-            if len(self._bearable) > 1000:
-                self._bearable.clear()
-            self._bearable[key] = (
+        if key not in self._stable_gains:
+            if len(self._stable_gains) > 1000:
+                self._stable_gains.clear()
+            self._stable_gains[key] = (
                 gains
                 if joint not in self._inertias
-                else bearable(gains, goal, self._inertias[joint], period)
+                else stable_gains(gains, goal, self._inertias[joint], period)
             )
-        return self._bearable[key]
+        return self._stable_gains[key]
 
     def pid(self, joint):
         """The Pid of a joint, or None."""
@@ -119,11 +119,11 @@ class Hardware:
 
     # commands ---------------------------------------------------------------------------------
     def velocities(self, names, values):
-        """Let joints turn at velocities [rad/s, m/s], within the URDF's limits."""
+        """Command joint velocities [rad/s, m/s], within the URDF's limits."""
         self._command("velocity", names, values, self._joints.drive_velocities)
 
     def positions(self, names, values):
-        """Let joints go to positions [rad, m], within the URDF's limits."""
+        """Command joint positions [rad, m], within the URDF's limits."""
         self._command("position", names, values, self._joints.drive_positions)
 
     def _command(self, kind, names, values, drive):
@@ -138,35 +138,35 @@ class Hardware:
                 self._targets[name] = (kind, value)
 
     def efforts(self, names, values):
-        """Push joints with efforts [N m, N], within the URDF's limits, until told otherwise."""
+        """Command joint efforts [N m, N], within the URDF's limits, until the next command."""
         for name, value in zip(names, values):
             if name not in self._efforts:
                 self._joints.release([name])
             self._efforts[name] = value
 
     def release(self, names):
-        """Take commands back: joints are left to their own friction."""
+        """Drop the commands: the joints move freely, with their friction."""
         for name in names:
             for commands in (self._targets, self._efforts, self._by_pid):
                 commands.pop(name, None)
         self._joints.release(names)
 
     def restart(self):
-        """Forget all commands: the body was loaded anew."""
+        """Drop all commands: the body was reloaded."""
         for commands in (self._targets, self._efforts, self._by_pid):
             commands.clear()
 
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self):
-        """Whether something has to be written before every step."""
+        """Whether efforts have to be written before every step."""
         return bool(self._efforts or self._targets)
 
     def write(self, state, period):
-        """Give the efforts for the next step; one that is no finite number counts as 0.
+        """Write the efforts for the next step; one that is not finite counts as 0.
 
         Args:
-            state: what state() gave.
+            state: result of state().
             period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
                 outputs stay.
         """
@@ -180,7 +180,7 @@ class Hardware:
                 )
                 pid = self._pids[name]
                 self._by_pid[name] = pid.compute(
-                    error, period, gains=self.bearable(name, pid.gains, kind, period)
+                    error, period, gains=self.stable_gains(name, pid.gains, kind, period)
                 )
         efforts = {}
         for wanted in (self._efforts, self._by_pid):

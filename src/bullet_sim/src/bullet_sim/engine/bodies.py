@@ -4,10 +4,10 @@ from bullet_sim.engine.library import p
 from bullet_sim.engine.motion import Motion
 from bullet_sim.engine.motors import Motors
 from bullet_sim.errors import ModelError
-from bullet_sim.system.quiet import quiet
+from bullet_sim.system.output import silenced
 
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
-# the limits of single joints are kept by those who command them.
+# the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
 
@@ -45,7 +45,7 @@ class Bodies(Motion, Motors):
         if self_collide:
             flags |= p.URDF_USE_SELF_COLLISION
         try:
-            with quiet():
+            with silenced():
                 body = p.loadURDF(
                     path,
                     (0, 0, 0),
@@ -123,7 +123,7 @@ class Bodies(Motion, Motors):
             p.changeDynamics(body, link, physicsClientId=self._client, **given)
 
     def disable_self_collision(self, body, first, second):
-        """Make two links of a body pass through each other."""
+        """Disable collision between two links of a body."""
         p.setCollisionFilterPair(body, body, first, second, 0, physicsClientId=self._client)
 
     def set_mass(self, body, link, mass, moments):
@@ -137,7 +137,7 @@ class Bodies(Motion, Motors):
         return p.getDynamicsInfo(body, link, physicsClientId=self._client)[4]
 
     def set_joint_limits(self, body, joint, lower, upper):
-        """Change the stops [rad, m] of a movable joint that has stops."""
+        """Change the limits [rad, m] of a movable joint that has limits."""
         p.changeDynamics(
             body,
             self._movable[body][joint],

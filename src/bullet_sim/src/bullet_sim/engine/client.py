@@ -1,7 +1,7 @@
 """The connection to PyBullet: its parameters, its clock and what is kept of its bodies."""
 
 from bullet_sim.engine.library import p
-from bullet_sim.system.quiet import quiet
+from bullet_sim.system.output import silenced
 
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
@@ -21,7 +21,7 @@ class Client:
         self.time_step = float(time_step)
         self.gravity = tuple(float(g) for g in gravity)
         self._iterations = int(solver_iterations)
-        with quiet():
+        with silenced():
             self._client = p.connect(p.DIRECT)
         self._configure()
 

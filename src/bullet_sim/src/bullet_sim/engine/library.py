@@ -1,8 +1,8 @@
 """The one import of pybullet, kept silent: it greets on the terminal."""
 
-from bullet_sim.system.quiet import quiet
+from bullet_sim.system.output import silenced
 
-with quiet():
+with silenced():
     import pybullet as p
 
 __all__ = ["p"]

@@ -99,12 +99,12 @@ class Motion(Client):
         )
 
     def set_joint_positions(self, body, positions):
-        """Put the movable joints at positions (n,) [rad, m], at rest."""
+        """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self._movable[body], positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self._client)
 
     def put_joint(self, body, joint, position):
-        """Put the movable joint number `joint` at a position [rad, m], at rest."""
+        """Set the movable joint number `joint` to a position [rad, m], at rest."""
         p.resetJointState(
             body, self._movable[body][joint], position, 0.0, physicsClientId=self._client
         )

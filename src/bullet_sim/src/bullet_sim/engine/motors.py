@@ -8,7 +8,7 @@ class Motors(Client):
     """Motors keep their command from step to step, forces and efforts last one step."""
 
     def drive_velocity(self, body, joint, velocity, effort):
-        """Let the movable joint number `joint` track a velocity with at most `effort`."""
+        """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -19,7 +19,7 @@ class Motors(Client):
         )
 
     def drive_position(self, body, joint, position, effort, velocity):
-        """Let a joint track a position with at most `effort` and `velocity`."""
+        """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -33,9 +33,9 @@ class Motors(Client):
         )
 
     def release(self, body, joint):
-        """Leave a joint to its friction: a velocity motor to 0 that is no stronger than that.
+        """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
 
-        The motor stays under drive_effort, so an effort has to overcome it, as in a real joint.
+        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
         """
         index = self._movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
@@ -58,9 +58,9 @@ class Motors(Client):
             physicsClientId=self._client,
         )
 
-    def push(self, body, link, force, torque):
-        """Let a force (3,) [N] act at a link's centre of mass and a torque (3,) [N m], both along
-        world axes, for the next step only; several add up."""
+    def apply_wrench(self, body, link, force, torque):
+        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
+        axes, for the next step only; several add up."""
         if link < 0:
             centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
         else:

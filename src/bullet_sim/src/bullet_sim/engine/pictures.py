@@ -8,7 +8,7 @@ import numpy as np
 from bullet_sim.engine.client import Client
 from bullet_sim.engine.library import p
 from bullet_sim.errors import RenderError
-from bullet_sim.system.quiet import quiet
+from bullet_sim.system.output import silenced
 
 
 class Pictures(Client):
@@ -31,7 +31,7 @@ class Pictures(Client):
         if kind != "tiny" and self._plugin < 0:
             found = importlib.util.find_spec("eglRenderer")
             if found:
-                with quiet():
+                with silenced():
                     self._plugin = p.loadPlugin(
                         found.origin, "_eglRendererPlugin", physicsClientId=self._client
                     )

@@ -34,9 +34,9 @@ class Sensing(Client):
         )
 
     def bodies_in_box(self, low, high):
-        """Numbers of the bodies that may reach into a box of the world, given by two corners (3,).
+        """Numbers of the bodies that may overlap a box in the world, given by two corners (3,).
 
-        Their bounding boxes do; a plane, whose box has no end, counts by what is below it.
+        Bounding boxes are compared; a plane, whose box is infinite, overlaps with what is below it.
         """
         touching = (
             p.getOverlappingObjects(tuple(low), tuple(high), physicsClientId=self._client) or ()
@@ -44,7 +44,7 @@ class Sensing(Client):
         return {body for body, link in touching if self._reaches(body, link, low, high)}
 
     def _reaches(self, body, link, low, high):
-        """Whether a box goes below a link that is nothing but planes; True for any other."""
+        """Whether a box goes below a link that consists of planes; True for any other link."""
         key = (body, link)
         if key not in self._planes:
             shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
@@ -74,7 +74,7 @@ class Sensing(Client):
         """
         found = []
         for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client):
-            if point[8] > 0.0 and point[9] <= 0.0:  # near, but not there yet
+            if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
                 continue
             normal = np.array(point[7])
             force = (

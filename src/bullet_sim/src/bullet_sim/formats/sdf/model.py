@@ -61,7 +61,7 @@ def parse_model_element(element, resolve, version=1.6, open_include=None):
 
 
 def _tie(model, poses):
-    """Fix links that no joint holds to the first one; Gazebo would let them fall apart."""
+    """Fix links without a joint to the first link; in Gazebo they would be separate bodies."""
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
     children = [joint.child for joint in model.joints.values()]
@@ -104,7 +104,7 @@ class _Reader:
         self._depth = 0
 
     def read(self, element, prefix, place, version):
-        """Take in a <model> whose parts get a name prefix and whose frame is at a pose."""
+        """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
         frames = Frames(element, element.get("name") or self.model.name)
         for link in element.findall("link"):
             self._link(link, prefix, place, frames)

@@ -1,4 +1,4 @@
-"""<gazebo> elements of a URDF: surfaces, colours, flags; sensors and plugins are handed on."""
+"""<gazebo> elements of a URDF: surfaces, colours, flags; sensors and plugins by other modules."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
 from bullet_sim.formats.xml_read import child_number, child_text, is_true
 
-MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
+MAX_STIFFNESS = 1e5  # [N/m] above which contacts keep Bullet's own stiffness
 _READ = {
     "mu",
     "mu1",
@@ -26,7 +26,7 @@ _READ = {
     "visual",
     "collision",
 }
-# What steers Gazebo's solver or its file conversion and has no counterpart here.
+# Settings of Gazebo's solver or file conversion without a counterpart here.
 _QUIET = {
     "fdir1",
     "maxVel",

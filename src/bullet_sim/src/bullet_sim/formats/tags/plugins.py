@@ -1,4 +1,4 @@
-"""<plugin> elements of a model: ros_control and what publishes without a <sensor>."""
+"""<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.formats.plugin_names import Names, library

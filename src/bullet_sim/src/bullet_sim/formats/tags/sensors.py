@@ -6,7 +6,9 @@ from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpe
 from bullet_sim.formats.plugin_names import Names, library
 from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, sdf_pose, whole
 
-DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
+DEFAULT_RATE = (
+    30.0  # [Hz] of cameras and lidars without a rate, which Gazebo updates as fast as it can
+)
 _ENCODINGS = {
     "R8G8B8": "rgb8",
     "RGB_INT8": "rgb8",
@@ -19,7 +21,7 @@ _ENCODINGS = {
 
 @dataclass(frozen=True)
 class _Sensor:
-    """What every reader needs: the elements, names and the place."""
+    """Input of all readers: the elements, names and the pose."""
 
     element: object
     plugin: object
@@ -39,7 +41,7 @@ class _Sensor:
         return min((rate for rate in rates if rate > 0), default=0.0)
 
     def drawn_rate(self, tag="updateRate"):
-        """As rate, for what is costly: DEFAULT_RATE where none is given."""
+        """As rate, for cameras and lidars: DEFAULT_RATE where none is given."""
         rate = self.rate(tag)
         if not rate:
             self.model.warn(
@@ -192,7 +194,7 @@ def imu_spec(names, plugin, name, link, pose, **values):
 
 
 def _imu(sensor):
-    """libgazebo_ros_imu.so in a <sensor>: its place is <gazebo>, but people put it here."""
+    """libgazebo_ros_imu.so in a <sensor>: it belongs into <gazebo>, but is often found here."""
     frame = child_text(sensor.plugin, "frameName") or child_text(
         sensor.plugin, "bodyName", sensor.link
     )

@@ -28,7 +28,7 @@ def joint_states(element, model, names):
 def diff_drive(element, model, names):
     """Specification of libgazebo_ros_diff_drive.so.
 
-    Its <legacyMode>, true by default, takes the left joint for the right one.
+    Its <legacyMode>, true by default, swaps the left and the right joint.
     """
     left = (child_text(element, "leftJoint", "left_joint"),)
     right = (child_text(element, "rightJoint", "right_joint"),)

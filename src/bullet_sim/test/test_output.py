@@ -1,21 +1,21 @@
-"""What libraries print is kept away, what Python prints meanwhile is not."""
+"""silenced(): libraries print nothing, Python's own output stays."""
 
 import subprocess
 import sys
 
 SCRIPT = """
 import os, sys, threading
-from bullet_sim.system.quiet import keep_python_audible, quiet
+from bullet_sim.system.output import keep_python_output, silenced
 if {audible}:
-    keep_python_audible()
+    keep_python_output()
 os.write(1, b'before ')
-with quiet():
+with silenced():
     os.write(1, b'hidden')
     os.write(2, b'hidden')
-    speaker = threading.Thread(target=lambda: print('said', end=' ', flush=True))
-    speaker.start()
-    speaker.join()
-    print('told', file=sys.stderr, end='', flush=True)
+    printer = threading.Thread(target=lambda: print('stdout', end=' ', flush=True))
+    printer.start()
+    printer.join()
+    print('stderr', file=sys.stderr, end='', flush=True)
 os.write(1, b'after')
 """
 
@@ -31,9 +31,9 @@ def run(audible):
     return done.stdout, done.stderr
 
 
-def test_libraries_are_quiet():
+def test_libraries_are_silenced():
     assert run(False) == (b"before after", b"")
 
 
-def test_python_is_heard():
-    assert run(True) == (b"before said after", b"told")
+def test_python_output_is_kept():
+    assert run(True) == (b"before stdout after", b"stderr")

@@ -3,36 +3,36 @@
 import os
 
 import numpy as np
-from bullet_sim.render.arena import ALIGNMENT, Arena, Banks, places
+from bullet_sim.render.shared_memory import ALIGNMENT, DoubleBuffer, SharedMemory, layout
 from test_render import request
 
 
 def test_another_process_sees_what_is_written():
-    mine = Arena()
-    mine.grow(4096)
-    its = Arena(os.dup(mine.fd))
-    mine.array(128, (2, 3), np.uint8)[:] = [[1, 2, 3], [4, 5, 6]]
-    np.testing.assert_array_equal(its.array(128, (2, 3), np.uint8), [[1, 2, 3], [4, 5, 6]])
-    its.close()
-    mine.close()
-    mine.close()
+    first = SharedMemory()
+    first.grow(4096)
+    second = SharedMemory(os.dup(first.fd))
+    first.array(128, (2, 3), np.uint8)[:] = [[1, 2, 3], [4, 5, 6]]
+    np.testing.assert_array_equal(second.array(128, (2, 3), np.uint8), [[1, 2, 3], [4, 5, 6]])
+    second.close()
+    first.close()
+    first.close()
 
 
 def test_arrays_outlive_growth_and_end():
-    arena = Arena()
-    arena.grow(64)
-    old = arena.array(0, (16,), np.float32)
-    arena.grow(1 << 20)
-    new = arena.array((1 << 20) - 64, (16,), np.float32)
+    memory = SharedMemory()
+    memory.grow(64)
+    old = memory.array(0, (16,), np.float32)
+    memory.grow(1 << 20)
+    new = memory.array((1 << 20) - 64, (16,), np.float32)
     old[:], new[:] = 1.0, 2.0
-    np.testing.assert_array_equal(arena.array(0, (16,), np.float32), 1.0)
-    arena.close()
+    np.testing.assert_array_equal(memory.array(0, (16,), np.float32), 1.0)
+    memory.close()
     assert (old == 1.0).all() and (new == 2.0).all()
 
 
-def test_places_do_not_overlap():
+def test_layouts_do_not_overlap():
     cameras = [request("a", 3, 5, depth=True), request("b", 7, 1), request("c", 2, 2, depth=True)]
-    found, size = places(cameras)
+    found, size = layout(cameras)
     parts = []
     for camera, (colours, distances) in zip(cameras, found):
         pixels = camera.width * camera.height
@@ -45,9 +45,9 @@ def test_places_do_not_overlap():
         assert start + length <= following
 
 
-def test_banks_take_turns_and_never_share_memory():
-    arena = Arena()
-    banks = Banks(arena)
+def test_buffers_alternate_and_do_not_overlap():
+    memory = SharedMemory()
+    buffers = DoubleBuffer(memory)
     written = {}
     orders = [
         [request("a", 8, 8)],
@@ -57,16 +57,16 @@ def test_banks_take_turns_and_never_share_memory():
     ] * 2
     before = None
     for number, cameras in enumerate(orders):
-        found = banks.take(cameras)
+        found = buffers.next_layout(cameras)
         for camera, (offset, _) in zip(cameras, found):
-            arena.array(offset, (camera.height, camera.width, 3), np.uint8)[:] = number
-        if before:  # the pictures of the order before are whole
+            memory.array(offset, (camera.height, camera.width, 3), np.uint8)[:] = number
+        if before:  # the pictures of the last order are complete
             for array, value in before:
                 assert (array == value).all()
         before = [
-            (arena.array(offset, (camera.height, camera.width, 3), np.uint8), number)
+            (memory.array(offset, (camera.height, camera.width, 3), np.uint8), number)
             for camera, (offset, _) in zip(cameras, found)
         ]
-        written[number] = os.fstat(arena.fd).st_size
+        written[number] = os.fstat(memory.fd).st_size
     assert written[3] == written[7], "as much memory as the largest orders need, no more"
-    arena.close()
+    memory.close()

@@ -1,15 +1,15 @@
-"""Keeping what C++ libraries print out of the terminal."""
+"""Suppressing the terminal output of C++ libraries."""
 
 import contextlib
 import os
 import sys
 
 
-def keep_python_audible():
-    """Give sys.stdout and sys.stderr file descriptors of their own, beside quiet()'s effect.
+def keep_python_output():
+    """Give sys.stdout and sys.stderr own file descriptors, which silenced() does not redirect.
 
-    Otherwise what other threads log while a library is kept quiet is lost, too. To be called
-    once, before anybody takes hold of these streams.
+    Otherwise the output of other threads is lost while a library is silenced. To be called once,
+    before other modules store these streams.
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -28,8 +28,8 @@ def keep_python_audible():
 
 
 @contextlib.contextmanager
-def quiet():
-    """Point file descriptors 1 and 2 to nowhere for a while."""
+def silenced():
+    """Redirect file descriptors 1 and 2 to /dev/null within the context."""
     sys.stdout.flush()
     sys.stderr.flush()
     saved = [(fd, os.dup(fd)) for fd in (1, 2)]

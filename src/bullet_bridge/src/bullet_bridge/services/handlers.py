@@ -1,11 +1,11 @@
-"""How services of the bridge answer: errors become success=False with the reason."""
+"""Handlers of services and topics that log errors and return them to the caller."""
 
 import rospy
 from bullet_sim.errors import SimError
 from std_srvs.srv import EmptyResponse
 
 
-def answering(work, kind):
+def service_handler(work, kind):
     """Handler for a service with `success` and `status_message`.
 
     Args:
@@ -13,7 +13,7 @@ def answering(work, kind):
         kind: service class.
 
     Returns:
-        Function request -> response; an error is logged once and told to the caller.
+        Function request -> response; an error is logged and becomes success=False with the text.
     """
 
     def handle(request):
@@ -28,8 +28,8 @@ def answering(work, kind):
     return handle
 
 
-def commanding(work, response=EmptyResponse):
-    """Handler for a service whose response is empty: an error is a failed call."""
+def empty_service_handler(work, response=EmptyResponse):
+    """Handler for a service with an empty response: an error is a failed call."""
 
     def handle(request):
         try:
@@ -42,7 +42,7 @@ def commanding(work, response=EmptyResponse):
     return handle
 
 
-def listening(work):
+def topic_callback(work):
     """Callback of a topic: an error is logged, at most once a second."""
 
     def handle(message):

@@ -1,8 +1,8 @@
 """Inertias that joints move, and gains that a step can bear."""
 
 import pytest
+from bullet_sim.controllers.gain_limits import joint_inertias, stable_gains
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.controllers.stiffness import bearable, joint_inertias
 from bullet_sim.description.lump import lump
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
@@ -67,7 +67,7 @@ def test_inertias_of_a_free_robot_are_the_reduced_ones():
     ],
 )
 def test_only_what_is_too_much_is_cut(goal, gains, cut):
-    assert bearable(gains, goal, inertia=0.002, period=STEP) == cut
+    assert stable_gains(gains, goal, inertia=0.002, period=STEP) == cut
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_a_light_wheel_does_not_chatter(kind, gains):
     world = World(gravity=(0.0, 0.0, 0.0))
     manager = world.spawn_urdf("bot", URDF, Pose(), str).manager
     spec = manager.load("c", {"type": f"effort_controllers/{kind}", "joint": "wheel", "pid": gains})
-    (text,) = manager.cut_gains(spec, STEP)
+    (text,) = manager.gain_warnings(spec, STEP)
     assert "controller 'c'" in text and "'wheel'" in text
     manager.switch(["c"], [])
     manager.command("c", [1.0])

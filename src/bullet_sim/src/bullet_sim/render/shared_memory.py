@@ -1,18 +1,18 @@
-"""Memory that the render process and its parent share, so that pictures travel without a copy."""
+"""Memory shared by the render process and its parent, so that pictures are not copied."""
 
 import mmap
 import os
 
 import numpy as np
 
-ALIGNMENT = 64  # [bytes] of every array's beginning
+ALIGNMENT = 64  # [bytes] of every array
 
 
-class Arena:
-    """A growing piece of anonymous shared memory.
+class SharedMemory:
+    """Anonymous shared memory that can grow.
 
     Args:
-        fd: file descriptor that another process's Arena has passed on; None: a new one.
+        fd: file descriptor from another process's SharedMemory; None: new memory.
 
     Attributes:
         fd: file descriptor.
@@ -23,37 +23,37 @@ class Arena:
         self._map, self._size = None, 0
 
     def grow(self, size):
-        """Make it `size` bytes large; arrays made before stay valid."""
+        """Set its size [bytes]; existing arrays stay valid."""
         os.ftruncate(self.fd, size)
 
     def array(self, offset, shape, kind):
         """An array in it.
 
         Args:
-            offset: of its beginning [bytes].
+            offset: [bytes].
             shape, kind: of the array.
         """
         count = int(np.prod(shape))
         if offset + count * np.dtype(kind).itemsize > self._size:
             self._size = os.fstat(self.fd).st_size
-            self._map = mmap.mmap(self.fd, self._size)  # the old one lives as long as its arrays
+            self._map = mmap.mmap(self.fd, self._size)  # the old one is freed with its arrays
         return np.frombuffer(self._map, kind, count, offset).reshape(shape)
 
     def close(self):
-        """Let go of the file descriptor; the memory is freed with the last array."""
+        """Close the file descriptor; the memory is freed with the last array."""
         if self.fd >= 0:
             os.close(self.fd)
         self.fd, self._map, self._size = -1, None, 0
 
 
-def places(requests):
-    """Where in a bank the pictures of some cameras go.
+def layout(requests):
+    """Layout of the pictures of some cameras in a buffer.
 
     Args:
         requests: CameraRequests.
 
     Returns:
-        List of (offset of the colours, offset of the distances or None), and the bank's size
+        List of (offset of the colours, offset of the distances or None), and the buffer's size
         [bytes].
     """
     found, end = [], 0
@@ -71,30 +71,30 @@ def _aligned(size):
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
-class Banks:
-    """Two parts of an Arena by turns: one is written while what is in the other is used.
+class DoubleBuffer:
+    """Two buffers in a SharedMemory: one is written while the pictures in the other are used.
 
     Args:
-        arena: Arena of the parent.
+        memory: SharedMemory of the parent.
     """
 
-    def __init__(self, arena):
-        self._arena, self._end = arena, 0
-        self._banks = [(0, 0), (0, 0)]  # (offset, size)
+    def __init__(self, memory):
+        self._memory, self._end = memory, 0
+        self._buffers = [(0, 0), (0, 0)]  # (offset, size)
 
-    def take(self, requests):
-        """Room for pictures in the bank whose turn it is.
+    def next_layout(self, requests):
+        """Layout of pictures in the next buffer.
 
         Returns:
-            Offsets in the arena as `places` gives them.
+            Offsets in the shared memory, as `layout` gives them.
         """
-        found, size = places(requests)
-        (start, room), other = self._banks
-        if size > room:  # a new place at the end; twice the size, so that little is given up
+        found, size = layout(requests)
+        (start, room), other = self._buffers
+        if size > room:  # a new buffer at the end, at least twice the size: few are abandoned
             start, room = self._end, max(size, 2 * room)
             self._end += room
-            self._arena.grow(self._end)
-        self._banks = [other, (start, room)]
+            self._memory.grow(self._end)
+        self._buffers = [other, (start, room)]
         return [
             (start + colours, distances if distances is None else start + distances)
             for colours, distances in found

@@ -1,4 +1,4 @@
-"""Order of spawning, a reset, and what is done before the first step: same bits afterwards."""
+"""Results do not depend, to the bit, on the order of spawning or on a reset before them."""
 
 import itertools
 
@@ -72,7 +72,7 @@ def test_order_of_spawning_makes_no_difference(make):
     for order in itertools.permutations(NAMES):
         world = make()
         spawn(world, order)
-        world.settle()
+        world.sort_before_start()
         assert list(world.models) == ["ground_plane", *NAMES]
         trails.append(run(world))
     assert all(trail == trails[0] for trail in trails)
@@ -82,27 +82,27 @@ def test_order_of_spawning_makes_no_difference(make):
 def test_models_that_came_and_went_leave_no_trace(make):
     clean = make()
     spawn(clean, NAMES)
-    clean.settle()
+    clean.sort_before_start()
     world = make()
     world.spawn(brick("b"), Pose((0.0, 0.0, 0.1)))
     spawn(world, "a")
     world.delete("b")
     spawn(world, "bc")
-    assert world.settle()
+    assert world.sort_before_start()
     assert run(world) == run(clean)
 
 
 def test_reset_is_a_fresh_start_whatever_the_order_was(make):
     fresh = make()
     spawn(fresh, NAMES)
-    fresh.settle()
+    fresh.sort_before_start()
     world = make()
     spawn(world, "ca")
-    world.settle()
+    world.sort_before_start()
     run(world, 100)
     spawn(world, "b")
     run(world, 100)
-    world.arrange()
+    world.sort_models()
     world.reset()
     assert (world.time, run(world)) == (0.0, run(fresh))
 
@@ -110,17 +110,17 @@ def test_reset_is_a_fresh_start_whatever_the_order_was(make):
 def test_settling_happens_only_before_the_first_step_and_once(make):
     world = make()
     spawn(world, "abc")
-    assert not world.settle(), "they are in order"
+    assert not world.sort_before_start(), "they are in order"
     world.step()
     world.delete("a")
     spawn(world, "a")
-    assert not world.settle(), "time has passed"
-    world.arrange()
+    assert not world.sort_before_start(), "time has passed"
+    world.sort_models()
     world.reset()
-    assert not world.settle(), "the reset has loaded them in order"
+    assert not world.sort_before_start(), "the reset has loaded them in order"
     world.delete("a")
     spawn(world, "a")
-    assert world.settle() and not world.settle()
+    assert world.sort_before_start() and not world.sort_before_start()
 
 
 def test_what_was_set_before_the_first_step_stays(make):
@@ -131,7 +131,7 @@ def test_what_was_set_before_the_first_step_stays(make):
     arm.set_state(Pose((1.0, 2.0, 4.0)), (0.5, 0.0, 0.0), (0.0, 0.0, 1.0))
     arm.joints.set_positions({"j": 0.75})
     spawn(world, "a")
-    assert world.settle()
+    assert world.sort_before_start()
     assert arm.pose.position == pytest.approx((1.0, 2.0, 4.0))
     np.testing.assert_allclose(arm.link_state("base")[1:], [(0.5, 0, 0), (0, 0, 1)], atol=1e-9)
     assert arm.joints.read()[0] == pytest.approx([0.75])

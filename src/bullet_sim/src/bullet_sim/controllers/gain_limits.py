@@ -1,10 +1,10 @@
-"""Gains that a physics step can bear.
+"""Limits of PID gains for which a joint is stable with the physics step.
 
-An effort that a PID computes acts for a whole step. A gain on velocity that is greater than inertia
-per step turns the joint's error around within the step; above twice that it grows in every step,
-and a light wheel chatters at full effort, whatever engine integrates it. Published robots have such
-gains (1 N m s/rad on a wheel of 1e-4 kg m^2): those are cut to what cancels the error within one
-step, the greatest that is of any use; smaller ones stay as they are.
+An effort that a PID computes acts for a whole step. A velocity gain above inertia / step reverses
+the joint's error within the step; above twice that the error grows in every step and a light wheel
+chatters at full effort, with any physics engine. Published robots have such gains (1 N m s/rad on a
+wheel of 1e-4 kg m^2). They are cut to the value that cancels the error within one step, the largest
+useful one; smaller gains are not changed.
 """
 
 from dataclasses import replace
@@ -14,13 +14,13 @@ import numpy as np
 from bullet_sim.pose import Pose
 
 
-def bearable(gains, goal, inertia, period):
-    """The gains, cut where a step of the physics could not bear them.
+def stable_gains(gains, goal, inertia, period):
+    """The gains, cut to those that are stable with the physics step.
 
     Args:
         gains: PidGains that give an effort.
         goal: 'velocity' or 'position'.
-        inertia: that the joint moves [kg m^2, kg].
+        inertia: moved by the joint [kg m^2, kg].
         period: [s].
     """
     on_rate = inertia / period
@@ -37,11 +37,11 @@ def _cut(gains, **limits):
 
 
 def joint_inertias(lumped, fixed_base):
-    """Inertia that an effort of each joint has to move, all joints at 0 and nothing touching.
+    """Inertia that an effort of each joint moves, all joints at 0 and without contacts.
 
     Args:
         lumped: LumpedModel.
-        fixed_base: whether the root link is held by the world.
+        fixed_base: whether the root link is fixed to the world.
 
     Returns:
         Dict of joint name -> [kg m^2], of a prismatic joint [kg]: the reduced inertia of both
