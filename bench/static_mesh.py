@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

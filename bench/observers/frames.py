@@ -11,7 +11,7 @@ from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import camera
-from bullet_sim.specs import CameraSpec
+from bullet_sim.description.specs import CameraSpec
 
 from observers import graph
 

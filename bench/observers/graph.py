@@ -16,7 +16,7 @@ from std_msgs.msg import Float64
 
 from bullet_bridge.resolve import Resolver
 from bullet_sim.pose import Pose
-from bullet_sim.sdf import parse_world
+from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.world import World
 
 WHEELS = [f'{side}_{end}_wheel' for side in ('left', 'right') for end in ('rear', 'front')]

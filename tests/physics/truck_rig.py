@@ -15,12 +15,12 @@ ROOT = Path(__file__).resolve().parents[2]
 for _package in ("bullet_sim", "cybertruck"):
     sys.path.insert(0, str(ROOT / "src" / _package / "src"))
 
-from bullet_sim import sdf  # noqa: E402
+from bullet_sim.formats.sdf import world as sdf# noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
-from cybertruck.geometry import TruckGeometry  # noqa: E402
-from cybertruck.limits import RateLimiter  # noqa: E402
-from cybertruck.model import CyberModel  # noqa: E402
+from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
+from cybertruck.drive.limits import RateLimiter  # noqa: E402
+from cybertruck.drive.model import CyberModel  # noqa: E402
 from cybertruck.trailer.geometry import Geometry  # noqa: E402
 from cybertruck.trailer.kinematics import rear_axle  # noqa: E402
 

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
 from std_srvs.srv import Empty
 
-from cybertruck.model import CyberModel
+from cybertruck.drive.model import CyberModel
 from sim_client import WALL_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
 from truck_client import TRUTH, Driver, pose_of, wait_for_truck
 

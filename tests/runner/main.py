@@ -39,6 +39,7 @@ def main():
     paths = (str(ROOT / "tests"), os.environ.get("ROS_PACKAGE_PATH", ""))
     os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(paths)
     RESULTS.mkdir(exist_ok=True)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's "&" has it ignored
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     begin = time.monotonic()
     schedule = Schedule(jobs, min(options.jobs, len(jobs)), history.seconds(jobs))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from truck_sim import FRONT, HINGES, REAR, Truck
 
-from cybertruck.odometry import WheelOdometry
+from cybertruck.drive.odometry import WheelOdometry
 
 SPEED = 0.5  # [m/s]
 

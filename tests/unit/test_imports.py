@@ -111,6 +111,76 @@ def test_nothing_imports_the_bridge_but_itself():
             for line in offences(path, {"bullet_bridge"}.__contains__)] == []
 
 
+# Sub-packages of each package, lowest first: one imports only those that stand before it, and the
+# modules of its package's top that stand before it, too. "" are all modules of the top not named.
+SUITES = {
+    "bullet_sim": ("errors", "pose", "snapshot", "system", "description", "meshes", "formats",
+                   "controllers", "models", "sensors", "engine", "render", "world"),
+    "bullet_bridge": ("srv", "transport", "loop", "outputs", "control", "services", ""),
+    "track_model": ("msg", "spec", "routes", "source", "geometry", "region", "files", "meshes",
+                    "track", "referee", ""),
+    "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
+    "deepracer_teleop": ("window", "drivers", "runs"),
+}
+
+
+def inner_imports(package, path, base):
+    """Gives the modules of its own package that a file imports, as (dotted name, line)."""
+    found = set()
+    own = list(path.relative_to(base).with_suffix("").parts)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            stem = node.module or ""
+            if node.level:
+                stem = ".".join([package, *own[:-node.level], *filter(None, [node.module])])
+            names = [f"{stem}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        found |= {(name[len(package) + 1:], node.lineno) for name in names
+                  if name.startswith(package + ".")}
+    return found
+
+
+@pytest.mark.parametrize("package", SUITES)
+def test_sub_packages_import_one_way(package):
+    base, order = ROOT / "src" / package / "src" / package, SUITES[package]
+    wrong, seen = [], set()
+
+    def rank(suite):
+        return order.index(suite if suite in order else "")
+
+    for path in sorted(base.rglob("*.py")):
+        parts = path.relative_to(base).with_suffix("").parts
+        if parts == ("__init__",):
+            continue
+        seen.add(parts[0])
+        for name, line in sorted(inner_imports(package, path, base)):
+            suite = name.split(".")[0]
+            if suite != parts[0] and suite != "__init__" and rank(suite) > rank(parts[0]):
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {package}.{name}")
+    assert wrong == []
+    assert set(order) - seen <= {"", "msg", "srv"}, "the table names what is not there"
+
+
+@pytest.mark.parametrize("package", SUITES)
+def test_no_folder_is_a_corridor(package):
+    base = ROOT / "src" / package / "src" / package
+    folders = {path.parent for path in base.rglob("*.py")}
+    crowded = {str(folder.relative_to(ROOT)): count for folder in folders
+               if (count := len([p for p in folder.glob("*.py") if p.name != "__init__.py"])) > 12}
+    assert crowded == {}
+
+
+@pytest.mark.parametrize("package", SUITES)
+def test_sub_packages_say_what_they_are(package):
+    base = ROOT / "src" / package / "src" / package
+    silent = [str(path.relative_to(ROOT)) for path in base.rglob("__init__.py")
+              if not ast.get_docstring(ast.parse(path.read_text()))]
+    assert silent == []
+
+
 def test_the_walker_finds_the_files():
     found = [path for path in python_files(ROOT / "src") if path.suffix == ""]
     assert found, "no entry script found: the walker misses files without .py"

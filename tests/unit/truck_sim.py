@@ -11,13 +11,13 @@ PACKAGE = ROOT / "src" / "cybertruck"
 for folder in (PACKAGE / "src", ROOT / "src" / "bullet_sim" / "src"):
     sys.path.insert(0, str(folder))
 
-from bullet_sim import sdf  # noqa: E402
+from bullet_sim.formats.sdf import world as sdf# noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
-from cybertruck.geometry import TruckGeometry  # noqa: E402
-from cybertruck.limits import RateLimiter  # noqa: E402
-from cybertruck.model import CyberModel  # noqa: E402
-from cybertruck.odometry import Measured  # noqa: E402
+from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
+from cybertruck.drive.limits import RateLimiter  # noqa: E402
+from cybertruck.drive.model import CyberModel  # noqa: E402
+from cybertruck.drive.odometry import Measured  # noqa: E402
 
 PERIOD = 8  # physics steps of 1 ms between commands, as the drive node's joint states
 HINGES = ("front_left_steer_joint", "front_right_steer_joint")

@@ -4,9 +4,9 @@ import threading
 from controller_manager_msgs import srv
 from fake_impl import Impl
 
-from bullet_bridge import control, controller_topics
-from bullet_bridge.control import RobotControl
-from bullet_bridge.jobs import JobQueue
+from bullet_bridge.control import robot as control, topics as controller_topics
+from bullet_bridge.control.robot import RobotControl
+from bullet_bridge.loop.jobs import JobQueue
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

@@ -3,7 +3,7 @@
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image, JointState, LaserScan
 
-from bullet_bridge import conversions
+from bullet_bridge.transport import conversions
 
 
 def joint_state(time, names, positions, velocities, efforts):

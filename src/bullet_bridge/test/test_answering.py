@@ -4,7 +4,7 @@ import rospy
 from gazebo_msgs.srv import DeleteModel, DeleteModelResponse
 from std_srvs.srv import EmptyResponse
 
-from bullet_bridge import answering
+from bullet_bridge.services import answering
 from bullet_sim.errors import WorldError
 
 

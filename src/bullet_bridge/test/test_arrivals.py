@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from bullet_bridge import arrivals as module
-from bullet_bridge.arrivals import Arrivals
+from bullet_bridge.loop import arrivals as module
+from bullet_bridge.loop.arrivals import Arrivals
 
 
 class Wire:

@@ -3,8 +3,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from bullet_bridge import cameras as module
-from bullet_bridge.cameras import Cameras
+from bullet_bridge.outputs import cameras as module
+from bullet_bridge.outputs.cameras import Cameras
 
 
 class Client:

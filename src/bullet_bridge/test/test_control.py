@@ -5,8 +5,8 @@ import bot_rig
 import pytest
 from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge import control
-from bullet_bridge.control import RobotControl
+from bullet_bridge.control import robot as control
+from bullet_bridge.control.robot import RobotControl
 from bullet_sim.pose import Pose
 
 LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '

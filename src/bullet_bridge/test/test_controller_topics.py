@@ -8,9 +8,9 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge import control, controller_topics
-from bullet_bridge.pid_tuning import config_type
-from bullet_sim.pid import PidGains
+from bullet_bridge.control import robot as control, topics as controller_topics
+from bullet_bridge.control.pid_tuning import config_type
+from bullet_sim.controllers.pid import PidGains
 
 LINK = ('<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
         'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry>'

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Pose as PoseMsg
 
-from bullet_bridge import conversions
+from bullet_bridge.transport import conversions
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.camera import camera_info_arrays
-from bullet_sim.specs import CameraSpec, ImuSpec
+from bullet_sim.description.specs import CameraSpec, ImuSpec
 
 
 def packs(message):

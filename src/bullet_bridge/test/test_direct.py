@@ -6,8 +6,8 @@ import time
 import pytest
 from rospy.exceptions import TransportTerminated
 
-from bullet_bridge import publishing
-from bullet_bridge.direct import DirectConnection
+from bullet_bridge.transport import publishing
+from bullet_bridge.transport.direct import DirectConnection
 
 SIZE = 50000        # [B]
 

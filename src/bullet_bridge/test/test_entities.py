@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from bullet_bridge.entities import find_frame, find_joint, find_link
-from bullet_bridge.namespaces import with_robot_namespace
+from bullet_bridge.services.entities import find_frame, find_joint, find_link
+from bullet_bridge.services.namespaces import with_robot_namespace
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

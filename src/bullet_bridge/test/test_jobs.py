@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from bullet_bridge.jobs import Ended, JobQueue
+from bullet_bridge.loop.jobs import Ended, JobQueue
 
 
 @pytest.fixture(name='owned')

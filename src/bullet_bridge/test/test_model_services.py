@@ -6,9 +6,9 @@ import pytest
 from gazebo_msgs import srv
 from geometry_msgs.msg import Pose as PoseMsg
 
-from bullet_bridge import answering, model_services
-from bullet_bridge.jobs import JobQueue
-from bullet_bridge.model_services import ModelServices
+from bullet_bridge.services import answering, model as model_services
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.services.model import ModelServices
 from bullet_sim.world import World
 
 URDF = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '

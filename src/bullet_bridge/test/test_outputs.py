@@ -7,18 +7,20 @@ import pytest
 from fake_impl import Impl
 from geometry_msgs.msg import Twist
 
-from bullet_bridge import (conversions, depth_outputs, outputs, publishing, robots,
-                           sensor_outputs, wheel_outputs)
-from bullet_bridge.contact_output import ContactOutput
-from bullet_bridge.depth_outputs import DepthCameraOutput, depth_image, point_cloud
-from bullet_bridge.sensor_outputs import CameraOutput, LidarOutput
-from bullet_sim import sdf, specs
+from bullet_bridge import robots
+from bullet_bridge.transport import conversions, publishing
+from bullet_bridge.outputs import depth as depth_outputs, table as outputs, sensors as sensor_outputs, wheels as wheel_outputs
+from bullet_bridge.outputs.contact import ContactOutput
+from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cloud
+from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.description import specs
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
-from bullet_sim.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
-from bullet_sim.wheel_drive import WheelDrive
+from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
+from bullet_sim.controllers.drive.plugin import WheelDrive
 from bullet_sim.world import World
 
 BOT = ('<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '

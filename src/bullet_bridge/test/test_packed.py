@@ -7,9 +7,9 @@ import ordinary
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from bullet_bridge import conversions, packed
+from bullet_bridge.transport import conversions, packed
 from bullet_sim.pose import Pose
-from bullet_sim.specs import GroundTruthSpec, RaySpec
+from bullet_sim.description.specs import GroundTruthSpec, RaySpec
 
 
 class Wire:

@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from bullet_bridge import physics_config, physics_tuning
-from bullet_bridge.physics_properties import PhysicsProperties
+from bullet_bridge.services import physics_config, physics_tuning
+from bullet_bridge.services.physics_properties import PhysicsProperties
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

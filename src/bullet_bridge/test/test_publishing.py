@@ -3,8 +3,8 @@ import threading
 
 import pytest
 
-from bullet_bridge import publishing
-from bullet_bridge.publishing import all_or_none, publisher
+from bullet_bridge.transport import publishing
+from bullet_bridge.transport.publishing import all_or_none, publisher
 
 
 class Wire:

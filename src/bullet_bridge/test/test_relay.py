@@ -12,10 +12,10 @@ import pytest
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
 
-from bullet_bridge import direct, publishing
-from bullet_bridge import relay as module
-from bullet_bridge.direct import DirectConnection
-from bullet_bridge.relay import Relay, RelayedConnection
+from bullet_bridge.transport import direct, publishing
+from bullet_bridge.transport import relay as module
+from bullet_bridge.transport.direct import DirectConnection
+from bullet_bridge.transport.relay import Relay, RelayedConnection
 
 DEADLINE = 20.0     # [s]
 
@@ -281,7 +281,7 @@ def test_ctrl_c_is_left_to_the_bridge(relay, transports):
 def test_it_ends_with_the_bridge():
     code = textwrap.dedent("""
         import time
-        from bullet_bridge.relay import Relay
+        from bullet_bridge.transport.relay import Relay
         print(Relay(print).process.pid, flush=True)
         time.sleep(60)""")
     parent = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True,

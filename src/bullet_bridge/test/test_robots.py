@@ -6,7 +6,7 @@ import pytest
 
 from bullet_bridge import robots as module
 from bullet_bridge.robots import Robots
-from bullet_bridge.schedule import HeardSchedule
+from bullet_bridge.loop.schedule import HeardSchedule
 
 
 class Spec(SimpleNamespace):

@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from bullet_bridge.clock import SimClock
-from bullet_bridge.schedule import Schedule
+from bullet_bridge.loop.clock import SimClock
+from bullet_bridge.loop.schedule import Schedule
 
 
 def due_steps(schedule, first, last):

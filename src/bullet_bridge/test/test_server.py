@@ -3,12 +3,12 @@ import math
 
 import pytest
 
-from bullet_bridge import clock as clock_module
-from bullet_bridge import server as module
-from bullet_bridge.clock import SimClock
+from bullet_bridge.loop import clock as clock_module
+from bullet_bridge.loop import server as module
+from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.config import Config
-from bullet_bridge.schedule import Schedule
-from bullet_bridge.server import Server
+from bullet_bridge.loop.schedule import Schedule
+from bullet_bridge.loop.server import Server
 from bullet_sim.errors import WorldError
 
 

@@ -2,9 +2,9 @@
 import json
 import threading
 
-from bullet_bridge import statistics as module
-from bullet_bridge.jobs import JobQueue
-from bullet_bridge.pace import Pace
+from bullet_bridge.loop import statistics as module
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.loop.pace import Pace
 
 
 class Server:

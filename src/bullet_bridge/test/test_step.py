@@ -5,11 +5,11 @@ import threading
 import pytest
 from bullet_bridge.srv import StepRequest
 
-from bullet_bridge import arrivals as arrivals_module
-from bullet_bridge import step as module
-from bullet_bridge.arrivals import Arrivals
-from bullet_bridge.jobs import JobQueue
-from bullet_bridge.server import Steps
+from bullet_bridge.loop import arrivals as arrivals_module
+from bullet_bridge.loop import step as module
+from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.loop.server import Steps
 from bullet_sim.errors import WorldError
 
 

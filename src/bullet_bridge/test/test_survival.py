@@ -9,13 +9,15 @@ from geometry_msgs.msg import Twist
 from test_outputs import CART, NoArrivals, Topic
 from test_server import Rig as Loop
 
-from bullet_bridge import outputs, robots, sensor_outputs, server, wheel_outputs
-from bullet_bridge.physics_properties import Properties
-from bullet_bridge.pid_tuning import NAMES, PidTuning
+from bullet_bridge import robots
+from bullet_bridge.outputs import table as outputs, sensors as sensor_outputs, wheels as wheel_outputs
+from bullet_bridge.loop import server
+from bullet_bridge.services.physics_properties import Properties
+from bullet_bridge.control.pid_tuning import NAMES, PidTuning
 from bullet_bridge.robots import Robots
-from bullet_sim import specs
+from bullet_sim.description import specs
 from bullet_sim.errors import ControllerError, WorldError
-from bullet_sim.pid import PidGains
+from bullet_sim.controllers.pid import PidGains
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

@@ -8,10 +8,10 @@ import time
 
 import pytest
 
-from bullet_bridge import viewer_link
-from bullet_bridge.jobs import JobQueue
-from bullet_bridge.viewer_link import ViewerLink, missing_display
-from bullet_sim import sdf
+from bullet_bridge.outputs import viewer_link
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.outputs.viewer_link import ViewerLink, missing_display
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.world import World
 
 DEADLINE = 30.0     # [s] of wall time

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

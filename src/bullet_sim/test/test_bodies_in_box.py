@@ -1,7 +1,7 @@
 """Which bodies may be in a box: the question that spares a lidar half of its rays."""
 import pytest
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

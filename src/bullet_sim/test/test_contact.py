@@ -2,12 +2,12 @@
 import numpy as np
 import pytest
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched_links
-from bullet_sim.specs import ContactSpec
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.description.specs import ContactSpec
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.world import World
 
 MASS = '<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'

@@ -4,10 +4,10 @@ import math
 import pytest
 
 from bullet_sim.controllers import KINDS, parse_controller
-from bullet_sim.description import Joint, ModelDescription
+from bullet_sim.description.parts import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
-from bullet_sim.manager import INITIALIZED, RUNNING, STOPPED, Manager
-from bullet_sim.pid import parse_pid
+from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
+from bullet_sim.controllers.pid import parse_pid
 
 STATE = 'joint_state_controller/JointStateController'
 VELOCITY = 'velocity_controllers/JointVelocityController'

@@ -8,7 +8,7 @@ from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
-from bullet_sim.specs import CameraSpec, DepthCameraSpec
+from bullet_sim.description.specs import CameraSpec, DepthCameraSpec
 
 SCENE = """<robot name="s"><link name="base"><visual><origin xyz="3 0 0"/><geometry>
 <box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>

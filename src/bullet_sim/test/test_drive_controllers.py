@@ -5,10 +5,10 @@ import pytest
 
 from bullet_sim.controllers import parse_controller
 from bullet_sim.errors import ControllerError
-from bullet_sim.manager import Manager
-from bullet_sim.odometry import Odometry
-from bullet_sim.speed_limiter import SpeedLimiter
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.controllers.manager import Manager
+from bullet_sim.controllers.drive.odometry import Odometry
+from bullet_sim.controllers.drive.speed_limiter import SpeedLimiter
+from bullet_sim.formats.urdf import parse_urdf
 
 DIFF = 'diff_drive_controller/DiffDriveController'
 ACKERMANN = 'ackermann_steering_controller/AckermannSteeringController'

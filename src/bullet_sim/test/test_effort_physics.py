@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from bullet_sim.pid import parse_pid
+from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

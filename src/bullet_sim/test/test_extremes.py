@@ -6,12 +6,12 @@ from test_controllers import EFFORT_VELOCITY, VELOCITY, FakeJoints
 from test_drive_controllers import ackermann, diff
 from test_world import box
 
-from bullet_sim import sdf
-from bullet_sim.description import ModelDescription
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.description.parts import ModelDescription
 from bullet_sim.errors import CommandError, ModelError, WorldError
-from bullet_sim.manager import Manager
-from bullet_sim.odometry import Odometry
-from bullet_sim.pid import Pid, PidGains
+from bullet_sim.controllers.manager import Manager
+from bullet_sim.controllers.drive.odometry import Odometry
+from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

@@ -3,11 +3,11 @@ import math
 
 import pytest
 
-from bullet_sim.colors import gazebo_color
+from bullet_sim.formats.colors import gazebo_color
 from bullet_sim.errors import ModelError
-from bullet_sim.specs import (CameraSpec, ContactSpec, DepthCameraSpec, GroundTruthSpec, ImuSpec,
+from bullet_sim.description.specs import (CameraSpec, ContactSpec, DepthCameraSpec, GroundTruthSpec, ImuSpec,
                               RaySpec)
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.formats.urdf import parse_urdf
 
 LINKS = ('<link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual><collision>'
          '<geometry><box size="1 1 1"/></geometry></collision></link><link name="head"/>'

@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from bullet_sim.description import Joint, Link, ModelDescription
-from bullet_sim.lump import MIN_MASS, lump
+from bullet_sim.description.parts import Joint, Link, ModelDescription
+from bullet_sim.description.lump import MIN_MASS, lump
 from bullet_sim.pose import Pose
 
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bullet_sim import sdf
-from bullet_sim.description import Geometry, Link, Shape
-from bullet_sim.lump import LumpedModel
-from bullet_sim.meshes import localise
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.description.parts import Geometry, Link, Shape
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.meshes.localise import localise
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

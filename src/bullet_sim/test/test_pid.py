@@ -3,9 +3,9 @@ import math
 
 import pytest
 
-from bullet_sim.angles import distance_within, position_error, shortest_distance
-from bullet_sim.description import Joint
-from bullet_sim.pid import Pid, PidGains
+from bullet_sim.controllers.angles import distance_within, position_error, shortest_distance
+from bullet_sim.description.parts import Joint
+from bullet_sim.controllers.pid import Pid, PidGains
 
 STEP = 0.001    # [s]
 

@@ -4,9 +4,9 @@ import math
 import numpy as np
 import pytest
 
-from bullet_sim import properties
+from bullet_sim.models import properties
 from bullet_sim.errors import ModelError, WorldError
-from bullet_sim.forces import span
+from bullet_sim.models.forces import span
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

@@ -4,7 +4,7 @@ import sys
 
 SCRIPT = """
 import os, sys, threading
-from bullet_sim.quiet import keep_python_audible, quiet
+from bullet_sim.system.quiet import keep_python_audible, quiet
 if {audible}:
     keep_python_audible()
 os.write(1, b'before ')

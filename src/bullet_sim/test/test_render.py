@@ -9,7 +9,7 @@ from bullet_sim.render.request import CameraRequest
 from bullet_sim.render.sky import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
-from bullet_sim.specs import CameraSpec
+from bullet_sim.description.specs import CameraSpec
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 BOX = """<robot name="box"><link name="base"><visual><geometry><box size="{0} {0} {0}"/></geometry>

@@ -2,7 +2,7 @@
 import pytest
 
 from bullet_sim.errors import ModelError
-from bullet_sim.sdf import parse_model, parse_world
+from bullet_sim.formats.sdf.world import parse_model, parse_world
 
 BOX_MODEL = ('<model name="crate"><static>true</static><pose>1 2 3 0 0 0</pose><link name="l">'
              '<collision name="c"><geometry><box><size>1 2 3</size></box></geometry><surface>'

@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 from bullet_sim.errors import ModelError, SimError
-from bullet_sim.materials import read_materials
+from bullet_sim.formats.materials import read_materials
 from bullet_sim.pose import Pose
-from bullet_sim.sdf import parse_model, parse_world
+from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.world import World
 
 MASS = '<inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia>' \

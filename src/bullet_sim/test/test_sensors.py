@@ -7,7 +7,7 @@ import pytest
 from bullet_sim.sensors import camera, ground_truth, imu
 from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy, sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
-from bullet_sim.specs import RaySpec
+from bullet_sim.description.specs import RaySpec
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 YAW_90 = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))

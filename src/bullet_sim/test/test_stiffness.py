@@ -1,11 +1,11 @@
 """Inertias that joints move, and gains that a step can bear."""
 import pytest
 
-from bullet_sim.lump import lump
-from bullet_sim.pid import PidGains
+from bullet_sim.description.lump import lump
+from bullet_sim.controllers.pid import PidGains
 from bullet_sim.pose import Pose
-from bullet_sim.stiffness import bearable, joint_inertias
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.controllers.stiffness import bearable, joint_inertias
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.world import World
 
 STEP = 0.001    # [s]

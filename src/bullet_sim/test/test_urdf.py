@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bullet_sim.errors import ModelError
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.formats.urdf import parse_urdf
 
 DECLARATION = '<?xml version="1.0" encoding="utf-8"?>\n'
 BOX = '<geometry><box size="1 2 3"/></geometry>'

@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
-from bullet_sim.urdf import parse_urdf
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.world import World
 
 BOX = ('<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
-from bullet_sim.viewing import MAX_RAYS, Observer
+from bullet_sim.sensors.viewing import MAX_RAYS, Observer
 from bullet_sim.world import World
 
 CAR = '''<robot name="car"><link name="base">

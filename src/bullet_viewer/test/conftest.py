@@ -10,9 +10,9 @@ os.environ.setdefault('QT_QPA_PLATFORM', 'offscreen')
 import pytest
 from PyQt5.QtWidgets import QApplication
 
-from bullet_sim import sdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
-from bullet_sim.viewing import Observer
+from bullet_sim.sensors.viewing import Observer
 from bullet_sim.world import World
 from bullet_viewer.feed import Feed
 from bullet_viewer.painter import Painter

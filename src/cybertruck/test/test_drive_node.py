@@ -8,9 +8,9 @@ from fake_ros import FakeRos
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
-from cybertruck import conversions
-from cybertruck.drive import Drive
-from cybertruck.model import CyberModel
+from cybertruck.drive import conversions
+from cybertruck.drive.node import Drive
+from cybertruck.drive.model import CyberModel
 
 PERIOD = 0.008  # of joint states [s]
 TIMEOUT = 0.5  # command_timeout [s]

@@ -4,9 +4,9 @@ import curses
 
 import pytest
 
-from cybertruck.teleop.keys import KeyTeleop
+from cybertruck.teleop.keyboard.keys import KeyTeleop
 from cybertruck.teleop.speeds import LEAST, Speeds
-from cybertruck.teleop.terminal_keys import TerminalKeys
+from cybertruck.teleop.keyboard.terminal_keys import TerminalKeys
 
 STOP = (0.0, 0.0)
 FORWARD, BACK = (0.5, 0.0), (-0.5, 0.0)

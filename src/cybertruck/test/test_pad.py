@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cybertruck.teleop.pad_map import PadReader, parse
-from cybertruck.teleop.schemes import PadTeleop
+from cybertruck.teleop.joystick.pad_map import PadReader, parse
+from cybertruck.teleop.joystick.schemes import PadTeleop
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 PADS = {"ps4": {"cross": 0, "circle": 1, "triangle": 2, "square": 3, "l1": 4, "r1": 5, "r3": 12},

@@ -4,8 +4,8 @@ import pytest
 
 from cybertruck.teleop import art
 from cybertruck.teleop.screen import View, bar, render
-from cybertruck.teleop.keyboard_node import HELP
-from cybertruck.teleop.schemes import SCHEMES
+from cybertruck.teleop.keyboard.node import HELP
+from cybertruck.teleop.joystick.schemes import SCHEMES
 
 VIEW = View("Cyber Truck", linear=-0.5, angular=0.25, continuous=True, drive=-1, turn=-1,
             notes=("one", "two", "three"), help=HELP)

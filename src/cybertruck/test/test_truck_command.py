@@ -3,10 +3,10 @@ import math
 
 import pytest
 
-from cybertruck.command import Command, refusal
-from cybertruck.geometry import TruckGeometry
-from cybertruck.joy_drive import JoyDrive
-from cybertruck.limits import RateLimiter
+from cybertruck.drive.command import Command, refusal
+from cybertruck.drive.geometry import TruckGeometry
+from cybertruck.drive.joystick import JoyDrive
+from cybertruck.drive.limits import RateLimiter
 
 SHAPE = TruckGeometry()
 

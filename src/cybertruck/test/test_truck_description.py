@@ -8,7 +8,7 @@ import pytest
 import xacro
 import yaml
 
-from cybertruck.geometry import TruckGeometry
+from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.meshes import writer
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]

@@ -5,8 +5,8 @@ import pathlib
 import pytest
 import yaml
 
-from cybertruck.geometry import TruckGeometry, geometry_from
-from cybertruck.model import CyberModel
+from cybertruck.drive.geometry import TruckGeometry, geometry_from
+from cybertruck.drive.model import CyberModel
 
 SHAPE = TruckGeometry()
 MODEL = CyberModel(SHAPE)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cybertruck import conversions
-from cybertruck.model import CyberModel
-from cybertruck.odometry import Errors, Measured, WheelOdometry, ticks
+from cybertruck.drive import conversions
+from cybertruck.drive.model import CyberModel
+from cybertruck.drive.odometry import Errors, Measured, WheelOdometry, ticks
 
 MODEL = CyberModel()
 RADIUS = MODEL.geometry.wheel_radius

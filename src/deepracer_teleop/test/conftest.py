@@ -11,7 +11,7 @@ from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
-from deepracer_teleop import window as window_module
+from deepracer_teleop.window import window as window_module
 
 
 class Rig:

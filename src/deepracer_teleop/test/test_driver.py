@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from deepracer_teleop import driver as module
+from deepracer_teleop.drivers import driver as module
 
 
 class Eyes:

@@ -3,7 +3,7 @@ import cv2
 import numpy as np
 import pytest
 
-from deepracer_teleop.lap_film import Film
+from deepracer_teleop.runs.film import Film
 
 
 def test_film_has_the_frames_that_were_due(tmp_path):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from deepracer_teleop.mover import Mover
+from deepracer_teleop.window.mover import Mover
 
 
 class Bench:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from nav_msgs.msg import Odometry
 
-from deepracer_teleop import birdseye
-from deepracer_teleop.recorder import Pursuit, Recorder, along
+from deepracer_teleop.runs import birdseye
+from deepracer_teleop.runs.recorder import Pursuit, Recorder, along
 
 
 def odometry(t, x, y, yaw, v=0.3):

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from deepracer_teleop.master_watch import MasterWatch, run_id
-from deepracer_teleop.settings import Settings, settings_from_parameters
+from deepracer_teleop.window.master_watch import MasterWatch, run_id
+from deepracer_teleop.window.settings import Settings, settings_from_parameters
 
 
 def test_defaults_are_the_originals():

@@ -11,8 +11,8 @@ from PyQt5.QtGui import QColor
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton, QSlider
 
-from deepracer_teleop import window as module
-from deepracer_teleop.camera_view import FrameRate, draw_frame_rate, frame_rate_text
+from deepracer_teleop.window import window as module
+from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate, frame_rate_text
 
 
 def position(window, widget):

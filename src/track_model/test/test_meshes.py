@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from track_model import meshes
+from track_model.meshes import car as meshes
 
 
 def test_committed_meshes_are_reproduced(package, tmp_path):

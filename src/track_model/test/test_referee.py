@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from shapely.geometry import Point
 
-from track_model import files, geometry, region, spec
+from track_model import geometry, region, source, spec
+from track_model.files import writer as files
 from track_model.referee.course import Course
 from track_model.referee.referee import Referee, wall_polygons
 from track_model.referee.rules import Car, Rules
@@ -166,8 +167,8 @@ def test_time_going_back_starts_afresh(course):
 
 def test_off_track_matches_polygon_geometry():
     """10,000 random poses on a track of the package against shapely's own containment."""
-    path = spec.find('hard')
-    lane = geometry.lane(spec.load(path))
+    path = source.find('hard')
+    lane = geometry.lane(source.load(path))
     area, referee = region.lane_area(lane), Referee(Course(lane))
     rng = np.random.default_rng(7)
     low, high = lane.curve.min(axis=0) - 0.8, lane.curve.max(axis=0) + 0.8

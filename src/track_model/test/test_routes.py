@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Point
 
-from track_model import geometry, region, spec, track
+from track_model import geometry, region, source, spec, track
 
 
 def wavy(count, seed, closed=True, scale=3.0):
@@ -72,7 +72,7 @@ def test_sides_follow_the_driving_direction():
     array = deepracer(centre, half)
     array[:, 2:4] = centre + 0.5 * (array[:, 2:4] - centre)     # inner edge half as far away
     for content, left in ((array, True), (array[::-1], False)):
-        sides = np.array(spec.load('a.npy', npy(content)).sides)
+        sides = np.array(source.load('a.npy', npy(content)).sides)
         assert (sides[:, 0] < sides[:, 1]).all() == left
 
 
@@ -80,7 +80,7 @@ def test_centreline_csv():
     centre, half = wavy(100, 4, scale=20.0)
     rows = ['# x_m, y_m, w_tr_right_m, w_tr_left_m']
     rows += ['%.6f, %.6f, %.3f, %.3f' % (*point, 1.1, 0.9) for point in centre]
-    lane = geometry.lane(spec.load('a.csv', '\n'.join(rows).encode()))
+    lane = geometry.lane(source.load('a.csv', '\n'.join(rows).encode()))
     assert lane.closed
     assert lane.left == pytest.approx(0.9) and lane.right == pytest.approx(1.1)
     assert lane.length == pytest.approx(geometry.closed_length(centre), rel=2e-3)
@@ -88,7 +88,7 @@ def test_centreline_csv():
 
 def test_header_without_hash_and_semicolons():
     text = 'x;y;right;left\n0;0;1;1\n9;0;1;1\n9;9;1;1\n0;9;1;1\n'
-    loaded = spec.load('a.csv', text.encode())
+    loaded = source.load('a.csv', text.encode())
     assert loaded.points == ((0, 0), (9, 0), (9, 9), (0, 9)) and not loaded.closed
 
 
@@ -121,7 +121,7 @@ def changed(row, column, value):
 ])
 def test_mistakes(name, content, words):
     with pytest.raises(spec.TrackError) as caught:
-        spec.load(name, content)
+        source.load(name, content)
     assert '\n' not in str(caught.value)
     for word in [name, 'valid:', *words]:
         assert word in str(caught.value)
@@ -131,12 +131,12 @@ def test_self_crossing_route():
     at = np.linspace(0.0, 2.0 * np.pi, 80, endpoint=False)
     eight = 4.0 * np.stack([np.sin(at), np.sin(at) * np.cos(at)], axis=1)
     with pytest.raises(spec.TrackError, match='crosses itself'):
-        geometry.lane(spec.load('a.npy', npy(deepracer(eight, 0.3 * np.ones(80)))))
+        geometry.lane(source.load('a.npy', npy(deepracer(eight, 0.3 * np.ones(80)))))
 
 
 @pytest.mark.parametrize('seed', range(3))
 def test_inside_agrees_with_shapely(seed):
-    lane = geometry.lane(spec.load('a.npy', npy(deepracer(*wavy(60, seed)))))
+    lane = geometry.lane(source.load('a.npy', npy(deepracer(*wavy(60, seed)))))
     area = region.lane_area(lane)
     points = np.random.default_rng(seed).uniform(-7.0, 5.0, (3000, 2))
     expected = [area.contains(Point(point)) for point in points]
@@ -151,7 +151,7 @@ def test_folded_inner_edge_stays_a_lane():
     lead = np.linspace(-2.0, -0.05, 30)
     centre = np.vstack([np.stack([lead, -0.3 * np.ones(30)], axis=1), bend,
                         np.stack([lead[::-1], 0.3 * np.ones(30)], axis=1)])
-    lane = geometry.lane(spec.load('a.npy', npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
+    lane = geometry.lane(source.load('a.npy', npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
     area = region.lane_area(lane)
     assert area.is_valid and area.geom_type == 'Polygon' and not lane.closed
     assert region.Inside(area)(lane.curve[5:-5]).all()

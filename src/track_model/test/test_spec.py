@@ -1,15 +1,15 @@
 """Track files: what is read, and what each mistake says."""
 import pytest
 
-from track_model import geometry, spec
+from track_model import geometry, source, spec
 
 SQUARE = 'points: [[0, 0], [3, 0], [3, 3], [0, 3]]\n'
 
 
 @pytest.mark.parametrize('name', ['default', 'easy', 'medium', 'hard'])
 def test_tracks_of_the_package(name):
-    path = spec.find(name)
-    track = spec.parse(spec.read(path), path)
+    path = source.find(name)
+    track = spec.parse(source.read(path), path)
     curve = geometry.centreline(track)
     size = curve.max(axis=0) - curve.min(axis=0) + track.width
     assert track.name == name and track.width >= 0.7
@@ -86,4 +86,4 @@ def test_mistakes_in_the_geometry(text, words):
 
 def test_unknown_track_names_the_known_ones():
     with pytest.raises(spec.TrackError, match='default, easy, hard, medium'):
-        spec.find('nurburgring')
+        source.find('nurburgring')

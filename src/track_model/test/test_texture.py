@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from track_model import texture
+from track_model.files import texture
 
 
 @pytest.mark.parametrize('width', [3.0, 7.003, 9.861, 10.2, 25.0])

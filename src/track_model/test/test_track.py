@@ -8,7 +8,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from track_model import cache, files, geometry, spec, texture, track
+from track_model import geometry, source, spec, track
+from track_model.files import cache, writer as files, texture
 
 cv2 = pytest.importorskip('cv2')
 SMALL = 'points: [[0, 0], [2, 0], [2, 1.6], [0, 1.6]]\nwidth: 0.5\n'
@@ -155,8 +156,8 @@ def test_walls_keep_clear_of_the_lane(small):
 
 @pytest.mark.parametrize('gap', [0.4, 0.8, 1.5, 3.0])
 def test_walls_with_a_wide_gap_leave_out_what_has_no_room(gap):
-    path = spec.find('hard')
-    parsed = spec.parse(spec.read(path).decode() + 'walls: {enabled: true, gap: %g}' % gap, path)
+    path = source.find('hard')
+    parsed = spec.parse(source.read(path).decode() + 'walls: {enabled: true, gap: %g}' % gap, path)
     lane = geometry.lane(parsed)
     for x, y, _, _ in files.wall_boxes(lane, parsed):
         assert np.hypot(*(lane.curve - (x, y)).T).min() > parsed.width / 2 + gap - 0.1

@@ -4,23 +4,23 @@ import sys
 
 import rospy
 
-from bullet_bridge import publishing
-from bullet_bridge.arrivals import Arrivals
-from bullet_bridge.cameras import Cameras
-from bullet_bridge.clock import SimClock, set_own_time
+from bullet_bridge.transport import publishing
+from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.outputs.cameras import Cameras
+from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.config import parse_config
-from bullet_bridge.gazebo_services import GazeboServices
-from bullet_bridge.jobs import JobQueue
+from bullet_bridge.services.gazebo import GazeboServices
+from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.resolve import Resolver, find_world
-from bullet_bridge.relay import Relay
+from bullet_bridge.transport.relay import Relay
 from bullet_bridge.robots import Robots
-from bullet_bridge.server import Server
-from bullet_bridge.statistics import StatisticsService
-from bullet_bridge.step import StepService
-from bullet_bridge.viewer_link import ViewerLink
+from bullet_bridge.loop.server import Server
+from bullet_bridge.loop.statistics import StatisticsService
+from bullet_bridge.loop.step import StepService
+from bullet_bridge.outputs.viewer_link import ViewerLink
 from bullet_sim.errors import SimError, WorldError
-from bullet_sim.quiet import keep_python_audible
-from bullet_sim.sdf import parse_world
+from bullet_sim.system.quiet import keep_python_audible
+from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.world import World
 
 

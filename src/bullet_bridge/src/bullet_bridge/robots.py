@@ -6,11 +6,11 @@ import zlib
 
 import rospy
 
-from bullet_bridge.arrivals import Arrivals
-from bullet_bridge.control import RobotControl
-from bullet_bridge.outputs import OUTPUTS
-from bullet_bridge.publishing import all_or_none
-from bullet_bridge.sensor_outputs import CameraOutput
+from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.control.robot import RobotControl
+from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.transport.publishing import all_or_none
+from bullet_bridge.outputs.sensors import CameraOutput
 
 LOOK = 0.02         # [s] of simulated time after which it is looked again who subscribes ...
 LOOK_GAP = 0.005    # [s] ... but not sooner than after so much wall time

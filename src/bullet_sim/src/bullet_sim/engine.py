@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from bullet_sim.errors import ModelError, RenderError
-from bullet_sim.quiet import quiet
+from bullet_sim.system.quiet import quiet
 from bullet_sim.sensors.contact import Contact
 
 with quiet():       # it greets on the terminal when it is imported

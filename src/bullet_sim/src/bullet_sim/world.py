@@ -3,11 +3,12 @@
 import shutil
 import tempfile
 
-from bullet_sim import sdf, urdf
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats import urdf
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
-from bullet_sim.forces import Forces
-from bullet_sim.model import Model
+from bullet_sim.models.forces import Forces
+from bullet_sim.models.model import Model
 from bullet_sim.pose import PLACEABLE, Pose
 from bullet_sim.snapshot import Snapshot
 

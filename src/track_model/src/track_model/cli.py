@@ -3,7 +3,8 @@ import argparse
 import os
 import sys
 
-from track_model import cache, spec
+from track_model import source, spec
+from track_model.files import cache
 
 
 def main(argv=None):
@@ -19,7 +20,7 @@ def main(argv=None):
                         help='write the files there and not into the cache')
     arguments = parser.parse_args(argv)
     try:
-        path = spec.find(arguments.track)
+        path = source.find(arguments.track)
         if arguments.output:
             paths = cache.export(path, arguments.output)
         else:

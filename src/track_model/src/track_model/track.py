@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from track_model import cache, geometry, spec, texture
+from track_model import source, geometry, spec
+from track_model.files import cache, texture
 from track_model.spec import TrackError  # noqa: F401  (part of this module's interface)
 
 
@@ -52,9 +53,9 @@ def load_track(name_or_path):
     Raises:
         TrackError: No such track, or its file is not valid.
     """
-    path = spec.find(name_or_path)
+    path = source.find(name_or_path)
     directory = cache.ensure(path)
-    parsed = spec.load(path)
+    parsed = source.load(path)
     lane = geometry.lane(parsed)
     inner, outer = sorted((lane.edge(side) for side in (-1.0, 1.0)),
                           key=lambda edge: geometry.length(edge, lane.closed))

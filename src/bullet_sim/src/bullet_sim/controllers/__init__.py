@@ -1,6 +1,6 @@
 """Controllers: their types as a table, their configuration, and what they do."""
 
-from bullet_sim.controllers.drive import Ackermann, DiffDrive
+from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
 from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
 from bullet_sim.controllers.parse import MAX_COMMAND, check_command, parse_controller

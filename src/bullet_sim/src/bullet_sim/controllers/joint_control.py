@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from bullet_sim.angles import position_error
-from bullet_sim.pid import Pid
+from bullet_sim.controllers.angles import position_error
+from bullet_sim.controllers.pid import Pid
 
 
 class Controller:

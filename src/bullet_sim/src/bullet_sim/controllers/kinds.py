@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-from bullet_sim.pid import PidGains
+from bullet_sim.controllers.pid import PidGains
 
 INTERFACES = {'velocity': 'hardware_interface::VelocityJointInterface',
               'position': 'hardware_interface::PositionJointInterface',

@@ -1,10 +1,10 @@
 """Entries of the controllers' YAML -> ControllerSpecs."""
 
-from bullet_sim.controllers.drive_config import parse_ackermann, parse_diff
+from bullet_sim.controllers.drive.config import parse_ackermann, parse_diff
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.errors import CommandError, ControllerError
-from bullet_sim.pid import parse_pid
-from bullet_sim.settings import Settings
+from bullet_sim.controllers.pid import parse_pid
+from bullet_sim.controllers.settings import Settings
 
 MAX_COMMAND = 1e9       # beyond it a command [rad/s, m/s, rad, m, N m, N] is taken for an error
 

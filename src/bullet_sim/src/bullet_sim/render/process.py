@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.arena import Arena, Banks
-from bullet_sim.sockets import blocking_pair
+from bullet_sim.system.sockets import blocking_pair
 
 START_TIMEOUT = 60.0    # [s] of wall time; a cold Mesa compiles shaders
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])

@@ -4,7 +4,7 @@ from typing import Optional
 
 import numpy as np
 
-from bullet_sim.specs import DepthCameraSpec
+from bullet_sim.description.specs import DepthCameraSpec
 
 RENDERERS = ('auto', 'egl', 'tiny')
 

@@ -10,7 +10,7 @@ from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger, TriggerResponse
 
-from track_model import files
+from track_model.files import writer as files
 from track_model.msg import LapStatus
 from track_model.referee.course import Course
 from track_model.referee.display import Display

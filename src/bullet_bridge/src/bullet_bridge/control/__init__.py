@@ -1,0 +1,1 @@
+"""ros_control's topics and services of one robot."""

@@ -1,0 +1,70 @@
+"""What controllers tell -> ROS messages."""
+
+import math
+
+import rospy
+from control_msgs.msg import JointControllerState, PidState
+from geometry_msgs.msg import TransformStamped, TwistStamped
+from nav_msgs.msg import Odometry
+
+from bullet_bridge.transport.conversions import stamp
+
+
+def controller_state(time, sample, gains):
+    """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
+    message = JointControllerState(
+        set_point=sample.set_point, process_value=sample.process_value,
+        process_value_dot=sample.process_value_dot, error=sample.error,
+        time_step=sample.period, command=sample.command, p=gains.p, i=gains.i, d=gains.d,
+        i_clamp=gains.i_clamp_max, antiwindup=gains.antiwindup)
+    message.header.stamp = stamp(time)
+    return message
+
+
+def pid_state(time, period, pid):
+    """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
+    message = PidState(
+        timestep=rospy.Duration.from_sec(period), error=pid.error, error_dot=pid.error_rate,
+        p_error=pid.error, i_error=pid.integral, d_error=pid.error_rate, p_term=pid.terms[0],
+        i_term=pid.terms[1], d_term=pid.terms[2], i_max=pid.gains.i_clamp_max,
+        i_min=pid.gains.i_clamp_min, output=pid.output)
+    message.header.stamp = stamp(time)
+    return message
+
+
+def drive_odometry(time, drive, odometry):
+    """nav_msgs/Odometry of a DriveConfig and an Odometry; the twist is in the base's frame."""
+    message = Odometry(child_frame_id=drive.base_frame)
+    message.header.stamp, message.header.frame_id = stamp(time), drive.odom_frame
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y = odometry.x, odometry.y
+    orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
+    message.twist.twist.linear.x = odometry.linear
+    message.twist.twist.angular.z = odometry.angular
+    message.pose.covariance = _diagonal(drive.pose_covariance)
+    message.twist.covariance = _diagonal(drive.twist_covariance)
+    return message
+
+
+def _diagonal(values):
+    matrix = [0.0] * 36
+    matrix[::7] = values
+    return matrix
+
+
+def odometry_transform(message):
+    """geometry_msgs/TransformStamped that says the same as a nav_msgs/Odometry."""
+    transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+    position = message.pose.pose.position
+    transform.transform.translation.x = position.x
+    transform.transform.translation.y = position.y
+    transform.transform.rotation = message.pose.pose.orientation
+    return transform
+
+
+def limited_twist(time, linear, angular):
+    """geometry_msgs/TwistStamped of a limited command."""
+    message = TwistStamped()
+    message.header.stamp = stamp(time)
+    message.twist.linear.x, message.twist.angular.z = linear, angular
+    return message

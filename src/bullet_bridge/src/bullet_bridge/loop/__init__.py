@@ -1,0 +1,1 @@
+"""The simulation thread: steps, pace, clock, schedule, jobs, arrived commands."""

@@ -1,0 +1,66 @@
+"""/clock: when it is due and how it is told."""
+
+import rospy
+from rosgraph_msgs.msg import Clock
+
+from bullet_bridge.transport.conversions import stamp
+from bullet_bridge.transport.packed import PackedClock
+from bullet_bridge.transport.publishing import publisher
+from bullet_bridge.loop.schedule import Schedule
+
+
+def set_own_time(now):
+    """Set rospy's time of this process, as a subscription of /clock would; nobody sleeps here."""
+    rospy.rostime._rostime_current = now
+
+
+class SimClock:
+    """Publishes simulated time, at times k / rate and whenever it is told to.
+
+    Attributes:
+        next: physics step after which the next message is due.
+
+    Args:
+        rate: messages per simulated second [Hz].
+        time_step: physics step [s].
+        publish: function of a simulated time [s], instead of the topic /clock (tests).
+        own: function of a rospy.Time: sets the time of this process.
+    """
+
+    def __init__(self, rate, time_step, publish=None, own=None):
+        self._own = own
+        if publish is None:
+            publish = PackedClock(publisher('/clock', Clock, latch=True)).send
+        self._publish = publish
+        self._rate = rate
+        self.set_time_step(time_step, 0)
+
+    @property
+    def next(self):
+        """Physics step after which the next message is due."""
+        return self._schedule.next
+
+    def set_time_step(self, time_step, step):
+        """Go on after a step with another step length [s]; at most one message per step."""
+        self._schedule = Schedule(min(self._rate, 1.0 / time_step), time_step, step)
+
+    def restart(self, step):
+        """Count on from a step."""
+        self._schedule.restart(step)
+
+    def skip(self, steps):
+        """Leave out what is due less than so many steps after the last message."""
+        self._schedule.skip(steps)
+
+    def publish_due(self, step, time):
+        """Tell the time [s] if it is due at this step; returns whether."""
+        if not self._schedule.due(step):
+            return False
+        self.tell(time)
+        return True
+
+    def tell(self, time):
+        """Tell the time [s] now."""
+        if self._own is not None:
+            self._own(stamp(time))
+        self._publish(time)

@@ -1,0 +1,248 @@
+"""The simulation loop: the one thread that owns the engine and simulated time."""
+
+import gc
+import sys
+import threading
+import time as wall
+
+import rospy
+
+from bullet_bridge.loop.clock import SimClock
+from bullet_bridge.loop.pace import Pace
+from bullet_sim.errors import WorldError
+
+PACED_BATCH = 0.001     # [s] wall time that one batch of steps stands for at a given pace
+FREE_BATCH = 0.02       # [s] simulated time of the longest batch when it runs free
+CLOCK_GAP = 0.002       # [s] wall time between two messages on /clock when it runs free ...
+CLOCK_STRIDE = 0.05     # [s] ... but no more than this of simulated time
+IDLE_WAIT = 0.05        # [s] longest wait for jobs: how soon a shutdown is noticed
+
+
+class Steps:
+    """Steps that somebody asked for and waits for.
+
+    Attributes:
+        left: steps to go.
+        done: set when they are made or given up.
+        error: why they are not made or not complete, or ''.
+    """
+
+    def __init__(self, count):
+        self.left, self.error, self.done = count, '', threading.Event()
+
+
+class Server:
+    """Runs the world.
+
+    Args:
+        world: of the core.
+        jobs: JobQueue that other threads fill.
+        robots: Robots, fed and published in every batch.
+        config: Config.
+        clock: SimClock; None: one of its own.
+        now: function that gives wall time [s].
+        relay: Relay, or None.
+    """
+
+    def __init__(self, world, jobs, robots, config, clock=None, now=wall.monotonic, relay=None):
+        self._world, self._jobs, self._robots = world, jobs, robots
+        self.paused, self.lockstep = config.paused, config.lockstep
+        self._monotonic = config.monotonic_clock
+        self._now, self._relay = now, relay
+        self._pace = Pace(config.real_time_factor, now)
+        self._clock = clock or SimClock(config.clock_rate, world.time_step)
+        self._clock_mark, self._clock_waits = (now(), world.step_count), False
+        self._reporters, self._steps = [], None
+        self._set_batches()
+        self._anchor()
+
+    def _set_batches(self):
+        step = self._world.time_step
+        self._free_batch = max(1, round(FREE_BATCH / step))
+        self._stride = round(CLOCK_STRIDE / step)
+        self._batch = max(1, round(self._pace.factor * PACED_BATCH / step)) if self._pace.factor \
+            else self._free_batch
+        if self._relay is not None:
+            self._relay.hurry(self._pace.factor == 0)
+
+    def add_reporter(self, reporter):
+        """Ask an object with next_due(), publish(step, time) and restart() in every batch."""
+        self._reporters.append(reporter)
+
+    @property
+    def real_time_factor(self):
+        """Simulated seconds per wall second; 0: as fast as possible."""
+        return self._pace.factor
+
+    def statistics(self):
+        """How well the pace is kept: see Pace.statistics; real_time_factor is 0 while paused."""
+        values = self._pace.statistics()
+        if self.paused:
+            values['real_time_factor'] = 0.0
+        return values
+
+    def set_pace(self, factor):
+        """Change the real time factor (simulation thread)."""
+        self._pace.factor = factor
+        self._set_batches()
+        self._anchor()
+
+    def set_time_step(self, time_step):
+        """Change the physics step [s]; what counts in steps starts anew (simulation thread)."""
+        before = self._world.time_step
+        self._clock.set_time_step(time_step, self._world.step_count)
+        try:
+            self._world.set_time_step(time_step)
+        except ValueError:
+            self._clock.set_time_step(before, self._world.step_count)
+            raise
+        self._clock.restart(self._world.step_count)
+        for reporter in self._reporters:
+            reporter.restart()
+        self._set_batches()
+        self._anchor()
+
+    def _anchor(self):
+        """Count the pace from here on."""
+        self._pace.anchor(self._world.time)
+
+    def run(self):
+        """Loop until the node shuts down."""
+        sys.setswitchinterval(0.0005)   # other threads give way to the physics sooner
+        gc.collect()
+        gc.freeze()     # later collections pass over what is there for good: shorter pauses
+        self._clock.tell(self._world.time)
+        while not rospy.is_shutdown():
+            self.turn()
+
+    def turn(self):
+        """One turn of the loop: jobs, then one batch, or a wait until one is due."""
+        if self._jobs.run_pending():
+            self._robots.refresh()
+        if self._steps is not None:
+            self._go_on_stepping()
+            return
+        if self.paused:
+            wait = IDLE_WAIT
+            self._anchor()
+        else:
+            wait = min(self._pace.delay(self._world.time), IDLE_WAIT)
+            if wait == 0:
+                self.advance(self._batch, thin=self._pace.factor == 0)
+                return
+        if self._jobs.run_pending(wait=wait):
+            self._robots.refresh()
+
+    def advance(self, limit, thin=False):
+        """Commands in, physics steps until something is due or `limit` is reached, results out.
+
+        Args:
+            limit: most physics steps.
+            thin: leave out messages on /clock that come sooner than CLOCK_GAP of wall time.
+        """
+        world, robots = self._world, self._robots
+        if world.settle():
+            robots.refresh()
+        robots.deliver()
+        due = robots.next_due()
+        if not (thin and self._clock_waits):
+            due = min(due, self._clock.next)
+        for reporter in self._reporters:
+            due = min(due, reporter.next_due())
+        world.step(max(1, min(limit, due - world.step_count)))
+        if self._relay is None:
+            self._publish(thin)
+            return
+        self._relay.gather()
+        try:
+            self._publish(thin)
+        finally:
+            self._relay.release()
+
+    def _publish(self, thin):
+        step, time = self._world.step_count, self._world.time
+        if self._clock.publish_due(step, time) and thin:
+            self._thin_clock(step)
+        self._robots.publish(step, time)
+        for reporter in self._reporters:
+            reporter.publish(step, time)
+
+    def _thin_clock(self, step):
+        """Skip as many due times as pass within CLOCK_GAP at the present speed.
+
+        At a speed at which these are more than a batch the clock waits for the batch's end.
+        """
+        now, (before, its_step) = self._now(), self._clock_mark
+        self._clock_mark = now, step
+        passed = max(now - before, 1e-6)
+        steps = min(int((step - its_step) * CLOCK_GAP / passed), self._stride)
+        self._clock_waits = steps > self._free_batch
+        self._clock.skip(min(steps, self._stride - self._free_batch) if self._clock_waits
+                         else steps)
+
+    # steps on request -------------------------------------------------------------------------
+    def begin_steps(self, count):
+        """Make `count` steps, as fast as possible, while paused (simulation thread).
+
+        Returns:
+            Steps, whose `done` is set when all that was due on the way is published.
+
+        Raises:
+            WorldError: not paused, or steps are being made already.
+        """
+        if not self.paused:
+            raise WorldError('the simulation runs; pause it before stepping')
+        if self._steps is not None:
+            raise WorldError(f'{self._steps.left} steps of another call are still to be made')
+        self._robots.take_failures()
+        self._steps = Steps(count)
+        return self._steps
+
+    def _go_on_stepping(self):
+        steps, before = self._steps, self._world.step_count
+        self.advance(min(steps.left, self._free_batch))
+        steps.left -= self._world.step_count - before
+        if steps.left <= 0:
+            self._end_steps('; '.join(self._robots.take_failures()))
+
+    def _end_steps(self, error):
+        steps, self._steps = self._steps, None
+        if steps is not None:
+            self._anchor()
+            self._clock.tell(self._world.time)
+            self._catch_up()
+            steps.error = error
+            steps.done.set()
+
+    # commands ---------------------------------------------------------------------------------
+    def set_paused(self, paused):
+        """Stop or go on (simulation thread).
+
+        Raises:
+            WorldError: going on in lockstep.
+        """
+        if not paused and self.lockstep:
+            raise WorldError('in lockstep time advances only by /gazebo/step')
+        self._end_steps('the simulation was paused or set going by another call')
+        self.paused = paused
+        self._anchor()
+        self._clock.tell(self._world.time)
+        self._catch_up()
+
+    def reset(self, time):
+        """Back to the start; with time=True simulated time, too, unless it is monotonic."""
+        self._end_steps('the simulation was reset by another call')
+        self._world.arrange()
+        self._world.reset(time=time and not self._monotonic)
+        self._clock.restart(self._world.step_count)
+        self._robots.restart()
+        for reporter in self._reporters:
+            reporter.restart()
+        self._anchor()
+        self._clock.tell(self._world.time)
+        self._catch_up()
+
+    def _catch_up(self):
+        """Whoever hears that something is done has been sent what came before."""
+        if self._relay is not None:
+            self._relay.catch_up()

@@ -1,0 +1,85 @@
+"""Depth cameras: colour and depth pictures, their camera_info, and the point cloud."""
+
+import numpy as np
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.publishing import publisher
+from bullet_bridge.outputs.sensors import CameraOutput
+from bullet_sim.sensors import camera
+
+# Layout of a point as PCL has it: x y z, 4 bytes of nothing, colour (blue, green, red, 0).
+_POINT = np.dtype({'names': ['xyz', 'bgr'], 'formats': ['(3,)<f4', '(3,)u1'],
+                   'offsets': [0, 16], 'itemsize': 32})
+_FIELDS = [PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
+           for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 16))]
+
+
+def depth_image(time, spec, depth):
+    """sensor_msgs/Image of depths (H, W) float32 [m], NaN: not known.
+
+    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for what is not known.
+    """
+    height, width = depth.shape
+    if spec.millimetres:
+        data = np.nan_to_num(np.rint(depth * 1000.0), nan=0.0, posinf=0.0, neginf=0.0)
+        data, encoding, size = np.clip(data, 0, 65535).astype('<u2'), '16UC1', 2
+    else:
+        data, encoding, size = depth.astype('<f4'), '32FC1', 4
+    message = Image(height=height, width=width, encoding=encoding, step=size * width,
+                    data=data.tobytes())
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+    return message
+
+
+def point_cloud(time, spec, depth, rgb, k):
+    """sensor_msgs/PointCloud2, organised like the picture, in the optical frame.
+
+    Args:
+        depth: (H, W) float32 [m], NaN: not known.
+        rgb: (H, W, 3) uint8.
+        k: (3, 3) [px].
+    """
+    height, width = depth.shape
+    data = np.zeros((height, width), _POINT)
+    data['xyz'] = camera.points(depth, k)
+    data['bgr'] = rgb[:, :, ::-1]
+    message = PointCloud2(height=height, width=width, fields=_FIELDS, is_bigendian=False,
+                          point_step=_POINT.itemsize, row_step=_POINT.itemsize * width,
+                          data=data.tobytes(), is_dense=bool(np.isfinite(depth).all()))
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+    return message
+
+
+class DepthCameraOutput(CameraOutput):
+    """A colour camera's topics, depth pictures with their camera_info, and points."""
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._depth = publisher(spec.depth_topic, Image, relayed=False)
+        self._depth_info = publisher(spec.depth_info_topic, CameraInfo, relayed=False)
+        self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
+
+    def listened(self):
+        return super().listened() or any(
+            out.get_num_connections() > 0 for out in (self._depth, self._depth_info,
+                                                      self._points))
+
+    def publish_frame(self, frame):
+        """Publish a finished picture in all its forms with the snapshot's stamp."""
+        super().publish_frame(frame)
+        self._depth_info.publish(self.info_message(frame.time))
+        deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))
+        if frame.depth is None or not (deep or cloud):
+            return
+        depth = camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+        if deep:
+            self._depth.publish(depth_image(frame.time, self.spec, depth))
+        if cloud:
+            self._points.publish(point_cloud(frame.time, self.spec, depth, frame.rgb, self._k))
+
+    def close(self):
+        super().close()
+        for out in (self._depth, self._depth_info, self._points):
+            out.unregister()

@@ -1,0 +1,181 @@
+"""Sensors of a model as topics: when due and somebody listens, read, convert, publish.
+
+Everything here runs in the simulation thread, except creation of publishers.
+"""
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
+
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedImage, PackedOdometry, PackedScan
+from bullet_bridge.transport.publishing import publisher
+from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_sim.pose import Pose, cross
+from bullet_sim.sensors import camera, ground_truth, imu, lidar
+
+
+class Output:
+    """One sensor of one model.
+
+    Args:
+        world, model: of the core.
+        spec: the sensor's specification.
+        seed: of its noise.
+    """
+
+    message = None
+    relayed = True      # see publishing.publisher
+
+    def __init__(self, world, model, spec, seed):
+        self.world, self.model, self.spec, self.seed = world, model, spec, seed
+        fastest = 1.0 / world.time_step     # as in Gazebo: more often than a step is each step
+        rate = min(spec.rate or fastest, fastest)
+        self.schedule = HeardSchedule(rate, world.time_step, world.step_count, self.listened)
+        self.publisher = publisher(spec.topic, self.message, relayed=self.relayed)
+        offset = Pose.from_xyz_rpy(*getattr(spec, 'pose', ((0, 0, 0), (0, 0, 0))))
+        self._offset = None if offset == Pose() else offset
+        self.restart()
+
+    def restart(self):
+        """Start afresh after a reset: schedule and noise."""
+        self.schedule.restart(self.world.step_count)
+        self.rng = np.random.default_rng(self.seed)
+
+    def attach(self, arrivals):
+        """Subscribe to what it takes in, through Arrivals; most take in nothing."""
+
+    def listened(self):
+        """Whether somebody subscribes."""
+        return self.publisher.get_num_connections() > 0
+
+    def update(self, time):
+        """Publish for simulated time [s]."""
+        raise NotImplementedError
+
+    def close(self):
+        """Withdraw the topic."""
+        self.publisher.unregister()
+
+    def sensor_state(self):
+        """Pose of the sensor frame in the world, velocity of its origin, world axes."""
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        if self._offset is None:
+            return pose, linear, angular
+        arm = pose.matrix @ np.asarray(self._offset.position)
+        return pose * self._offset, linear + cross(angular, arm), angular
+
+
+class GroundTruthOutput(Output):
+    """nav_msgs/Odometry without error."""
+
+    message = Odometry
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedOdometry(self.publisher, spec.frame_id, spec.child_frame_id,
+                                      spec.noise_stddev ** 2)
+
+    def update(self, time):
+        if self._offset is None:
+            position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        else:
+            pose, linear, angular = self.sensor_state()
+            position, orientation = pose.position, pose.orientation
+        linear, angular = ground_truth.twist(orientation, linear, angular,
+                                             self.spec.twist_in_child)
+        if self.spec.noise_stddev > 0:
+            linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
+            angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
+        self._sender.send(time, position, orientation, linear, angular)
+
+
+class LidarOutput(Output):
+    """sensor_msgs/LaserScan; all rays of a scan are cast at one time."""
+
+    message = LaserScan
+
+    def __init__(self, world, model, spec, seed):
+        self._lidar = lidar.Lidar(spec)
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedScan(self.publisher, spec, self._lidar.angle_increment,
+                                  len(self._lidar.angles))
+
+    def update(self, time):
+        pose, _, _ = self.model.link_state(self.spec.link)
+        ranges = self._lidar.scan(self.world.engine, np.array(pose.position),
+                                  np.array(pose.orientation), self.rng, self.model.body)
+        self._sender.send(time, ranges)
+
+
+class ImuOutput(Output):
+    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+
+    message = Imu
+
+    def restart(self):
+        super().restart()
+        self._before = None
+
+    def update(self, time):
+        pose, linear, angular = self.sensor_state()
+        if self._before is None:
+            acceleration = np.zeros(3)
+        else:
+            acceleration = imu.mean_acceleration(linear, self._before[0],
+                                                 time - self._before[1])
+        self._before = (linear, time)
+        rate, force = imu.reading(pose.orientation, angular, acceleration, self.world.gravity)
+        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng,
+                             self.spec.gyro_noise_mean)
+        force = imu.add_noise(force, self.spec.accel_noise_stddev, self.rng,
+                              self.spec.accel_noise_mean)
+        self.publisher.publish(
+            conversions.imu_message(time, self.spec, pose.orientation, rate, force))
+
+    def listened(self):
+        listened = super().listened()
+        if not listened:
+            self._before = None
+        return listened
+
+
+class CameraOutput(Output):
+    """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
+
+    message = Image
+    relayed = False
+
+    def __init__(self, world, model, spec, seed):
+        from bullet_sim.render.request import CameraRequest
+        camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+        super().__init__(world, model, spec, seed)
+        self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
+        self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
+        self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
+        index, offset = model.carrier(spec.link)
+        pose = offset * Pose.from_xyz_rpy(*spec.pose)
+        request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
+        place = next((number for number, other in enumerate(model.description.sensors)
+                      if other is spec), len(model.description.sensors))
+        values = dict(vars(request), pose=(pose.position, pose.rpy),
+                      name=f'{model.name}/{spec.link}/{spec.name}/{place}')
+        self.request = CameraRequest(**values)
+
+    def listened(self):
+        return super().listened() or self._info_publisher.get_num_connections() > 0
+
+    def publish_frame(self, frame):
+        """Publish a finished picture and its camera_info with the snapshot's stamp."""
+        self._info_publisher.publish(self.info_message(frame.time))
+        self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
+
+    def info_message(self, time):
+        """camera_info for a simulated time [s]."""
+        info = conversions.camera_info(self.spec, self._info)
+        info.header.stamp = conversions.stamp(time)
+        return info
+
+    def close(self):
+        super().close()
+        self._info_publisher.unregister()

@@ -1,0 +1,118 @@
+"""Topics about the whole world: states of models and links, and how fast it all runs."""
+
+import math
+import time as wall
+
+import numpy as np
+from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
+
+from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
+from bullet_bridge.transport.publishing import publisher
+from bullet_bridge.loop.schedule import HeardSchedule
+
+METRICS_PERIOD = 0.2    # [s] wall time
+
+
+def model_states(world):
+    """gazebo_msgs/ModelStates of all models, by their root links."""
+    message = ModelStates()
+    for model in world.models.values():
+        _add(message, model.name, model, model.description.root)
+    return message
+
+
+def link_states(world):
+    """gazebo_msgs/LinkStates of all links but those that fixed joints merge into others."""
+    message = LinkStates()
+    for model in world.models.values():
+        for link in model.rigid_parts:
+            _add(message, f'{model.name}::{link}', model, link)
+    return message
+
+
+def _add(message, name, model, link):
+    pose, linear, angular = model.link_state(link)
+    if model.is_static:
+        linear = angular = np.zeros(3)
+    message.name.append(name)
+    message.pose.append(pose_to_msg(pose))
+    message.twist.append(twist_to_msg(linear, angular))
+
+
+class StateTopics:
+    """model_states and link_states of the server, for whoever subscribes.
+
+    Args:
+        prefix: of the topic names.
+        world: of the core.
+        rate: [Hz] of simulated time; more than one in a step is one in every step.
+    """
+
+    def __init__(self, prefix, world, rate):
+        self._world, self._rate = world, rate
+        self._topics = [(publisher(f'{prefix}/{name}', kind), read)
+                        for name, kind, read in (('model_states', ModelStates, model_states),
+                                                 ('link_states', LinkStates, link_states))]
+        self.restart()
+
+    def restart(self):
+        """Start the schedule anew: after a reset, or with another physics step."""
+        step = self._world.time_step
+        self._schedule = HeardSchedule(min(self._rate, 1.0 / step), step,
+                                       self._world.step_count, self._wanted)
+
+    def _wanted(self):
+        return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
+
+    def next_due(self):
+        """Physics step after which a message is due; infinity when nobody listens."""
+        return self._schedule.next_heard(self._world.step_count)
+
+    def publish(self, step, _time):
+        """Publish what is due and listened to."""
+        if self._schedule.due(step):
+            for topic, read in self._wanted():
+                topic.publish(read(self._world))
+
+
+class PerformanceTopic:
+    """performance_metrics: real time factor and sensor rates, about 5 times a wall second.
+
+    Args:
+        prefix: of the topic's name.
+        world: of the core.
+        counts: function -> {sensor name: messages so far}.
+        clock: function -> wall time [s].
+    """
+
+    def __init__(self, prefix, world, counts, clock=wall.monotonic):
+        self._world, self._counts, self._clock = world, counts, clock
+        self._topic = publisher(f'{prefix}/performance_metrics', PerformanceMetrics)
+        self.restart()
+
+    def restart(self):
+        """Measure from here on."""
+        self._since = (self._clock(), self._world.time, dict(self._counts()))
+
+    def next_due(self):
+        """It never holds up a batch of steps."""
+        return math.inf
+
+    def publish(self, _step, time):
+        """Publish when the period of wall time is over and somebody listens."""
+        now = self._clock()
+        start, sim_start, before = self._since
+        if now - start < METRICS_PERIOD:
+            return
+        counts = dict(self._counts())
+        self._since = (now, time, counts)
+        if self._topic.get_num_connections() == 0 or time <= sim_start:
+            return
+        message = PerformanceMetrics(real_time_factor=(time - sim_start) / (now - start))
+        message.header.stamp = stamp(time)
+        for name, count in counts.items():
+            count -= before.get(name, 0)
+            message.sensors.append(SensorPerformanceMetric(
+                name=name, sim_update_rate=count / (time - sim_start),
+                real_update_rate=count / (now - start), fps=count / (now - start)))
+        self._topic.publish(message)

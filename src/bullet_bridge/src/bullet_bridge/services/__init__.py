@@ -1,0 +1,1 @@
+"""Gazebo's services: models, links, joints, physics."""

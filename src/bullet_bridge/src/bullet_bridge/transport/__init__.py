@@ -1,0 +1,1 @@
+"""How a message reaches the sockets of its subscribers."""

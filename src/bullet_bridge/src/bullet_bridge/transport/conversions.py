@@ -1,0 +1,78 @@
+"""Arrays and poses of the core <-> ROS messages."""
+
+import cv2
+import numpy as np
+import rospy
+from geometry_msgs.msg import Pose as PoseMsg
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import CameraInfo, Imu
+
+from bullet_bridge.transport.packed import split
+from bullet_sim.pose import Pose
+
+
+def stamp(time):
+    """rospy.Time of a simulated time [s], rounded to nanoseconds."""
+    return rospy.Time(*split(time))
+
+
+def pose_from_msg(message):
+    """core Pose of a geometry_msgs/Pose; an all-zero quaternion means no rotation."""
+    p, q = message.position, message.orientation
+    orientation = (q.x, q.y, q.z, q.w)
+    return Pose((p.x, p.y, p.z), orientation if any(orientation) else (0.0, 0.0, 0.0, 1.0))
+
+
+def pose_to_msg(pose):
+    """geometry_msgs/Pose of a core Pose."""
+    message = PoseMsg()
+    message.position.x, message.position.y, message.position.z = pose.position
+    q = message.orientation
+    q.x, q.y, q.z, q.w = pose.orientation
+    return message
+
+
+def vector(message):
+    """(3,) array of a geometry_msgs/Vector3 or Point."""
+    return np.array((message.x, message.y, message.z))
+
+
+def twist_to_msg(linear, angular):
+    """geometry_msgs/Twist of two (3,) arrays [m/s, rad/s]."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.linear.z = (float(v) for v in linear)
+    message.angular.x, message.angular.y, message.angular.z = (float(v) for v in angular)
+    return message
+
+
+def pixels(rgb, encoding):
+    """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
+    if encoding == 'bgr8':
+        return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+    if encoding == 'mono8':
+        rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
+    return np.ascontiguousarray(rgb)
+
+
+def camera_info(spec, arrays):
+    """sensor_msgs/CameraInfo (without stamp) from D (5,), K (9,), R (9,), P (12,)."""
+    d, k, r, p = arrays
+    message = CameraInfo(height=spec.height, width=spec.width, distortion_model='plumb_bob',
+                         D=list(d), K=list(k), R=list(r), P=list(p))
+    message.P[3] = -message.P[0] * spec.baseline    # of a stereo pair's right camera
+    message.header.frame_id = spec.frame_id
+    return message
+
+
+def imu_message(time, spec, orientation, rate, force):
+    """sensor_msgs/Imu: orientation (x, y, z, w), rate (3,) [rad/s], force (3,) [m/s^2]."""
+    message = Imu()
+    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
+    q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
+    q.x, q.y, q.z, q.w = orientation
+    w.x, w.y, w.z = (float(v) for v in rate)
+    a.x, a.y, a.z = (float(v) for v in force)
+    for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                       message.linear_acceleration_covariance):
+        covariance[0] = covariance[4] = covariance[8] = spec.variance
+    return message

@@ -1,0 +1,1 @@
+"""Controllers and plugins that drive a base: kinematics, odometry, limits."""

@@ -1,0 +1,116 @@
+"""PID as ros_control's control_toolbox computes it, and the checks of its gains."""
+
+import math
+from dataclasses import dataclass
+
+from bullet_sim.errors import ControllerError
+from bullet_sim.controllers.settings import as_number
+
+NUMBERS = ('p', 'i', 'd', 'i_clamp', 'i_clamp_max', 'i_clamp_min')
+KEYS = NUMBERS + ('antiwindup', 'publish_state')
+
+
+@dataclass(frozen=True)
+class PidGains:
+    """Gains and the bounds of the integral term's contribution.
+
+    Attributes:
+        p, i, d: output per unit of error, of its integral [s] and of its rate [1/s].
+        i_clamp_min, i_clamp_max: bounds of i times the integral, min <= 0 <= max; both 0 (the
+            default) leave nothing of the integral term, as upstream.
+        antiwindup: bound the stored integral, too, so that it does not wind up behind the bounds.
+    """
+
+    p: float
+    i: float = 0.0
+    d: float = 0.0
+    i_clamp_min: float = 0.0
+    i_clamp_max: float = 0.0
+    antiwindup: bool = False
+
+
+class Pid:
+    """A controller's memory: the integral and the last error.
+
+    Args:
+        gains: PidGains; may be replaced at any time, the memory stays.
+
+    Attributes:
+        error, error_rate, integral: of the last computation.
+        terms: (p, i, d) parts of the last output.
+        output: the last output.
+    """
+
+    def __init__(self, gains):
+        self.gains = gains
+        self.reset()
+
+    def reset(self):
+        """Forget the past."""
+        self.error = self.error_rate = self.integral = self.output = 0.0
+        self.terms = (0.0, 0.0, 0.0)
+        self._last_error = None
+
+    def compute(self, error, period, error_rate=None, gains=None):
+        """Output for an error.
+
+        Args:
+            error: set point minus measurement.
+            period: time since the last computation [s].
+            error_rate: known rate of the error [1/s]; None: the difference to the last error, 0
+                at the first one (so a start gives no kick).
+            gains: PidGains to use instead of the own.
+
+        Returns:
+            The output; 0, with nothing remembered, when an input is not finite or no time passed;
+            0, too, when the sum is no finite number.
+        """
+        if not period > 0 or not math.isfinite(error):
+            return 0.0
+        if error_rate is None:
+            last = error if self._last_error is None else self._last_error
+            error_rate = (error - last) / period
+        if not math.isfinite(error_rate):
+            return 0.0
+        gains = gains or self.gains
+        self.error, self.error_rate, self._last_error = error, error_rate, error
+        self.integral += error * period
+        if gains.antiwindup and gains.i != 0:
+            bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
+            self.integral = min(max(self.integral, bounds[0]), bounds[1])
+        by_integral = min(max(gains.i * self.integral, gains.i_clamp_min), gains.i_clamp_max)
+        self.terms = (gains.p * error, by_integral, gains.d * error_rate)
+        output = sum(self.terms)
+        self.output = output if math.isfinite(output) else 0.0
+        return self.output
+
+
+def parse_pid(values, what, warnings=None):
+    """Check a `pid` mapping.
+
+    Args:
+        values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
+        what: name for messages.
+        warnings: list that gets a sentence for each key that is not known; None: drop them.
+
+    Raises:
+        ControllerError: not a mapping, not a finite number, no p.
+    """
+    if not isinstance(values, dict):
+        raise ControllerError(f'{what} pid is {values!r}, must be a mapping with p, i, d')
+    if warnings is not None:
+        warnings.extend(f"{what} pid has key '{key}', which is not one of {', '.join(KEYS)}; it "
+                        'is ignored' for key in sorted(set(values) - set(KEYS), key=str))
+    if 'p' not in values:
+        raise ControllerError(f'{what} pid has no p')
+    numbers = {}
+    for key in NUMBERS:
+        numbers[key] = as_number(values.get(key, 0.0))
+        if numbers[key] is None:
+            raise ControllerError(f'{what} pid {key} is {values[key]!r}, must be a finite number')
+    antiwindup = values.get('antiwindup', False)
+    if not isinstance(antiwindup, bool):
+        raise ControllerError(f'{what} pid antiwindup is {antiwindup!r}, must be true or false')
+    low = numbers['i_clamp_min'] if 'i_clamp_min' in values else numbers['i_clamp']
+    high = numbers['i_clamp_max'] if 'i_clamp_max' in values else numbers['i_clamp']
+    return PidGains(numbers['p'], numbers['i'], numbers['d'], -abs(low), abs(high), antiwindup)

@@ -1,0 +1,1 @@
+"""SDF worlds and models, their frames and shapes -> descriptions."""

@@ -1,0 +1,1 @@
+"""Gazebo's own tags in URDF and SDF: sensors, plugins, drives -> specs."""

@@ -1,0 +1,1 @@
+"""Mesh files that descriptions name: found, checked, converted for the engine."""

@@ -1,0 +1,1 @@
+"""Loaded models: links, joints, masses, forces, and how a description becomes one."""

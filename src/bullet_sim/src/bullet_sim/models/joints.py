@@ -1,0 +1,153 @@
+"""A robot's movable joints: names, limits, state as arrays, and motors by joint name."""
+
+import numpy as np
+
+from bullet_sim.errors import ModelError
+
+UNLIMITED_EFFORT = 1e6      # [N m, N] where the URDF gives no limit
+UNLIMITED_SPEED = 1e4       # [rad/s, m/s]
+MAX_POSITION = 1e9          # [rad, m] that set_positions takes
+
+
+class Joints:
+    """Movable joints of one body.
+
+    Args:
+        engine: the Engine.
+        body: body number.
+        joints: bullet_sim.description.parts.Joint list.
+    """
+
+    def __init__(self, engine, body, joints):
+        self._engine, self._body = engine, body
+        by_name = {joint.name: joint for joint in joints}
+        self._engine_order = engine.joint_names(body)
+        self._index = {name: i for i, name in enumerate(self._engine_order)}
+        self.names = tuple(by_name)
+        self.limits = by_name
+        self._permutation = [self._index[name] for name in self.names]
+        self._applied = {}
+
+    def rebind(self, body):
+        """Go on with a re-loaded body."""
+        self._body = body
+        self._applied = {}
+
+    def read(self):
+        """Positions [rad, m], velocities, efforts [N m, N]: three (n,) arrays in names' order."""
+        return tuple(map(np.array, self.columns(range(len(self.names)))))
+
+    def columns(self, numbers):
+        """As read(), three lists of plain numbers, of some joints by their numbers in names."""
+        states = self._engine.joint_states(self._body)
+        order = [self._permutation[number] for number in numbers]
+        efforts = [states[i][3] for i in order]
+        for name, effort in self._applied.items():
+            number = self.names.index(name)
+            if number in numbers:
+                efforts[numbers.index(number)] += effort
+        return [states[i][0] for i in order], [states[i][1] for i in order], efforts
+
+    def state(self):
+        """Positions and velocities as two mappings from the joints' names."""
+        positions, velocities, _ = self._engine.read_joints(self._body)
+        return (dict(zip(self._engine_order, positions.tolist())),
+                dict(zip(self._engine_order, velocities.tolist())))
+
+    def positions_of(self, names):
+        """Positions of some joints, as a tuple."""
+        positions = self._engine.read_joints(self._body)[0]
+        return tuple(float(positions[self._index[name]]) for name in names)
+
+    def index(self, name):
+        """Number of a joint in the engine.
+
+        Raises:
+            ModelError: no such movable joint.
+        """
+        if name not in self._index:
+            raise ModelError(f"joint '{name}' does not exist or does not move; movable joints are "
+                             f"{', '.join(self.names) or '(none)'}")
+        return self._index[name]
+
+    def set_positions(self, values):
+        """Put joints (mapping name -> position [rad, m]) there, at rest; the others go on.
+
+        A position beyond a joint's stops becomes that of the stop.
+
+        Raises:
+            ModelError: no such movable joint, or a position that is NaN or out of bounds.
+        """
+        numbers = {name: self.index(name) for name in values}
+        for name, value in values.items():
+            if not abs(value) <= MAX_POSITION:
+                raise ModelError(f"position of joint '{name}' is {value}, must be finite and at "
+                                 f'most {MAX_POSITION:g} rad or m')
+        for name, value in values.items():
+            self._engine.put_joint(self._body, numbers[name], self._within_stops(name, value))
+
+    def _within_stops(self, name, value):
+        limits = self.limits[name]
+        return value if limits.lower is None else min(max(value, limits.lower), limits.upper)
+
+    def clip_effort(self, name, effort):
+        """The effort [N m, N], not above the joint's limit in the URDF.
+
+        Raises:
+            ModelError: no such movable joint.
+        """
+        self.index(name)
+        limit = self._effort(name)
+        return min(max(effort, -limit), limit)
+
+    def add_effort(self, name, effort):
+        """Apply an effort [N m, N] for the next step, on top of whatever drives the joint."""
+        self._engine.drive_effort(self._body, self._index[name], effort)
+
+    def _effort(self, name):
+        return self.limits[name].effort or UNLIMITED_EFFORT
+
+    def _speed(self, name):
+        return self.limits[name].velocity or UNLIMITED_SPEED
+
+    def drive_velocities(self, names, values):
+        """Track velocities, clipped to the URDF's velocity limits."""
+        for name, value in zip(names, values):
+            speed = self._speed(name)
+            self._engine.drive_velocity(self._body, self._index[name],
+                                        min(max(value, -speed), speed), self._effort(name))
+
+    def drive_positions(self, names, values):
+        """Track positions, clipped to the URDF's position limits."""
+        for name, value in zip(names, values):
+            limits = self.limits[name]
+            if limits.lower is not None:
+                value = min(max(value, limits.lower), limits.upper)
+            self._engine.drive_position(self._body, self._index[name], value,
+                                        self._effort(name), self._speed(name))
+
+    def apply_efforts(self, efforts):
+        """Push joints (mapping name -> effort [N m, N]) during the next step."""
+        for name, effort in efforts.items():
+            self._engine.drive_effort(self._body, self._index[name], effort)
+            self._applied[name] = effort
+
+    def effort_bounds(self, name, position, velocity):
+        """Least and greatest effort [N m, N] a joint's motor may give in a state.
+
+        As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
+        position or velocity. A limit of 0 counts as none.
+        """
+        limits, effort = self.limits[name], self._effort(name)
+        low, high = -effort, effort
+        if limits.lower is not None:
+            low = 0.0 if position < limits.lower else low
+            high = 0.0 if position > limits.upper else high
+        speed = self._speed(name)
+        return 0.0 if velocity < -speed else low, 0.0 if velocity > speed else high
+
+    def release(self, names):
+        """Leave joints to their own friction."""
+        for name in names:
+            self._applied.pop(name, None)
+            self._engine.release(self._body, self._index[name])

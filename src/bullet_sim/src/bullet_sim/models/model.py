@@ -1,0 +1,214 @@
+"""One model in the world: its body, links, joints, controllers and sensors."""
+
+import os
+
+import numpy as np
+
+from bullet_sim.errors import ModelError
+from bullet_sim.models.joints import Joints
+from bullet_sim.description.lump import lump
+from bullet_sim.controllers.manager import Manager
+from bullet_sim.meshes.localise import localise
+from bullet_sim.pose import PLACEABLE, Pose, cross
+from bullet_sim.models.prepare import prepared_urdf
+from bullet_sim.snapshot import BodySource, BodyState
+from bullet_sim.controllers.stiffness import joint_inertias
+
+MAX_VELOCITY = 1e6      # [m/s, rad/s] that set_state takes along each axis
+_SAME = Pose()
+
+
+class Model:
+    """A loaded ModelDescription.
+
+    Args:
+        engine: the Engine.
+        key: identity in snapshots.
+        description: ModelDescription.
+        pose: world Pose of the root link's frame.
+        folder: where the prepared URDF is written.
+
+    Raises:
+        ModelError: PyBullet refuses it.
+    """
+
+    def __init__(self, engine, key, description, pose, folder):
+        self.name = description.name
+        self.description = description
+        self.initial_pose = pose
+        self._engine = engine
+        self._key = key
+        self._changes = {}
+        self._lumped = lump(description)
+        localise(self._lumped, folder, description.warn)
+        path = os.path.join(folder, f'{key}.urdf')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(prepared_urdf(self._lumped, description.static))
+        self.source = BodySource(key, path, description.static or description.fixed_base)
+        self._load()
+        self.joints = Joints(engine, self.body, self._lumped.joints)
+        self.manager = (None if description.control_namespace is None
+                        else Manager(self.joints, description,
+                                     joint_inertias(self._lumped, description.fixed_base)))
+
+    def _load(self):
+        self._placed = None
+        apart = [name for name, link in self._lumped.links.items()
+                 if not (link.self_collide or self.description.self_collide)]
+        self.body = self._engine.load(
+            self.source.path, self.initial_pose.position, self.initial_pose.orientation,
+            self.source.fixed_base, self_collide=len(self._lumped.links) - len(apart) > 1)
+        self._links = self._engine.link_indices(self.body)
+        if len(self._lumped.links) - len(apart) > 1:
+            for name in apart:
+                for other in self._lumped.links:
+                    self._engine.disable_self_collision(self.body, self._links[name],
+                                                        self._links[other])
+        for name, link in self._lumped.links.items():
+            self._engine.set_surface(self.body, self._links[name],
+                                     friction=link.surface.friction,
+                                     stiffness=link.surface.stiffness,
+                                     damping=link.surface.damping)
+
+        for change in self._changes.values():
+            change()
+
+    def change(self, key, change):
+        """Do something to the body now and again whenever it is loaded anew.
+
+        Args:
+            key: what is changed; a later change of the same replaces it.
+            change: function without arguments that calls the engine with self.body.
+        """
+        change()
+        self._changes[key] = change
+
+    def push(self, index, force, torque):
+        """Let a force and a torque (world axes) act on a link of the body for one step."""
+        self._engine.push(self.body, index, force, torque)
+
+    def reload(self):
+        """Load again into a cleared engine, at the initial pose; controllers restart."""
+        self._load()
+        self.joints.rebind(self.body)
+        if self.manager is not None:
+            self.manager.restart()
+
+    def placement(self):
+        """What set_state and the setting of joints have made of it since it was loaded."""
+        return self._placed, () if self.is_static else self._engine.read_joints(self.body)[0]
+
+    def place(self, placement):
+        """Put a re-loaded model where it was, as `placement` gave it; controllers restart."""
+        placed, joints = placement
+        if placed is not None:
+            self.set_state(*placed)
+        if len(joints) and (joints != self._engine.read_joints(self.body)[0]).any():
+            self._engine.set_joint_positions(self.body, joints)
+            if self.manager is not None:
+                self.manager.restart()
+
+    @property
+    def is_static(self):
+        """Whether it never moves."""
+        return self.description.static
+
+    @property
+    def engine(self):
+        """The engine that the body lives in."""
+        return self._engine
+
+    @property
+    def rigid_parts(self):
+        """Links that remain when fixed joints are merged: Link by name."""
+        return self._lumped.links
+
+    @property
+    def link_names(self):
+        """Names of all links of the original description."""
+        return tuple(self.description.links)
+
+    def carrier(self, link):
+        """Where a link lives: (index of the body's link in the engine, Pose in it).
+
+        Raises:
+            ModelError: no such link.
+        """
+        if link not in self._lumped.frames:
+            raise ModelError(f"model '{self.name}' has no link '{link}'; links are "
+                             f"{', '.join(self.link_names)}")
+        name, pose = self._lumped.frames[link]
+        return self._links[name], pose
+
+    def frame_at(self, index):
+        """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
+        position, orientation, _, _ = self._engine.link_state(self.body, index)
+        return tuple(position.tolist()), tuple(orientation.tolist())
+
+    def collisions_at(self, index):
+        """Collision Shapes of a link of the body (index in the engine), in its frame.
+
+        Returns:
+            Name of the link, Shapes with the links and names that they had in the file.
+        """
+        name = next(name for name, found in self._links.items() if found == index)
+        return name, self._lumped.links[name].collisions
+
+    def link_state(self, link):
+        """Pose of a link's frame and its origin's velocity in the world.
+
+        Returns:
+            Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
+        """
+        index, offset = self.carrier(link)
+        position, orientation, linear, angular = self._engine.link_state(self.body, index)
+        frame = Pose(tuple(position.tolist()), tuple(orientation.tolist()))
+        if offset == _SAME:     # not merged into another link
+            return frame, linear, angular
+        arm = frame.matrix @ np.asarray(offset.position)
+        return frame * offset, linear + cross(angular, arm), angular
+
+    def link_motion(self, link):
+        """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
+        index, offset = self.carrier(link)
+        if offset == _SAME:
+            return self._engine.link_motion(self.body, index)
+        pose, linear, angular = self.link_state(link)
+        return pose.position, pose.orientation, tuple(linear.tolist()), tuple(angular.tolist())
+
+    @property
+    def pose(self):
+        """World pose of the root link's frame."""
+        position, orientation = self._engine.base_pose(self.body)
+        return Pose(tuple(position), tuple(orientation))
+
+    def set_state(self, pose, linear=(0, 0, 0), angular=(0, 0, 0)):
+        """Put the root link's frame at a world pose with a velocity (world axes).
+
+        Raises:
+            ModelError: a number is NaN, infinite or out of bounds.
+        """
+        if not pose.is_placeable():
+            raise ModelError(f"pose for model '{self.name}' is {pose.position}, "
+                             f'{pose.orientation}; {PLACEABLE}')
+        if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
+            raise ModelError(f"velocity for model '{self.name}' is {tuple(linear)}, "
+                             f'{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s '
+                             'or rad/s along each axis')
+        pose = pose.normalised()
+        self._engine.set_base_pose(self.body, pose.position, pose.orientation)
+        if not self.is_static:
+            self._engine.set_base_velocity(self.body, linear, angular)
+        self._placed = (pose, linear, angular)
+
+    def state(self):
+        """BodyState for a snapshot."""
+        position, orientation = self._engine.base_pose(self.body)
+        joints = () if self.is_static else tuple(self._engine.read_joints(self.body)[0].tolist())
+        return BodyState(self._key, tuple(position), tuple(orientation), joints)
+
+    def remove(self):
+        """Take it out of the engine and delete its file."""
+        self._engine.remove(self.body)
+        if os.path.exists(self.source.path):
+            os.remove(self.source.path)

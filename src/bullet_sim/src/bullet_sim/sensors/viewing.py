@@ -1,0 +1,104 @@
+"""What a viewer is told about a world: a picklable value, taken when it asks."""
+
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+import numpy as np
+
+from bullet_sim.sensors.frames import sensor_in_world
+from bullet_sim.sensors.lidar import Lidar
+from bullet_sim.snapshot import BodySource, Snapshot
+from bullet_sim.description.specs import RaySpec
+
+MAX_RAYS = 240      # of one lidar that are cast for the viewer
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays of one lidar: from origin (3,) to ends (n, 3), float32 [m] in the world frame."""
+
+    origin: np.ndarray
+    ends: np.ndarray
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A model: key of its body in the snapshot, name, whether it never moves."""
+
+    key: int
+    name: str
+    static: bool
+
+
+@dataclass(frozen=True)
+class WorldView:
+    """The world at one time.
+
+    Attributes:
+        models: all models.
+        sources: what a mirror loads; None: as in the view before.
+        snapshot: Snapshot.
+        rays: of the lidars that ask to be visualised.
+        paused: whether simulated time stands still.
+    """
+
+    models: Tuple[Entry, ...]
+    sources: Optional[Tuple[BodySource, ...]]
+    snapshot: Snapshot
+    rays: Tuple[Rays, ...]
+    paused: bool
+
+
+class Observer:
+    """Looks at a world for one viewer; nothing of the world changes by it.
+
+    Args:
+        world: World. Calls belong into the thread that owns its engine.
+    """
+
+    def __init__(self, world):
+        self._world = world
+        self._sources = None
+        self._cast = {}     # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
+
+    def look(self, paused):
+        """The world now.
+
+        Args:
+            paused: what the view says about it.
+
+        Returns:
+            WorldView.
+        """
+        models = self._world.models.values()
+        sources = tuple(self._world.sources())
+        news = sources if sources != self._sources else None
+        self._sources = sources
+        return WorldView(
+            tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
+            news, self._world.snapshot(), tuple(self._rays(models)), bool(paused))
+
+    def _rays(self, models):
+        """Rays of all visualised lidars, cast again only when their next scan would be due."""
+        now, before, self._cast = self._world.time, self._cast, {}
+        for model in models:
+            for number, spec in enumerate(model.description.sensors):
+                if not isinstance(spec, RaySpec) or not spec.visualize:
+                    continue
+                place = (model.source.key, number)
+                lidar, time, rays = before.get(place) or (Lidar(spec), None, None)
+                if time is None or not time <= now < time + 1.0 / spec.rate:
+                    time, rays = now, self._cast_rays(model, lidar)
+                self._cast[place] = (lidar, time, rays)
+                yield rays
+
+    def _cast_rays(self, model, lidar):
+        spec = lidar.spec
+        link = model.link_state(spec.link)[0]
+        origin, rotation = sensor_in_world(link.position, link.orientation, spec.pose)
+        stride = -(-len(lidar.directions) // MAX_RAYS)
+        rays = lidar.directions[::stride] @ rotation.T
+        inner, outer = origin + spec.range_min * rays, origin + spec.range_max * rays
+        fractions, _ = self._world.engine.ray_batch(inner, outer)
+        ends = inner + np.asarray(fractions)[:, None] * (outer - inner)
+        return Rays(origin.astype(np.float32), ends.astype(np.float32))

@@ -1,0 +1,1 @@
+"""Helpers around the operating system: terminal output, sockets."""

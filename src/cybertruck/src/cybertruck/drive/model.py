@@ -1,0 +1,100 @@
+"""CyberModel: from the bicycle's steering angle and speed to four wheels, and back.
+
+No ROS. Frames follow REP-103: x forward, y left, angles positive to the left. Curvature is that of
+the rear axle's middle; the turning centre lies on the rear axle's line at y = 1 / curvature.
+"""
+
+import math
+from dataclasses import dataclass
+
+from cybertruck.drive.geometry import TruckGeometry
+
+
+@dataclass(frozen=True)
+class WheelTargets:
+    """Hinge angles [rad, left positive] and rolling speeds [rad/s, forward positive]."""
+
+    left_steering: float = 0.0
+    right_steering: float = 0.0
+    rear_left: float = 0.0
+    rear_right: float = 0.0
+    front_left: float = 0.0
+    front_right: float = 0.0
+
+
+class CyberModel:
+    """Kinematics without slip, within the truck's limits.
+
+    Args:
+        geometry: TruckGeometry.
+    """
+
+    def __init__(self, geometry=TruckGeometry()):
+        self.geometry = geometry
+
+    def limit(self, steering, speed):
+        """Steering angle [rad] and speed [m/s] within the limits."""
+        most, fastest = self.geometry.max_steering, self.geometry.max_speed
+        return max(-most, min(most, steering)), max(-fastest, min(fastest, speed))
+
+    def from_twist(self, linear, angular):
+        """Steering angle and speed for a twist: curvature = angular / linear.
+
+        Args:
+            linear: forward speed of the rear axle's middle [m/s].
+            angular: turning rate [rad/s], left positive.
+
+        Returns:
+            (steering [rad], speed [m/s]), within the limits. No speed: no steering angle turns
+            the truck, so it is 0. Where the speed limit cuts, the curvature stays.
+        """
+        if linear == 0.0:
+            return 0.0, 0.0
+        # atan2 with a positive second argument is atan of the quotient without overflow.
+        across = self.geometry.wheelbase * angular * math.copysign(1.0, linear)
+        return self.limit(math.atan2(across, abs(linear)), linear)
+
+    def rear_curvature(self, steering):
+        """Curvature of the rear axle's middle, tan(steering) / wheelbase [1/m]."""
+        return math.tan(steering) / self.geometry.wheelbase
+
+    def front_curvature(self, steering):
+        """Curvature of the front axle's middle, sin(steering) / wheelbase [1/m]."""
+        return math.sin(steering) / self.geometry.wheelbase
+
+    def wheels(self, steering, speed):
+        """What the hinges and wheels do for a bicycle's steering angle and speed.
+
+        A hinge at (wheelbase, y) stands across the line to the turning centre:
+        tan(angle) = wheelbase / (1 / curvature - y). A wheel rolls as fast as its distance from
+        the centre asks for.
+
+        Args:
+            steering: bicycle's angle [rad], within the limits.
+            speed: of the rear axle's middle [m/s].
+
+        Returns:
+            WheelTargets.
+        """
+        shape = self.geometry
+        curvature = self.rear_curvature(steering)
+        across = shape.wheelbase * curvature
+        left = 1.0 - curvature * shape.track_width / 2.0
+        right = 1.0 + curvature * shape.track_width / 2.0
+        spin = speed / shape.wheel_radius
+        return WheelTargets(
+            left_steering=math.atan2(across, left), right_steering=math.atan2(across, right),
+            rear_left=spin * left, rear_right=spin * right,
+            front_left=spin * math.hypot(across, left),
+            front_right=spin * math.hypot(across, right))
+
+    def curvature_of_hinges(self, left, right):
+        """Curvature [1/m] that two measured hinge angles [rad] stand for.
+
+        Each hinge gives 1 / (wheelbase / tan(angle) + y), written without the division by a
+        tangent of zero; the mean of both counts.
+        """
+        half = self.geometry.track_width / 2.0
+        return 0.5 * sum(math.sin(angle) / (self.geometry.wheelbase * math.cos(angle)
+                                            + y * math.sin(angle))
+                         for angle, y in ((left, half), (right, -half)))

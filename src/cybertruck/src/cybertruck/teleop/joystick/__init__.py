@@ -1,0 +1,1 @@
+"""The joystick teleop: pads, their maps and schemes."""

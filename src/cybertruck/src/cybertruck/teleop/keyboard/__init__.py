@@ -1,0 +1,1 @@
+"""The keyboard teleop: key events from a terminal or an X screen."""

@@ -1,0 +1,1 @@
+"""Drivers that use the window's own widgets."""

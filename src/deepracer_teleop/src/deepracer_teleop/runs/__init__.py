@@ -1,0 +1,1 @@
+"""Runs with results: the demo, laps, their films and pictures."""

@@ -1,0 +1,1 @@
+"""The teleop window and what its widgets do."""

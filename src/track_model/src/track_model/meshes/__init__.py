@@ -1,0 +1,1 @@
+"""The meshes of the car's description."""

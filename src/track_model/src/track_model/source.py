@@ -1,0 +1,70 @@
+"""Where tracks are read from: the shipped ones by name, other files by path and suffix."""
+
+import os
+
+from track_model import spec
+from track_model.spec import TrackError
+
+
+def tracks_directory():
+    """Return the folder of the tracks that come with the package."""
+    here = os.path.dirname(os.path.realpath(__file__))
+    candidates = [os.path.join(here, '..', '..')]
+    candidates += [os.path.join(prefix, 'share', 'track_model')
+                   for prefix in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if prefix]
+    for candidate in candidates:
+        directory = os.path.normpath(os.path.join(candidate, 'tracks'))
+        if os.path.isdir(directory):
+            return directory
+    raise TrackError('track_model', 'folder tracks', 'missing',
+                     'one of %s' % ', '.join(map(os.path.normpath, candidates)))
+
+
+def find(name_or_path):
+    """Return the absolute path of a track by its name or file.
+
+    Raises:
+        TrackError: There is no such track.
+    """
+    directory = tracks_directory()
+    named = os.path.join(directory, '%s.yaml' % name_or_path)
+    if os.sep not in name_or_path and os.path.isfile(named):
+        return named
+    if os.path.isfile(name_or_path):
+        return os.path.abspath(name_or_path)
+    names = sorted(entry[:-5] for entry in os.listdir(directory) if entry.endswith('.yaml'))
+    raise TrackError(name_or_path, 'track', 'not found',
+                     '%s, or the path of a YAML, NPY or CSV file' % ', '.join(names))
+
+
+def load(path, content=None):
+    """Read and check a track file of any kind: YAML, or a route (.npy, .csv).
+
+    Args:
+        path: The file.
+        content: Its bytes, if they are at hand.
+
+    Returns:
+        TrackSpec.
+
+    Raises:
+        TrackError: It cannot be read, or something in it is not valid.
+    """
+    content = read(path) if content is None else content
+    if path.lower().endswith(('.npy', '.csv')):
+        from track_model import routes      # numpy only when there is a route to read
+        return routes.parse(content, path)
+    return spec.parse(content, path)
+
+
+def read(path):
+    """Return a track file's bytes.
+
+    Raises:
+        TrackError: The file cannot be read.
+    """
+    try:
+        with open(path, 'rb') as stream:
+            return stream.read()
+    except OSError as error:
+        raise TrackError(path, 'file', error.strerror, 'a readable track file') from error
