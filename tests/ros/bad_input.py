@@ -50,7 +50,7 @@ BAD_URDF = {
 
 def service(name, kind):
     """Gives a proxy of a service that must be there."""
-    rospy.wait_for_service(name, timeout=20.0)
+    rospy.wait_for_service(name, timeout=120.0)
     return rospy.ServiceProxy(name, kind)
 MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
     "file": ("<robot name='bad'>" + LINK.format(
@@ -91,7 +91,7 @@ class BadInput(unittest.TestCase):
         """
         wait_until(lambda: any(reason in item.msg for item in self.log.messages[since:]
                                if item.level >= Log.WARN),
-                   f"a logged error naming {reason!r}", 10.0)
+                   f"a logged error naming {reason!r}")
 
     def check_controller(self, parameters, reason):
         """Asks for a controller with these parameters; None: with none at all."""

@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from launching import simulator_pid
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 
-BACK = 30.0     # wall time until all is as before; it takes about five seconds [s]
+BACK = 120.0     # wall time until all is as before; it takes about five seconds [s]
 
 
 def relays(pid):

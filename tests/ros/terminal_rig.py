@@ -12,7 +12,7 @@ import rospy
 
 from sim_client import wait_until
 
-LIMIT = 20.0  # longest wait for what should come within a second [s]
+LIMIT = 90.0  # longest wait for what should come within a second [s]
 
 
 class Terminal:

@@ -19,7 +19,7 @@ from runner.jobs import all_jobs, selected
 from runner.process import Runner
 from runner.schedule import Schedule, cores, slack
 
-DEADLINES = {"unit": 400.0, "lint": 120.0, "ros": 240.0}  # wall time of a job that runs alone [s]
+DEADLINES = {"unit": 400.0, "lint": 120.0, "ros": 300.0}  # wall time of a job that runs alone [s]
 
 
 def main():

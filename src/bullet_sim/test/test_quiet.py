@@ -21,7 +21,7 @@ os.write(1, b'after')
 
 def run(audible):
     """Output and errors of the script."""
-    done = subprocess.run([sys.executable, '-c', SCRIPT.format(audible=audible)], timeout=60,
+    done = subprocess.run([sys.executable, '-c', SCRIPT.format(audible=audible)], timeout=180,
                           capture_output=True, check=True)
     return done.stdout, done.stderr
 

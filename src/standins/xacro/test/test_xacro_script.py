@@ -32,7 +32,7 @@ def _package(tmp_path):
 
 def _run(package, *args, script=SCRIPT):
     env = dict(os.environ, ROS_PACKAGE_PATH=str(package.parent))
-    return subprocess.run([sys.executable, script, *map(str, args)], env=env, timeout=30,
+    return subprocess.run([sys.executable, script, *map(str, args)], env=env, timeout=90,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
 
 
