@@ -4,9 +4,9 @@ import importlib
 import os
 import sys
 
-if __name__ == '__main__':
-    sys.stdout = os.fdopen(os.dup(1), 'w')      # answers only: renderers print on descriptor 1
+if __name__ == "__main__":
+    sys.stdout = os.fdopen(os.dup(1), "w")  # answers only: renderers print on descriptor 1
     os.dup2(2, 1)
-    importlib.import_module(f'observers.{sys.argv[1]}').main(*sys.argv[2:])
+    importlib.import_module(f"observers.{sys.argv[1]}").main(*sys.argv[2:])
     sys.stdout.flush()
-    os._exit(0)     # without rospy's farewell to a master that may be gone
+    os._exit(0)  # without rospy's farewell to a master that may be gone

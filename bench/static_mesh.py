@@ -9,29 +9,38 @@ import tempfile
 import time
 
 import numpy as np
-
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-
 from figures import median
 
-LINK = ('<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{i}" iyy="{i}" '
-        'izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial><collision>{origin}<geometry>{shape}'
-        '</geometry></collision></link>')
-WHEEL = ('<joint name="{name}_joint" type="continuous"><parent link="body"/><child link="{name}"/>'
-         '<origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>')
+LINK = (
+    '<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{i}" iyy="{i}" '
+    'izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial><collision>{origin}<geometry>{shape}'
+    "</geometry></collision></link>"
+)
+WHEEL = (
+    '<joint name="{name}_joint" type="continuous"><parent link="body"/><child link="{name}"/>'
+    '<origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>'
+)
 
 
 def car():
     """URDF of a small car."""
-    parts = [LINK.format(name='body', mass=2.0, i=0.01, origin='',
-                         shape='<box size="0.3 0.14 0.03"/>')]
+    parts = [
+        LINK.format(name="body", mass=2.0, i=0.01, origin="", shape='<box size="0.3 0.14 0.03"/>')
+    ]
     for k, (x, y) in enumerate(((0.1, 0.09), (0.1, -0.09), (-0.1, 0.09), (-0.1, -0.09))):
-        parts.append(LINK.format(name=f'wheel{k}', mass=0.05, i=1e-4,
-                                 origin='<origin rpy="1.5708 0 0"/>',
-                                 shape='<cylinder radius="0.03" length="0.025"/>'))
-        parts.append(WHEEL.format(name=f'wheel{k}', x=x, y=y))
+        parts.append(
+            LINK.format(
+                name=f"wheel{k}",
+                mass=0.05,
+                i=1e-4,
+                origin='<origin rpy="1.5708 0 0"/>',
+                shape='<cylinder radius="0.03" length="0.025"/>',
+            )
+        )
+        parts.append(WHEEL.format(name=f"wheel{k}", x=x, y=y))
     return f'<robot name="car">{"".join(parts)}</robot>'
 
 
@@ -40,27 +49,33 @@ def hills(path, cells):
     at = np.linspace(-20.0, 20.0, cells + 1)
     x, y = np.meshgrid(at, at)
     z = 1.0 + np.sin(x) * np.cos(1.3 * y)
-    lines = [f'v {a:.4f} {b:.4f} {c:.4f}' for a, b, c in zip(x.ravel(), y.ravel(), z.ravel())]
+    lines = [f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in zip(x.ravel(), y.ravel(), z.ravel())]
     row = cells + 1
     for i in range(cells):
         for j in range(cells):
             first = i * row + j + 1
-            lines += [f'f {first} {first + 1} {first + row + 1}',
-                      f'f {first} {first + row + 1} {first + row}']
-    path.write_text('\n'.join(lines) + '\n')
+            lines += [
+                f"f {first} {first + 1} {first + row + 1}",
+                f"f {first} {first + row + 1} {first + row}",
+            ]
+    path.write_text("\n".join(lines) + "\n")
     return path
 
 
 def world_with(folder, cells):
     """A world with the car at the origin and hills of that many cells 30 m beside it."""
-    mesh = hills(pathlib.Path(folder, f'hills{cells}.obj'), cells)
+    mesh = hills(pathlib.Path(folder, f"hills{cells}.obj"), cells)
     world = World()
     world.spawn(sdf.ground_plane())
-    world.spawn_sdf('hills', '<sdf version="1.6"><model name="hills"><static>true</static><link '
-                    f'name="l"><collision name="c"><geometry><mesh><uri>{mesh.as_uri()}</uri>'
-                    '</mesh></geometry></collision></link></model></sdf>', Pose((0.0, 50.0, 0.0)),
-                    lambda uri: uri.replace('file://', ''))
-    world.spawn_urdf('car', car(), Pose((0.0, 0.0, 0.031)), str)
+    world.spawn_sdf(
+        "hills",
+        '<sdf version="1.6"><model name="hills"><static>true</static><link '
+        f'name="l"><collision name="c"><geometry><mesh><uri>{mesh.as_uri()}</uri>'
+        "</mesh></geometry></collision></link></model></sdf>",
+        Pose((0.0, 50.0, 0.0)),
+        lambda uri: uri.replace("file://", ""),
+    )
+    world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.031)), str)
     world.step(200)
     return world
 
@@ -79,5 +94,8 @@ def measure(quick):
         for world in worlds:
             world.close()
     few, many = map(median, times)
-    return {'triangles': [2 * cells ** 2 for cells in counts], 'step_us': [few, many],
-            'ratio': median(b / a for a, b in zip(*times))}
+    return {
+        "triangles": [2 * cells**2 for cells in counts],
+        "step_us": [few, many],
+        "ratio": median(b / a for a, b in zip(*times)),
+    }

@@ -8,7 +8,7 @@ from observers import graph
 def main():
     """Each line "BEGIN END" (time.monotonic) on stdin is a window; answers its receipts."""
     graph.join()
-    pictures, ticks = graph.record('/camera/image', 4), graph.record('/clock', 0)
+    pictures, ticks = graph.record("/camera/image", 4), graph.record("/clock", 0)
     graph.wait_for_controllers()
     outputs = graph.publishers()
     graph.start_circle(outputs)
@@ -22,5 +22,8 @@ def main():
             if not speed and time.monotonic() > (begin + end) / 2:
                 speed = graph.car_speed()
             time.sleep(1 / 30)
-        graph.say(pictures=[pair for pair in pictures if begin <= pair[0] < end],
-                  ticks=[pair for pair in ticks if begin <= pair[0] < end], speed=speed)
+        graph.say(
+            pictures=[pair for pair in pictures if begin <= pair[0] < end],
+            ticks=[pair for pair in ticks if begin <= pair[0] < end],
+            speed=speed,
+        )

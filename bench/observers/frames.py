@@ -4,14 +4,13 @@ import time
 
 import pybullet
 import rospy
-from std_srvs.srv import Empty
-
+from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
+from bullet_sim.pose import Pose
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
-from bullet_sim.pose import Pose
 from bullet_sim.sensors import camera
-from bullet_sim.description.specs import CameraSpec
+from std_srvs.srv import Empty
 
 from observers import graph
 
@@ -23,7 +22,7 @@ def bare_frames(world, renderer, seconds):
     mirror = Mirror(engine, chosen)
     mirror.sync_sources(world.sources())
     mirror.apply(world.snapshot())
-    car = world.model('racecar')
+    car = world.model("racecar")
     spec = next(spec for spec in car.description.sensors if isinstance(spec, CameraSpec))
     index, offset = car.carrier(spec.link)
     pose = offset * Pose.from_xyz_rpy(*spec.pose)
@@ -31,17 +30,25 @@ def bare_frames(world, renderer, seconds):
     request = CameraRequest(**dict(vars(request), pose=(pose.position, pose.rpy)))
     position, rotation = mirror._camera_pose(request)
     view = camera.view_matrix(position, rotation)
-    projection = camera.projection_matrix(request.horizontal_fov, request.width / request.height,
-                                          request.near, request.far)
-    kind = pybullet.ER_BULLET_HARDWARE_OPENGL if chosen == 'egl' else pybullet.ER_TINY_RENDERER
+    projection = camera.projection_matrix(
+        request.horizontal_fov, request.width / request.height, request.near, request.far
+    )
+    kind = pybullet.ER_BULLET_HARDWARE_OPENGL if chosen == "egl" else pybullet.ER_TINY_RENDERER
     count, begin = -1, time.monotonic()
     while count < 0 or time.monotonic() - begin < seconds:
         pybullet.getCameraImage(
-            request.width, request.height, viewMatrix=view, projectionMatrix=projection, shadow=0,
-            renderer=kind, flags=pybullet.ER_NO_SEGMENTATION_MASK, physicsClientId=engine._client)
+            request.width,
+            request.height,
+            viewMatrix=view,
+            projectionMatrix=projection,
+            shadow=0,
+            renderer=kind,
+            flags=pybullet.ER_NO_SEGMENTATION_MASK,
+            physicsClientId=engine._client,
+        )
         count += 1
         if count == 0:
-            begin = time.monotonic()        # the first one uploads textures
+            begin = time.monotonic()  # the first one uploads textures
     rate = count / (time.monotonic() - begin)
     engine.close()
     return rate
@@ -51,11 +58,11 @@ def main(seconds, renderer):
     """Alternates: received rate with the bridge running, bare rate with it paused."""
     seconds = float(seconds)
     graph.join()
-    pictures = graph.record('/camera/image', 4)
+    pictures = graph.record("/camera/image", 4)
     graph.wait_for_controllers()
     graph.start_circle(graph.publishers())
-    pause = rospy.ServiceProxy('/gazebo/pause_physics', Empty)
-    unpause = rospy.ServiceProxy('/gazebo/unpause_physics', Empty)
+    pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
+    unpause = rospy.ServiceProxy("/gazebo/unpause_physics", Empty)
     time.sleep(1.5)
     world = graph.bare_world()
     while True:

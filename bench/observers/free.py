@@ -17,8 +17,8 @@ def main(seconds, *topics):
     graph.join()
     received = {topic: graph.record(topic) for topic in topics}
     graph.wait_for_controllers()
-    pause = rospy.ServiceProxy('/gazebo/pause_physics', Empty)
-    unpause = rospy.ServiceProxy('/gazebo/unpause_physics', Empty)
+    pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
+    unpause = rospy.ServiceProxy("/gazebo/unpause_physics", Empty)
     graph.start_circle(graph.publishers())
     time.sleep(1.0)
     pause()
@@ -26,7 +26,7 @@ def main(seconds, *topics):
     graph.pace_of_engine(world, 0.5)
     graph.say(step=world.time_step)
     while True:
-        if graph.hear()[0] == 'bare':
+        if graph.hear()[0] == "bare":
             graph.say(pace=graph.pace_of_engine(world, seconds), speed=graph.bare_speed(world))
             continue
         unpause()

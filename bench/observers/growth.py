@@ -23,7 +23,7 @@ def main(span):
     graph.join()
     graph.wait_for_controllers()
     phase(float(span))
-    for topic in ('/racecar/joint_states', '/racecar/odom', '/tf', '/clock'):
+    for topic in ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock"):
         graph.record(topic).clear()
     graph.start_circle(graph.publishers())
     phase(float(span))

@@ -10,8 +10,8 @@ from std_msgs.msg import Float64
 
 from observers import graph
 
-HINGE = 'left_steering_hinge_joint'
-WHEEL = 'left_rear_wheel_joint'
+HINGE = "left_steering_hinge_joint"
+WHEEL = "left_rear_wheel_joint"
 
 
 class States:
@@ -20,7 +20,7 @@ class States:
     def __init__(self):
         self._changed = threading.Condition()
         self._last = None
-        rospy.Subscriber('/racecar/joint_states', JointState, self._take, tcp_nodelay=True)
+        rospy.Subscriber("/racecar/joint_states", JointState, self._take, tcp_nodelay=True)
 
     def _take(self, message):
         now = time.monotonic()
@@ -34,8 +34,9 @@ class States:
         with self._changed:
             while True:
                 before = self._last
-                if not self._changed.wait_for(lambda: self._last is not before,
-                                              end - time.monotonic()):
+                if not self._changed.wait_for(
+                    lambda: self._last is not before, end - time.monotonic()
+                ):
                     return None
                 if shows(self._last[1]):
                     return self._last[0]
@@ -48,8 +49,12 @@ class States:
 
 def hinge_latencies(states, count):
     """[s] from a Float64 on the hinge's command topic to joint states that show it."""
-    publisher = rospy.Publisher('/racecar/left_steering_hinge_position_controller/command',
-                                Float64, queue_size=1, tcp_nodelay=True)
+    publisher = rospy.Publisher(
+        "/racecar/left_steering_hinge_position_controller/command",
+        Float64,
+        queue_size=1,
+        tcp_nodelay=True,
+    )
     graph.start_circle([(publisher, 0.0)])
     time.sleep(0.5)
     found, sign = [], 1.0
@@ -61,13 +66,13 @@ def hinge_latencies(states, count):
         if seen is not None:
             found.append(seen - sent)
         sign = -sign
-        time.sleep(0.25 + 0.0037 * (number % 7))    # all phases of the publish period
+        time.sleep(0.25 + 0.0037 * (number % 7))  # all phases of the publish period
     return found
 
 
 def wheel_latencies(states, count):
     """[s] from a Twist on /cmd_vel to wheels that move, or stand again."""
-    publisher = rospy.Publisher('/cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+    publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
     limit = time.monotonic() + graph.START_LIMIT
     while not publisher.get_num_connections() and time.monotonic() < limit:
         time.sleep(0.01)
@@ -88,12 +93,17 @@ def wheel_latencies(states, count):
 def main(count, with_camera):
     """Answers both lists and the publish period of the joint states [s]."""
     graph.join()
-    pictures = graph.record('/camera/image') if with_camera == 'camera' else []
+    pictures = graph.record("/camera/image") if with_camera == "camera" else []
     graph.wait_for_controllers()
     states = States()
     states.wait(lambda _: True, graph.START_LIMIT)
     time.sleep(1.0)
     hinge = hinge_latencies(states, int(count))
     wheel = wheel_latencies(states, int(count))
-    graph.say(hinge=hinge, wheel=wheel, asked=int(count), pictures=len(pictures),
-              period=1.0 / rospy.get_param('/racecar/joint_state_controller/publish_rate'))
+    graph.say(
+        hinge=hinge,
+        wheel=wheel,
+        asked=int(count),
+        pictures=len(pictures),
+        period=1.0 / rospy.get_param("/racecar/joint_state_controller/publish_rate"),
+    )

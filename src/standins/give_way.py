@@ -5,14 +5,15 @@ Puts an (untracked) CATKIN_IGNORE file into each stand-in whose package rospkg f
 this source folder, takes it away from the others, and prints the names of those that gave way.
 Run it before the build, with no environment of this workspace sourced.
 """
+
 import os
 import sys
 
 import rospkg
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MARKER = 'CATKIN_IGNORE'
-DEFAULT_PLACES = ('/opt/ros/noetic/share', '/usr/share')
+MARKER = "CATKIN_IGNORE"
+DEFAULT_PLACES = ("/opt/ros/noetic/share", "/usr/share")
 
 
 def real_packages(places):
@@ -44,12 +45,12 @@ def give_way(folder, real):
     gone = []
     for name in sorted(os.listdir(folder)):
         package = os.path.join(folder, name)
-        if not os.path.isfile(os.path.join(package, 'package.xml')):
+        if not os.path.isfile(os.path.join(package, "package.xml")):
             continue
         marker = os.path.join(package, MARKER)
         if name in real:
             gone.append(name)
-            with open(marker, 'w', encoding='utf-8'):
+            with open(marker, "w", encoding="utf-8"):
                 pass
         elif os.path.exists(marker):
             os.remove(marker)
@@ -58,11 +59,11 @@ def give_way(folder, real):
 
 def main():
     """Entry point."""
-    places = os.environ.get('ROS_PACKAGE_PATH', '').split(os.pathsep)
+    places = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     for name in give_way(HERE, real_packages(list(DEFAULT_PLACES) + places)):
         print(name)
     return 0
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     sys.exit(main())

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from truck_rig import Rig
-
 from cybertruck.trailer.geometry import Geometry
 from cybertruck.trailer.kinematics import advance
 from cybertruck.trailer.shapes import make_shape
 from cybertruck.trailer.steering import IdealSteering
 from cybertruck.trailer.tracker import ARRIVED, PULLING, Tracker, Tuning
+from truck_rig import Rig
 
 START = (0.0, 0.0, math.pi)  # paths begin here and lead to -x, so that trailers head to +x
 ARC, LATERAL, HEADING, HITCH, MODE = range(5)
@@ -40,8 +39,12 @@ def back_up(rig, path, lateral=0.0, heading=0.0, hitch=0.0, believed=None, tunin
     """
     rig.place(0.0, -lateral, heading, hitch)  # the left of a path to -x is -y
     geometry = believed or rig.geometry
-    tracker = Tracker(path.moved(*START), geometry,
-                      IdealSteering(geometry.wheelbase, geometry.max_steering), tuning)
+    tracker = Tracker(
+        path.moved(*START),
+        geometry,
+        IdealSteering(geometry.wheelbase, geometry.max_steering),
+        tuning,
+    )
     return rig.back_up(tracker, path.length / tuning.speed + 40.0), tracker
 
 
@@ -98,17 +101,25 @@ BENT_START = (0.5, 0.0, math.radians(20.0))
 @pytest.fixture(scope="module")
 def exact_rows(coarse_rig):
     """A line driven with the right lengths."""
-    return back_up(coarse_rig, make_shape("line", (6.0,)), *BENT_START,
-                   tuning=Tuning(speed=0.5))[0]
+    return back_up(coarse_rig, make_shape("line", (6.0,)), *BENT_START, tuning=Tuning(speed=0.5))[0]
 
 
 @pytest.mark.parametrize("offset, tongue", ((0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)))
 def test_wrong_lengths_at_most_double_the_errors(coarse_rig, exact_rows, offset, tongue):
     shape = coarse_rig.geometry
-    believed = Geometry(shape.wheelbase, offset * shape.hitch_offset,
-                        tongue * shape.tongue_length, shape.max_steering)
-    wrong, tracker = back_up(coarse_rig, make_shape("line", (6.0,)), *BENT_START, believed,
-                             Tuning(steering_gain=1.15, speed=0.5))
+    believed = Geometry(
+        shape.wheelbase,
+        offset * shape.hitch_offset,
+        tongue * shape.tongue_length,
+        shape.max_steering,
+    )
+    wrong, tracker = back_up(
+        coarse_rig,
+        make_shape("line", (6.0,)),
+        *BENT_START,
+        believed,
+        Tuning(steering_gain=1.15, speed=0.5),
+    )
     assert wrong[-1, MODE] == ARRIVED and tracker.recoveries == 0
     assert rms(wrong[:, LATERAL]) <= 2.0 * rms(exact_rows[:, LATERAL])
     assert rms(last(wrong, 1.0)[:, LATERAL]) < 2.0 * 0.02
@@ -120,8 +131,10 @@ def test_fifty_random_starts_converge(coarse_rig, first):
     random = np.random.default_rng(21 + first)
     path, tuning = make_shape("line", (5.0,)), Tuning(speed=0.6)
     for number in range(first, first + 10):
-        lateral, heading, hitch = random.uniform(-1.0, 1.0), *np.radians(
-            random.uniform((-30.0, -45.0), (30.0, 45.0)))
+        lateral, heading, hitch = (
+            random.uniform(-1.0, 1.0),
+            *np.radians(random.uniform((-30.0, -45.0), (30.0, 45.0))),
+        )
         rows, _ = back_up(rig, path, lateral, heading, hitch, tuning=tuning)
         start = f"start {number}: {lateral:.2f} m, {heading:.2f} rad, hitch {hitch:.2f} rad"
         assert rows[-1, MODE] == ARRIVED, start
@@ -133,8 +146,9 @@ def test_fifty_random_starts_converge(coarse_rig, first):
 @pytest.mark.parametrize("hitch", (77.0, -77.0))
 def test_a_start_beyond_the_jackknife_angle_pulls_forward_first(rig, hitch):
     tight = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8: jackknife at 75.6
-    rows, tracker = back_up(rig, make_shape("line", (5.0,)), 0.2, 0.1, math.radians(hitch), tight,
-                            Tuning(speed=0.5))
+    rows, tracker = back_up(
+        rig, make_shape("line", (5.0,)), 0.2, 0.1, math.radians(hitch), tight, Tuning(speed=0.5)
+    )
     assert rows[0, MODE] == PULLING and tracker.recoveries == 1
     assert rows[-1, MODE] == ARRIVED
     assert np.max(np.abs(rows[:, HITCH])) < rig.geometry.hitch_stop
@@ -153,8 +167,9 @@ def test_figure_eight_bends_the_hitch_as_kinematics_says(rig):
         for _ in range(5):  # the drive node's limits, at its own period
             angle += np.clip(wanted - angle, -2.5 * 0.008, 2.5 * 0.008)
             pace += np.clip(speed - pace, -2.0 * 0.008, 2.0 * 0.008)
-            model = advance(model, pace, math.tan(angle) / rig.geometry.wheelbase, 0.008,
-                            rig.geometry)
+            model = advance(
+                model, pace, math.tan(angle) / rig.geometry.wheelbase, 0.008, rig.geometry
+            )
         errors.append(rig.state()[3] - model[3])
     assert math.degrees(np.max(np.abs(model[3]))) > 30.0  # a real bend
     assert math.degrees(rms(errors)) < 1.0

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 for _package in ("bullet_sim", "cybertruck"):
     sys.path.insert(0, str(ROOT / "src" / _package / "src"))
 
-from bullet_sim.formats.sdf import world as sdf# noqa: E402
+from bullet_sim.formats.sdf import world as sdf  # noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
 from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
@@ -25,8 +25,8 @@ from cybertruck.trailer.geometry import Geometry  # noqa: E402
 from cybertruck.trailer.kinematics import rear_axle  # noqa: E402
 
 TRUCK = ROOT / "src" / "cybertruck"
-DRIVE_PERIOD = 0.008      # of the drive node [s]
-CONTROL_PERIODS = 4       # periods of the drive node in one of the tracker
+DRIVE_PERIOD = 0.008  # of the drive node [s]
+CONTROL_PERIODS = 4  # periods of the drive node in one of the tracker
 HITCH = "hitch_yaw_joint"
 
 
@@ -38,13 +38,17 @@ def truck_numbers():
 def truck_geometry():
     """The trailer's Geometry of config/truck.yaml."""
     numbers = truck_numbers()
-    return Geometry(**{name: numbers[name] for name in ("wheelbase", "hitch_offset",
-                                                        "tongue_length", "max_steering")})
+    return Geometry(
+        **{
+            name: numbers[name]
+            for name in ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
+        }
+    )
 
 
 def resolve(uri):
     """Path of a package:// resource of the truck."""
-    return str(ROOT / "src" / uri[len("package://"):]) if uri.startswith("package://") else uri
+    return str(ROOT / "src" / uri[len("package://") :]) if uri.startswith("package://") else uri
 
 
 class Rig:
@@ -58,8 +62,10 @@ class Rig:
         self._model, self._limiter = CyberModel(numbers), RateLimiter(numbers)
         self.world = World(time_step)
         self.world.spawn(sdf.ground_plane())
-        text = xacro.process_file(str(TRUCK / "urdf" / "cybertruck.urdf.xacro"),
-                                  mappings={"trailer": "true", "lidar": "false"}).toxml()
+        text = xacro.process_file(
+            str(TRUCK / "urdf" / "cybertruck.urdf.xacro"),
+            mappings={"trailer": "true", "lidar": "false"},
+        ).toxml()
         self.truck = self.world.spawn_urdf("cybertruck", text, Pose(), resolve)
         config = yaml.safe_load((TRUCK / "config" / "controllers.yaml").read_text())
         names = ("steering_controller", "axle_controller")
@@ -98,8 +104,7 @@ class Rig:
             turned, rolled = self._limiter.advance(steering, speed, period)
             targets = self._model.wheels(turned, rolled)
             manager = self.truck.manager
-            manager.command("steering_controller", (targets.left_steering,
-                                                    targets.right_steering))
+            manager.command("steering_controller", (targets.left_steering, targets.right_steering))
             manager.command("axle_controller", (targets.rear_left, targets.rear_right))
             self.world.step(self._steps)
 

@@ -9,12 +9,12 @@ import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
-from cybertruck.msg import BackUpAction, BackUpGoal, CyberDriveStamped
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_until, yaw_of
+
+from cybertruck.msg import BackUpAction, BackUpGoal, CyberDriveStamped
 
 TOP_SPEED = 0.7  # [m/s]
 TONGUE, OFFSET = 0.70, 0.30  # of config/truck.yaml [m]
@@ -31,8 +31,9 @@ class BackAction(unittest.TestCase):
         cls.commands = Recorder("/cmd_cyberdrive", CyberDriveStamped)
         wait_until(lambda: cls.truth.last and cls.joints.last, "the truck", START_LIMIT)
         cls.client = actionlib.SimpleActionClient("back_up", BackUpAction)
-        wait_until(lambda: cls.client.wait_for_server(rospy.Duration(0.5)), "the action",
-                   START_LIMIT)
+        wait_until(
+            lambda: cls.client.wait_for_server(rospy.Duration(0.5)), "the action", START_LIMIT
+        )
         odometry = Recorder("/odom", Odometry)
         odometry.next(START_LIMIT)
         odometry.close()
@@ -46,8 +47,11 @@ class BackAction(unittest.TestCase):
         pose = self.truth.next().pose.pose
         heading = yaw_of(pose.orientation)
         turned = heading + joint(self.joints.last, "hitch_yaw_joint")[0]
-        return (pose.position.x - OFFSET * math.cos(heading) - TONGUE * math.cos(turned),
-                pose.position.y - OFFSET * math.sin(heading) - TONGUE * math.sin(turned), turned)
+        return (
+            pose.position.x - OFFSET * math.cos(heading) - TONGUE * math.cos(turned),
+            pose.position.y - OFFSET * math.sin(heading) - TONGUE * math.sin(turned),
+            turned,
+        )
 
     def run_goal(self, goal, feedback=None):
         """Sends a goal and waits for its end; gives status and result."""
@@ -65,7 +69,8 @@ class BackAction(unittest.TestCase):
         x, y, heading = self.trailer()
         told = []
         status, result = self.run_goal(
-            BackUpGoal(shape="lane-change", size=[0.5, 3.0, 0.5], speed=0.5), told.append)
+            BackUpGoal(shape="lane-change", size=[0.5, 3.0, 0.5], speed=0.5), told.append
+        )
         self.assertEqual((status, result.message), (GoalStatus.SUCCEEDED, "arrived"))
         self.assertLess(result.max_lateral_error, 0.10)
         self.assertLess(result.end_distance, 0.10)
@@ -116,8 +121,10 @@ class BackAction(unittest.TestCase):
         ended = []
         other = actionlib.SimpleActionClient("back_up", BackUpAction)
         wait_until(lambda: other.wait_for_server(rospy.Duration(0.5)), "the action")
-        other.send_goal(BackUpGoal(shape="line", size=[8.0]),
-                        done_cb=lambda status, result: ended.append((status, result.message)))
+        other.send_goal(
+            BackUpGoal(shape="line", size=[8.0]),
+            done_cb=lambda status, result: ended.append((status, result.message)),
+        )
         wait_until(lambda: self.truth.last.twist.twist.linear.x < -0.2, "motion", PATIENCE)
         status, _ = self.run_goal(BackUpGoal(shape="line", size=[1.0], speed=0.5))
         self.assertEqual(status, GoalStatus.SUCCEEDED)

@@ -15,9 +15,20 @@ import rostest
 
 DEADLINE = 400.0  # wall time of the whole demonstration on a loaded machine [s]
 STOP_LIMIT = 90.0  # wall time from SIGINT to its end [s]
-HEAD = ("time [s]", "arc [m]", "lateral_error [m]", "heading_error [rad]", "hitch_angle [rad]",
-        "trailer_x [m]", "trailer_y [m]", "trailer_heading [rad]", "truck_x [m]", "truck_y [m]",
-        "truck_heading [rad]", "speed [m/s]")
+HEAD = (
+    "time [s]",
+    "arc [m]",
+    "lateral_error [m]",
+    "heading_error [rad]",
+    "hitch_angle [rad]",
+    "trailer_x [m]",
+    "trailer_y [m]",
+    "trailer_heading [rad]",
+    "truck_x [m]",
+    "truck_y [m]",
+    "truck_heading [rad]",
+    "speed [m/s]",
+)
 SIZE = "1.0 4.0"  # offset and length of the S [m]
 SPEED = 0.5  # [m/s]
 BESIDE = 0.10  # the project asks for less [m]
@@ -31,10 +42,23 @@ def run_demo(folder):
     """
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
     process = subprocess.Popen(
-        ["roslaunch", "--wait", "cybertruck", "back_demo.launch", "shape:=s", f"size:={SIZE}",
-         f"speed:={SPEED}", f"out_dir:={folder}"],
-        env=environment, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, start_new_session=True)
+        [
+            "roslaunch",
+            "--wait",
+            "cybertruck",
+            "back_demo.launch",
+            "shape:=s",
+            f"size:={SIZE}",
+            f"speed:={SPEED}",
+            f"out_dir:={folder}",
+        ],
+        env=environment,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
     try:
         output, _ = process.communicate(timeout=DEADLINE)
     except subprocess.TimeoutExpired:
@@ -69,13 +93,16 @@ class BackDemo(unittest.TestCase):
             return list(csv.reader(stream))
 
     def test_three_files_and_nothing_else(self):
-        self.assertEqual(sorted(path.name for path in self.folder.iterdir()),
-                         ["back_s.csv", "back_s.json", "back_s.png"])
+        self.assertEqual(
+            sorted(path.name for path in self.folder.iterdir()),
+            ["back_s.csv", "back_s.json", "back_s.png"],
+        )
 
     def test_figures(self):
         figures = self.figures()
-        self.assertEqual((figures["ok"], figures["shape"], figures["message"]),
-                         (True, "s", "arrived"))
+        self.assertEqual(
+            (figures["ok"], figures["shape"], figures["message"]), (True, "s", "arrived")
+        )
         self.assertLess(figures["max_lateral_error_m"], BESIDE)
         self.assertLess(figures["end_distance_m"], BESIDE)
         self.assertLess(abs(figures["end_heading_error_deg"]), 3.0)
@@ -88,8 +115,9 @@ class BackDemo(unittest.TestCase):
         self.assertEqual((times[0], times), (0.0, sorted(times)))
         first, last = values[0], values[-1]
         self.assertAlmostEqual(last["trailer_x [m]"], first["trailer_x [m]"] - 4.0, delta=BESIDE)
-        self.assertAlmostEqual(abs(last["trailer_y [m]"] - first["trailer_y [m]"]), 1.0,
-                               delta=BESIDE)
+        self.assertAlmostEqual(
+            abs(last["trailer_y [m]"] - first["trailer_y [m]"]), 1.0, delta=BESIDE
+        )
         self.assertAlmostEqual(min(row["speed [m/s]"] for row in values), -SPEED, delta=0.1)
         largest = max(abs(row["lateral_error [m]"]) for row in values)
         self.assertAlmostEqual(largest, self.figures()["max_lateral_error_m"], delta=1e-5)

@@ -8,10 +8,10 @@ import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
-from cybertruck.msg import BackUpAction, BackUpGoal
-
 from fake_rig import FakeRig
 from sim_client import START_LIMIT, wait_until
+
+from cybertruck.msg import BackUpAction, BackUpGoal
 
 
 class BackFaults(unittest.TestCase):
@@ -22,8 +22,9 @@ class BackFaults(unittest.TestCase):
         cls.rig = FakeRig()
         cls.client = actionlib.SimpleActionClient("back_up", BackUpAction)
         wait_until(rospy.get_time, "/clock", START_LIMIT)
-        wait_until(lambda: cls.client.wait_for_server(rospy.Duration(0.5)), "the action",
-                   START_LIMIT)
+        wait_until(
+            lambda: cls.client.wait_for_server(rospy.Duration(0.5)), "the action", START_LIMIT
+        )
 
     @classmethod
     def tearDownClass(cls):
@@ -125,16 +126,21 @@ class BackFaults(unittest.TestCase):
         self.assertEqual(self.ended(GoalStatus.SUCCEEDED), "arrived")
         # left as driven: backing along -x from the origin, the left is -y
         self.assertLess(self.rig.state[1], -0.5)
-        self.assertAlmostEqual(self.rig.state[3], math.atan(0.7 * 0.5) + math.atan(
-            0.3 * 0.5 / math.sqrt(1.0 + 0.25 * (0.49 - 0.09))), delta=0.05)
+        self.assertAlmostEqual(
+            self.rig.state[3],
+            math.atan(0.7 * 0.5) + math.atan(0.3 * 0.5 / math.sqrt(1.0 + 0.25 * (0.49 - 0.09))),
+            delta=0.05,
+        )
 
     def test_bad_goals_are_rejected_with_a_reason(self):
         self.rig.place(0.0)
-        for goal, word in ((BackUpGoal(), "neither"),
-                           (BackUpGoal(shape="loop"), "loop"),
-                           (BackUpGoal(shape="line", size=[-1.0]), "-1"),
-                           (BackUpGoal(shape="line", speed=0.9), "0.9"),
-                           (BackUpGoal(shape="arc", size=[0.4]), "0.40 m")):
+        for goal, word in (
+            (BackUpGoal(), "neither"),
+            (BackUpGoal(shape="loop"), "loop"),
+            (BackUpGoal(shape="line", size=[-1.0]), "-1"),
+            (BackUpGoal(shape="line", speed=0.9), "0.9"),
+            (BackUpGoal(shape="arc", size=[0.4]), "0.40 m"),
+        ):
             self.client.send_goal(goal)
             self.assertIn(word, self.ended(GoalStatus.REJECTED))
             self.assertFalse(self.client.get_result().success)

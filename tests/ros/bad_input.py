@@ -6,45 +6,73 @@ import unittest
 
 import rospy
 import rostest
-from controller_manager_msgs.srv import (ListControllers, LoadController, SwitchController,
-                                         SwitchControllerRequest, UnloadController)
+from controller_manager_msgs.srv import (
+    ListControllers,
+    LoadController,
+    SwitchController,
+    SwitchControllerRequest,
+    UnloadController,
+)
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import DeleteModel, GetModelState, SetModelState, SpawnModel
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
-
 from sim_client import CONTROLLERS, Recorder, sleep_sim, wait_for_car, wait_until
 
 BAD_CONTROLLERS = {
-    "unknown type": ({"type": "nonsense/Controller", "joint": "left_rear_wheel_joint"},
-                     "nonsense/Controller"),
-    "no such joint": ({"type": "velocity_controllers/JointVelocityController",
-                       "joint": "no_such_joint"}, "no_such_joint"),
+    "unknown type": (
+        {"type": "nonsense/Controller", "joint": "left_rear_wheel_joint"},
+        "nonsense/Controller",
+    ),
+    "no such joint": (
+        {"type": "velocity_controllers/JointVelocityController", "joint": "no_such_joint"},
+        "no_such_joint",
+    ),
     "no joint": ({"type": "velocity_controllers/JointVelocityController"}, "joint"),
     "no type": ({"joint": "left_rear_wheel_joint"}, "type"),
     "not a mapping": ([1.0, 2.0], "bad_controller"),
-    "gain that is no number": ({"type": "velocity_controllers/JointVelocityController",
-                                "joint": "left_rear_wheel_joint", "pid": {"p": "much"}}, "much"),
-    "negative rate": ({"type": "joint_state_controller/JointStateController",
-                       "publish_rate": -5}, "publish_rate"),
+    "gain that is no number": (
+        {
+            "type": "velocity_controllers/JointVelocityController",
+            "joint": "left_rear_wheel_joint",
+            "pid": {"p": "much"},
+        },
+        "much",
+    ),
+    "negative rate": (
+        {"type": "joint_state_controller/JointStateController", "publish_rate": -5},
+        "publish_rate",
+    ),
     "no parameters": (None, "bad_controller"),
 }
 
-LINK = ('<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
-        'iyz="0" izz="1"/></inertial>{}</link>')
+LINK = (
+    '<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
+    'iyz="0" izz="1"/></inertial>{}</link>'
+)
 BAD_URDF = {
     "not XML": ("<robot name='bad'><link", ""),
     "empty": ("", ""),
     "another root": ("<nonsense/>", "nonsense"),
     "no links": ("<robot name='bad'/>", ""),
-    "joint to nowhere": ("<robot name='bad'>" + LINK.format("") +
-                         '<joint name="j" type="fixed"><parent link="a"/>'
-                         '<child link="no_such_link"/></joint></robot>', "no_such_link"),
-    "mass that is no number": ("<robot name='bad'>" + LINK.format("").replace(
-        'mass value="1"', 'mass value="heavy"') + "</robot>", "heavy"),
-    "mass NaN": ("<robot name='bad'>" + LINK.format("").replace(
-        'mass value="1"', 'mass value="nan"') + "</robot>", "nan"),
+    "joint to nowhere": (
+        "<robot name='bad'>" + LINK.format("") + '<joint name="j" type="fixed"><parent link="a"/>'
+        '<child link="no_such_link"/></joint></robot>',
+        "no_such_link",
+    ),
+    "mass that is no number": (
+        "<robot name='bad'>"
+        + LINK.format("").replace('mass value="1"', 'mass value="heavy"')
+        + "</robot>",
+        "heavy",
+    ),
+    "mass NaN": (
+        "<robot name='bad'>"
+        + LINK.format("").replace('mass value="1"', 'mass value="nan"')
+        + "</robot>",
+        "nan",
+    ),
 }
 
 
@@ -52,13 +80,26 @@ def service(name, kind):
     """Gives a proxy of a service that must be there."""
     rospy.wait_for_service(name, timeout=120.0)
     return rospy.ServiceProxy(name, kind)
+
+
 MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
-    "file": ("<robot name='bad'>" + LINK.format(
-        '<visual><geometry><mesh filename="file:///no/such/mesh.obj"/></geometry></visual>')
-             + "</robot>", "/no/such/mesh.obj"),
-    "package": ("<robot name='bad'>" + LINK.format(
-        '<collision><geometry><mesh filename="package://no_such_package/a.obj"/></geometry>'
-        '</collision>') + "</robot>", "no_such_package"),
+    "file": (
+        "<robot name='bad'>"
+        + LINK.format(
+            '<visual><geometry><mesh filename="file:///no/such/mesh.obj"/></geometry></visual>'
+        )
+        + "</robot>",
+        "/no/such/mesh.obj",
+    ),
+    "package": (
+        "<robot name='bad'>"
+        + LINK.format(
+            '<collision><geometry><mesh filename="package://no_such_package/a.obj"/></geometry>'
+            "</collision>"
+        )
+        + "</robot>",
+        "no_such_package",
+    ),
 }
 BAD_SDF = {
     "not XML": ("<sdf version='1.6'><model", ""),
@@ -89,9 +130,12 @@ class BadInput(unittest.TestCase):
 
         /rosout and not /rosout_agg: rostest starts no rosout node.
         """
-        wait_until(lambda: any(reason in item.msg for item in self.log.messages[since:]
-                               if item.level >= Log.WARN),
-                   f"a logged error naming {reason!r}")
+        wait_until(
+            lambda: any(
+                reason in item.msg for item in self.log.messages[since:] if item.level >= Log.WARN
+            ),
+            f"a logged error naming {reason!r}",
+        )
 
     def check_controller(self, parameters, reason):
         """Asks for a controller with these parameters; None: with none at all."""
@@ -105,8 +149,12 @@ class BadInput(unittest.TestCase):
             if parameters is not None:
                 rospy.delete_param("/racecar/bad_controller")
         self.logged(reason, since)
-        names = {item.name for item in service("/racecar/controller_manager/list_controllers",
-                                               ListControllers)().controller}
+        names = {
+            item.name
+            for item in service(
+                "/racecar/controller_manager/list_controllers", ListControllers
+            )().controller
+        }
         self.assertEqual(names, set(CONTROLLERS))
 
     def check_model(self, kind, text, reason):
@@ -120,8 +168,13 @@ class BadInput(unittest.TestCase):
     def test_controllers_that_cannot_be_switched_or_unloaded(self):
         switch = service("/racecar/controller_manager/switch_controller", SwitchController)
         since = len(self.log.messages)
-        self.assertFalse(switch(start_controllers=["no_such_controller"], stop_controllers=[],
-                                strictness=SwitchControllerRequest.STRICT).ok)
+        self.assertFalse(
+            switch(
+                start_controllers=["no_such_controller"],
+                stop_controllers=[],
+                strictness=SwitchControllerRequest.STRICT,
+            ).ok
+        )
         self.logged("no_such_controller", since)
         unload = service("/racecar/controller_manager/unload_controller", UnloadController)
         self.assertFalse(unload("no_such_controller").ok)
@@ -150,19 +203,27 @@ class BadInput(unittest.TestCase):
 
     def test_a_name_that_is_taken_is_refused(self):
         good = "<robot name='bad'>" + LINK.format("") + "</robot>"
-        self.refused(service("/gazebo/spawn_urdf_model", SpawnModel)(
-            "racecar", good, "", Pose(), "world"), "racecar")
+        self.refused(
+            service("/gazebo/spawn_urdf_model", SpawnModel)("racecar", good, "", Pose(), "world"),
+            "racecar",
+        )
 
     def test_names_that_do_not_exist_are_refused(self):
         self.refused(service("/gazebo/delete_model", DeleteModel)("no_such_model"), "no_such_model")
-        self.refused(service("/gazebo/get_model_state", GetModelState)("no_such_model", ""),
-                     "no_such_model")
-        self.refused(service("/gazebo/set_model_state", SetModelState)(
-            ModelState(model_name="no_such_model")), "no_such_model")
+        self.refused(
+            service("/gazebo/get_model_state", GetModelState)("no_such_model", ""), "no_such_model"
+        )
+        self.refused(
+            service("/gazebo/set_model_state", SetModelState)(
+                ModelState(model_name="no_such_model")
+            ),
+            "no_such_model",
+        )
 
 
 def add_tests():
     """Adds one test for each row of the tables."""
+
     def add(group, name, check):
         setattr(BadInput, f"test_{group}_{name.replace(' ', '_')}", check)
 

@@ -12,7 +12,6 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-
 from sim_client import HINGES, WHEELS, Recorder, wait_connected, wait_for_car, yaw_of
 from stepping import Time
 
@@ -24,8 +23,10 @@ SETTLE = 1.0  # left out at the start, simulated time [s]
 LAPS = 2
 RADIUS_TOLERANCE = 0.03  # part of the radius
 DRIFT_TOLERANCE = 0.01  # part of the radius, per lap
-COMMANDS = [*(f"/racecar/{wheel}_velocity_controller/command" for wheel in WHEELS),
-            *(f"/racecar/{hinge}_position_controller/command" for hinge in HINGES)]
+COMMANDS = [
+    *(f"/racecar/{wheel}_velocity_controller/command" for wheel in WHEELS),
+    *(f"/racecar/{hinge}_position_controller/command" for hinge in HINGES),
+]
 
 
 def fit_circle(points):
@@ -35,7 +36,7 @@ def fit_circle(points):
         (centre (2,), radius), both [m].
     """
     matrix = np.column_stack([2.0 * points, np.ones(len(points))])
-    solution = np.linalg.lstsq(matrix, (points ** 2).sum(axis=1), rcond=None)[0]
+    solution = np.linalg.lstsq(matrix, (points**2).sum(axis=1), rcond=None)[0]
     centre = solution[:2]
     return centre, math.sqrt(solution[2] + centre @ centre)
 
@@ -84,9 +85,11 @@ class Circle(unittest.TestCase):
         expected = WHEELBASE / math.tan(abs(steering))
         fits = self.laps(steering)
         drift = np.linalg.norm(fits[1][0] - fits[0][0]) / expected
-        for centre, radius in fits:
-            print(f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
-                  f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap")
+        for _centre, radius in fits:
+            print(
+                f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
+                f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap"
+            )
             self.assertAlmostEqual(radius / expected, 1.0, delta=RADIUS_TOLERANCE)
         self.assertLess(drift, DRIFT_TOLERANCE)
 
@@ -95,8 +98,11 @@ def add_tests():
     """Adds one test for each angle to the left, and for the largest to the right."""
     for degrees in (*STEERING, -STEERING[-1], -STEERING[1]):
         side = "left" if degrees > 0 else "right"
-        setattr(Circle, f"test_{abs(degrees):02d}_degrees_{side}",
-                lambda self, degrees=degrees: self.check(degrees))
+        setattr(
+            Circle,
+            f"test_{abs(degrees):02d}_degrees_{side}",
+            lambda self, degrees=degrees: self.check(degrees),
+        )
 
 
 add_tests()

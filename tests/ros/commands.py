@@ -7,9 +7,16 @@ import unittest
 import rospy
 import rostest
 from sensor_msgs.msg import JointState
-
-from sim_client import HINGES, WHEELS, Recorder, command_publishers, joint, sleep_sim, wait_for_car
-from sim_client import wait_until
+from sim_client import (
+    HINGES,
+    WHEELS,
+    Recorder,
+    command_publishers,
+    joint,
+    sleep_sim,
+    wait_for_car,
+    wait_until,
+)
 
 WHEEL_SPEED = 5.0  # [rad/s]
 WHEEL_TOLERANCE = 0.05  # 1 % [rad/s]
@@ -34,8 +41,10 @@ class Commands(unittest.TestCase):
 
     def wait_speed(self, speed):
         for wheel in WHEELS:
-            wait_until(lambda: abs(joint(self.joints.last, wheel + "_joint")[1] - speed)
-                       < WHEEL_TOLERANCE, f"{wheel} at {speed} rad/s")
+            wait_until(
+                lambda: abs(joint(self.joints.last, wheel + "_joint")[1] - speed) < WHEEL_TOLERANCE,
+                f"{wheel} at {speed} rad/s",
+            )
 
     def drive(self, speed):
         for wheel in WHEELS:
@@ -59,8 +68,12 @@ class Commands(unittest.TestCase):
             for hinge, angle in zip(HINGES, (left, right)):
                 self.publishers[hinge].publish(angle)
             for hinge, angle in zip(HINGES, (left, right)):
-                wait_until(lambda: abs(joint(self.joints.last, hinge + "_joint")[0] - angle)
-                           < HINGE_TOLERANCE, f"{hinge} at {angle} rad")
+                wait_until(
+                    lambda: (
+                        abs(joint(self.joints.last, hinge + "_joint")[0] - angle) < HINGE_TOLERANCE
+                    ),
+                    f"{hinge} at {angle} rad",
+                )
 
     def test_commands_that_are_no_numbers_change_nothing(self):
         self.drive(WHEEL_SPEED)
@@ -70,11 +83,19 @@ class Commands(unittest.TestCase):
             sleep_sim(0.3)  # fails if /clock stops
             message = self.joints.next()
             for wheel in WHEELS:
-                self.assertAlmostEqual(joint(message, wheel + "_joint")[1], WHEEL_SPEED,
-                                       delta=WHEEL_TOLERANCE, msg=f"{wheel} after {bad}")
+                self.assertAlmostEqual(
+                    joint(message, wheel + "_joint")[1],
+                    WHEEL_SPEED,
+                    delta=WHEEL_TOLERANCE,
+                    msg=f"{wheel} after {bad}",
+                )
             for hinge in HINGES:
-                self.assertAlmostEqual(joint(message, hinge + "_joint")[0], 0.0,
-                                       delta=HINGE_TOLERANCE, msg=f"{hinge} after {bad}")
+                self.assertAlmostEqual(
+                    joint(message, hinge + "_joint")[0],
+                    0.0,
+                    delta=HINGE_TOLERANCE,
+                    msg=f"{hinge} after {bad}",
+                )
 
     def test_a_stopped_car_wakes_up_again(self):
         sleep_sim(3.0)  # long enough for a body to fall asleep

@@ -9,11 +9,9 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from sim_client import START_LIMIT, Recorder, sleep_sim, turned, wait_connected, wait_until, yaw_of
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
-
-from sim_client import (START_LIMIT, Recorder, sleep_sim, turned, wait_connected, wait_until,
-                        yaw_of)
 
 SPEED, RATE = 0.4, 0.8  # [m/s], [rad/s]: a circle with a radius of 0.5 m
 ACCELERATION = 2.0  # [m/s^2] limit in diff_drive.yaml
@@ -59,8 +57,13 @@ class DiffDrive(unittest.TestCase):
 
     def tearDown(self):
         self.driver.drive(None, 0.0)
-        wait_until(lambda: abs(self.truth.last.twist.twist.linear.x) < 1e-3
-                   and abs(self.truth.last.twist.twist.linear.y) < 1e-3, "the base standing")
+        wait_until(
+            lambda: (
+                abs(self.truth.last.twist.twist.linear.x) < 1e-3
+                and abs(self.truth.last.twist.twist.linear.y) < 1e-3
+            ),
+            "the base standing",
+        )
 
     def pair(self):
         """Odometry and truth of one time."""
@@ -69,8 +72,15 @@ class DiffDrive(unittest.TestCase):
 
         def match():
             stamps = {m.header.stamp: m for m in self.truth.messages}
-            return next(((m, stamps[m.header.stamp]) for m in self.odom.messages
-                         if m.header.stamp in stamps), None)
+            return next(
+                (
+                    (m, stamps[m.header.stamp])
+                    for m in self.odom.messages
+                    if m.header.stamp in stamps
+                ),
+                None,
+            )
+
         return wait_until(match, "odometry and truth of one time")
 
     def test_circle_has_its_radius_and_odometry_agrees_with_the_truth(self):
@@ -99,15 +109,22 @@ class DiffDrive(unittest.TestCase):
         heading = yaw_of(start.pose.pose.orientation)
         dx = end.pose.pose.position.x - start.pose.pose.position.x
         dy = end.pose.pose.position.y - start.pose.pose.position.y
-        return (math.cos(heading) * dx + math.sin(heading) * dy,
-                -math.sin(heading) * dx + math.cos(heading) * dy,
-                turned(heading, yaw_of(end.pose.pose.orientation)))
+        return (
+            math.cos(heading) * dx + math.sin(heading) * dy,
+            -math.sin(heading) * dx + math.cos(heading) * dy,
+            turned(heading, yaw_of(end.pose.pose.orientation)),
+        )
 
     def test_acceleration_and_speed_are_limited(self):
         self.odom.clear()
         self.driver.drive(5.0, 0.0)
-        wait_until(lambda: self.odom.last is not None
-                   and self.odom.last.twist.twist.linear.x > 0.98 * MAX_SPEED, "top speed")
+        wait_until(
+            lambda: (
+                self.odom.last is not None
+                and self.odom.last.twist.twist.linear.x > 0.98 * MAX_SPEED
+            ),
+            "top speed",
+        )
         sleep_sim(0.3)
         speeds = [(m.header.stamp.to_sec(), m.twist.twist.linear.x) for m in self.odom.messages]
         self.assertLess(max(speed for _, speed in speeds), 1.01 * MAX_SPEED)
@@ -119,10 +136,13 @@ class DiffDrive(unittest.TestCase):
         wait_until(lambda: self.odom.last.twist.twist.linear.x > 0.49, "0.5 m/s")
         self.driver.drive(None, 0.0)
         self.odom.clear()
-        wait_until(lambda: self.odom.last is not None
-                   and abs(self.odom.last.twist.twist.linear.x) < 0.005, "standing still")
-        moving = [m.header.stamp.to_sec() for m in self.odom.messages
-                  if m.twist.twist.linear.x > 0.49]
+        wait_until(
+            lambda: self.odom.last is not None and abs(self.odom.last.twist.twist.linear.x) < 0.005,
+            "standing still",
+        )
+        moving = [
+            m.header.stamp.to_sec() for m in self.odom.messages if m.twist.twist.linear.x > 0.49
+        ]
         stopped = self.odom.last.header.stamp.to_sec()
         self.assertTrue(moving, "it did not go on until the time-out")
         self.assertAlmostEqual(stopped - moving[-1], 0.5 / ACCELERATION, delta=0.1)
@@ -130,15 +150,24 @@ class DiffDrive(unittest.TestCase):
 
     def test_frames_covariances_and_transform(self):
         message = self.odom.next()
-        self.assertEqual((message.header.frame_id, message.child_frame_id),
-                         ("odom", "base_footprint"))
+        self.assertEqual(
+            (message.header.frame_id, message.child_frame_id), ("odom", "base_footprint")
+        )
         self.assertEqual(message.pose.covariance[0], 0.001)
         self.assertEqual(message.twist.covariance[35], 0.03)
 
         def same():
-            return next((t for m in self.tf.messages for t in m.transforms
-                         if t.header.stamp == message.header.stamp
-                         and t.child_frame_id == "base_footprint"), None)
+            return next(
+                (
+                    t
+                    for m in self.tf.messages
+                    for t in m.transforms
+                    if t.header.stamp == message.header.stamp
+                    and t.child_frame_id == "base_footprint"
+                ),
+                None,
+            )
+
         transform = wait_until(same, "the transform of the odometry's time")
         self.assertEqual(transform.header.frame_id, "odom")
         self.assertEqual(transform.transform.translation.x, message.pose.pose.position.x)
@@ -149,9 +178,13 @@ class DiffDrive(unittest.TestCase):
         wait_until(lambda: abs(self.odom.last.pose.pose.position.x) > 0.2, "some way")
         self.driver.drive(None, 0.0)
         rospy.ServiceProxy("/gazebo/reset_world", Empty)()
-        wait_until(lambda: math.hypot(self.odom.last.pose.pose.position.x,
-                                      self.odom.last.pose.pose.position.y) < 0.02,
-                   "odometry at its origin")
+        wait_until(
+            lambda: (
+                math.hypot(self.odom.last.pose.pose.position.x, self.odom.last.pose.pose.position.y)
+                < 0.02
+            ),
+            "odometry at its origin",
+        )
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-
 from sim_client import Recorder, sleep_sim, turned, wait_connected, wait_for_car, wait_until, yaw_of
 
 WHEEL_RADIUS = 0.03  # [m]
@@ -41,8 +40,15 @@ class Drive(unittest.TestCase):
 
     def wait_rest(self):
         sleep_sim(0.5)
-        wait_until(lambda: math.hypot(self.odometry.last.twist.twist.linear.x,
-                                      self.odometry.last.twist.twist.linear.y) < 1e-3, "rest")
+        wait_until(
+            lambda: (
+                math.hypot(
+                    self.odometry.last.twist.twist.linear.x, self.odometry.last.twist.twist.linear.y
+                )
+                < 1e-3
+            ),
+            "rest",
+        )
 
     def timed_move(self, linear, angular):
         """Drives for DURATION of simulated time, then waits for rest.
@@ -76,11 +82,16 @@ class Drive(unittest.TestCase):
     def test_steady_speed_is_wheel_speed_times_radius(self):
         start = rospy.get_time()
         _, _, messages = self.timed_move(WHEEL_SPEED, 0.0)
-        steady = [item for item in messages
-                  if STEADY_FROM <= item.header.stamp.to_sec() - start <= STEADY_TO]
+        steady = [
+            item
+            for item in messages
+            if STEADY_FROM <= item.header.stamp.to_sec() - start <= STEADY_TO
+        ]
         first, last = steady[0], steady[-1]
-        distance = math.hypot(last.pose.pose.position.x - first.pose.pose.position.x,
-                              last.pose.pose.position.y - first.pose.pose.position.y)
+        distance = math.hypot(
+            last.pose.pose.position.x - first.pose.pose.position.x,
+            last.pose.pose.position.y - first.pose.pose.position.y,
+        )
         speed = distance / (last.header.stamp - first.header.stamp).to_sec()
         print(f"steady speed: {speed:.5f} m/s")
         self.assertAlmostEqual(speed, WHEEL_SPEED * WHEEL_RADIUS, delta=0.003)

@@ -22,12 +22,16 @@ from gazebo_msgs.msg import ContactsState, ModelStates
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan
-
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until, yaw_of
 
-CONTROLLERS = ("joint_state_controller", "rear_left_wheel_controller",
-               "rear_right_wheel_controller", "front_left_steering_controller",
-               "front_right_steering_controller", "mast_controller")
+CONTROLLERS = (
+    "joint_state_controller",
+    "rear_left_wheel_controller",
+    "rear_right_wheel_controller",
+    "front_left_steering_controller",
+    "front_right_steering_controller",
+    "mast_controller",
+)
 WHEELBASE, WHEEL_RADIUS = 0.36, 0.08  # [m]
 SPEED, STEERING = 0.8, 0.3  # [m/s], [rad]
 GRAVITY = 9.81  # [m/s^2]
@@ -59,23 +63,26 @@ class DropIn(unittest.TestCase):
         cls.addClassCleanup(rospy.signal_shutdown, "the test is over")
         cls.truth = Recorder("/campus_rover/ground_truth", Odometry)
         cls.wait_for_controllers()
-        cls.drive = rospy.Publisher("/campus_rover/ackermann_cmd", AckermannDriveStamped,
-                                    queue_size=10)
+        cls.drive = rospy.Publisher(
+            "/campus_rover/ackermann_cmd", AckermannDriveStamped, queue_size=10
+        )
         wait_connected(cls.drive, "the package's own node")
 
     @classmethod
     def wait_for_master(cls):
         end = time.monotonic() + START_LIMIT
         while not master_answers() or not rosgraph.Master("/drop_in_test").hasParam(
-                "/use_sim_time"):
+            "/use_sim_time"
+        ):
             if time.monotonic() > end or not cls.launched.running():
                 raise AssertionError(f"the launch does not come up:\n{cls.launched.output()}")
             time.sleep(0.05)
 
     @classmethod
     def states(cls):
-        service = rospy.ServiceProxy("/campus_rover/controller_manager/list_controllers",
-                                     ListControllers)
+        service = rospy.ServiceProxy(
+            "/campus_rover/controller_manager/list_controllers", ListControllers
+        )
         try:
             return {item.name: item.state for item in service().controller}
         except rospy.ServiceException:
@@ -84,8 +91,11 @@ class DropIn(unittest.TestCase):
     @classmethod
     def wait_for_controllers(cls):
         try:
-            wait_until(lambda: all(cls.states().get(name) == "running" for name in CONTROLLERS),
-                       "all controllers running", START_LIMIT)
+            wait_until(
+                lambda: all(cls.states().get(name) == "running" for name in CONTROLLERS),
+                "all controllers running",
+                START_LIMIT,
+            )
         except AssertionError as error:
             raise AssertionError(f"{error}; seen {cls.states()}\n{cls.launched.output()}") from None
 
@@ -93,8 +103,9 @@ class DropIn(unittest.TestCase):
         self.command(0.0, 0.0)
 
     def command(self, speed, steering):
-        self.drive.publish(AckermannDriveStamped(
-            drive=AckermannDrive(speed=speed, steering_angle=steering)))
+        self.drive.publish(
+            AckermannDriveStamped(drive=AckermannDrive(speed=speed, steering_angle=steering))
+        )
 
     def listen(self, topic, kind):
         recorder = Recorder(topic, kind)
@@ -108,12 +119,21 @@ class DropIn(unittest.TestCase):
         self.assertEqual(set(self.states()), set(CONTROLLERS))
 
     def test_world_has_the_package_s_own_models(self):
-        names = rospy.ServiceProxy("/gazebo/get_world_properties",
-                                   GetWorldProperties)().model_names
-        self.assertLessEqual({"ground_plane", "bench_by_the_gate", "bench_by_the_pond",
-                              "campus_sign", "library_wall", "campus_rover"}, set(names))
+        names = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().model_names
+        self.assertLessEqual(
+            {
+                "ground_plane",
+                "bench_by_the_gate",
+                "bench_by_the_pond",
+                "campus_sign",
+                "library_wall",
+                "campus_rover",
+            },
+            set(names),
+        )
         bench = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)(
-            "bench_by_the_gate", "world")
+            "bench_by_the_gate", "world"
+        )
         self.assertTrue(bench.success, bench.status_message)
         self.assertAlmostEqual(bench.pose.position.y, 3.0, places=3)
         self.assertAlmostEqual(yaw_of(bench.pose.orientation), 0.3, places=3)
@@ -135,8 +155,9 @@ class DropIn(unittest.TestCase):
         twist = last.twist.twist
         speed = math.hypot(twist.linear.x, twist.linear.y)
         seconds = (last.header.stamp - first.header.stamp).to_sec()
-        turn = math.remainder(yaw_of(last.pose.pose.orientation)
-                              - yaw_of(first.pose.pose.orientation), 2.0 * math.pi)
+        turn = math.remainder(
+            yaw_of(last.pose.pose.orientation) - yaw_of(first.pose.pose.orientation), 2.0 * math.pi
+        )
         # the middle of the car, WHEELBASE / 2 ahead of the rear axle, is faster than that
         curvature = math.tan(STEERING) / WHEELBASE
         rear_speed = speed / math.hypot(1.0, curvature * WHEELBASE / 2.0)
@@ -195,9 +216,13 @@ class DropIn(unittest.TestCase):
     def test_tf_reaches_the_camera(self):
         buffer = tf2_ros.Buffer()
         self.addCleanup(tf2_ros.TransformListener(buffer).unregister)
-        found = wait_until(lambda: buffer.can_transform(
-            "base_footprint", "camera_link_optical", rospy.Time(0)) and buffer.lookup_transform(
-                "base_footprint", "camera_link_optical", rospy.Time(0)), "the camera's transform")
+        found = wait_until(
+            lambda: (
+                buffer.can_transform("base_footprint", "camera_link_optical", rospy.Time(0))
+                and buffer.lookup_transform("base_footprint", "camera_link_optical", rospy.Time(0))
+            ),
+            "the camera's transform",
+        )
         self.assertAlmostEqual(found.transform.translation.z, 0.14 + 0.06 + 0.3, places=3)
 
     def test_model_states_name_the_rover(self):

@@ -22,9 +22,8 @@ from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
-
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until, yaw_of
+from std_msgs.msg import Float64, Float64MultiArray
 
 CART_RADIUS, CART_SEPARATION = 0.1, 0.4  # [m]
 
@@ -39,8 +38,11 @@ class Styles(unittest.TestCase):
         status, output = cls.workspace.build()
         if status != 0:
             raise AssertionError(f"the package does not build:\n{output}")
-        master = subprocess.Popen(["rosmaster", "--core", "-p", str(PORT)],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        master = subprocess.Popen(
+            ["rosmaster", "--core", "-p", str(PORT)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         cls.addClassCleanup(master.wait)
         cls.addClassCleanup(master.terminate)
         graph = rosgraph.Master("/styles_test")
@@ -58,8 +60,10 @@ class Styles(unittest.TestCase):
     def stop(self, launched):
         print(launched.output())
         launched.__exit__(None, None, None)
-        wait_until(lambda: not any(node.endswith("/gazebo") for node in self.nodes()),
-                   "the simulator leaving the graph")
+        wait_until(
+            lambda: not any(node.endswith("/gazebo") for node in self.nodes()),
+            "the simulator leaving the graph",
+        )
 
     @staticmethod
     def nodes():
@@ -71,12 +75,14 @@ class Styles(unittest.TestCase):
             if not launched.running():
                 raise AssertionError(f"the launch ended:\n{launched.output()}")
             try:
-                service = rospy.ServiceProxy(f"{namespace}/controller_manager/list_controllers",
-                                             ListControllers)
+                service = rospy.ServiceProxy(
+                    f"{namespace}/controller_manager/list_controllers", ListControllers
+                )
                 states = {item.name: item.state for item in service().controller}
             except rospy.ServiceException:
                 return False
             return all(states.get(name) == "running" for name in names)
+
         wait_until(running, f"{', '.join(names)} running in {namespace or '/'}", START_LIMIT)
 
     def state(self, model, gazebo="/gazebo"):
@@ -102,27 +108,36 @@ class Styles(unittest.TestCase):
 
     def test_server_and_client_started_by_hand(self):
         launched = self.launch("server_and_client.launch")
-        self.wait_running(launched, "/rover_7",
-                          ("joint_state_controller", "rear_left_wheel_controller"))
+        self.wait_running(
+            launched, "/rover_7", ("joint_state_controller", "rear_left_wheel_controller")
+        )
         start = self.state("rover_7")
         self.assertAlmostEqual(start.pose.position.x, 1.0, delta=0.01)
         self.assertAlmostEqual(start.pose.position.y, -0.5, delta=0.01)
         self.assertAlmostEqual(yaw_of(start.pose.orientation), math.pi / 2.0, delta=0.01)
         states = self.listen("/rover_7/joint_states", JointState)
         self.publisher("/rover_7/rear_left_wheel_controller/command", Float64).publish(5.0)
-        wait_until(lambda: states.last and states.last.velocity[
-            states.last.name.index("rear_left_wheel_joint")] > 4.5, "the wheel turning")
+        wait_until(
+            lambda: (
+                states.last
+                and states.last.velocity[states.last.name.index("rear_left_wheel_joint")] > 4.5
+            ),
+            "the wheel turning",
+        )
         first, *_, last = states.wait_count(len(states.messages) + 10)
         count = len(states.messages) - 1
-        self.assertAlmostEqual((last.header.stamp - first.header.stamp).to_sec() / 0.04, count,
-                               delta=2.0, msg="25 messages a second of simulated time")
+        self.assertAlmostEqual(
+            (last.header.stamp - first.header.stamp).to_sec() / 0.04,
+            count,
+            delta=2.0,
+            msg="25 messages a second of simulated time",
+        )
         self.assert_quiet(launched)
 
     def test_paused_start_with_a_cart_from_a_file(self):
         launched = self.launch("paused_start.launch")
         self.wait_running(launched, "", ("joint_state_controller", "cart_drive"))
-        names = rospy.ServiceProxy("/gazebo/get_world_properties",
-                                   GetWorldProperties)().model_names
+        names = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().model_names
         self.assertLessEqual({"third_bench", "bench_by_the_gate", "campus_sign"}, set(names))
         bench = self.state("third_bench").pose.position
         self.assertAlmostEqual(bench.x, 4.0, places=3)
@@ -132,7 +147,7 @@ class Styles(unittest.TestCase):
         twist = Twist()
         twist.linear.x, twist.angular.z = 0.4, 0.5
         sleep_sim(0.5)
-        for _ in range(20):     # the controller stops on its own when commands stay away
+        for _ in range(20):  # the controller stops on its own when commands stay away
             command.publish(twist)
             sleep_sim(0.1)
         measured = odometry.last.twist.twist
@@ -142,17 +157,23 @@ class Styles(unittest.TestCase):
         self.assertAlmostEqual(math.hypot(true.linear.x, true.linear.y), 0.4, delta=0.04)
         buffer = tf2_ros.Buffer()
         self.addCleanup(tf2_ros.TransformListener(buffer).unregister)
-        wait_until(lambda: buffer.can_transform("odom", "left_wheel", rospy.Time(0)),
-                   "odom -> left_wheel in TF")
+        wait_until(
+            lambda: buffer.can_transform("odom", "left_wheel", rospy.Time(0)),
+            "odom -> left_wheel in TF",
+        )
         self.assertIn("lost_cover.STL", launched.output())
         self.assert_quiet(launched)
 
     def test_everything_in_a_namespace_with_effort_controllers_from_a_yaml_file(self):
         launched = self.launch("namespaced_world.launch")
-        shocks = [f"{end}_{side}_shock_ctrlr" for end in ("front", "rear")
-                  for side in ("left", "right")]
-        self.wait_running(launched, "/old_buggy", ("joint_state_controller", "left_axle_ctrlr",
-                                                   "right_axle_ctrlr", *shocks))
+        shocks = [
+            f"{end}_{side}_shock_ctrlr" for end in ("front", "rear") for side in ("left", "right")
+        ]
+        self.wait_running(
+            launched,
+            "/old_buggy",
+            ("joint_state_controller", "left_axle_ctrlr", "right_axle_ctrlr", *shocks),
+        )
         for shock in shocks:
             self.publisher(f"/old_buggy/{shock}/command", Float64).publish(0.0)
         sleep_sim(1.5)
@@ -176,20 +197,24 @@ class Styles(unittest.TestCase):
         self.assertAlmostEqual(before["alpha"].y, 1.0, delta=0.01)
         self.assertAlmostEqual(before["beta"].y, -1.0, delta=0.01)
         self.publisher("/alpha/wheels/command", Float64MultiArray).publish(
-            Float64MultiArray(data=[8.0, 8.0]))
-        wait_until(lambda: self.state("alpha").pose.position.x > before["alpha"].x + 0.3,
-                   "alpha driving")
+            Float64MultiArray(data=[8.0, 8.0])
+        )
+        wait_until(
+            lambda: self.state("alpha").pose.position.x > before["alpha"].x + 0.3, "alpha driving"
+        )
         self.assertAlmostEqual(self.state("beta").pose.position.x, before["beta"].x, delta=0.01)
         self.assert_quiet(launched)
 
 
 def wait_until_answers(graph):
     """Waits for a ROS master."""
+
     def answers():
         try:
             return graph.getPid() > 0
         except OSError:
             return False
+
     wait_until(answers, "the ROS master")
 
 

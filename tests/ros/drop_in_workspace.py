@@ -31,8 +31,12 @@ class Workspace:
         """
         done = subprocess.run(
             ["catkin_make", "-C", str(self.path), f"-DPYTHON_EXECUTABLE={sys.executable}"],
-            text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
-            timeout=BUILD_LIMIT)
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+            timeout=BUILD_LIMIT,
+        )
         return done.returncode, done.stdout
 
     def close(self):
@@ -52,8 +56,12 @@ class Launched:
 
     def __init__(self, workspace, file, port, **arguments):
         words = " ".join(f"{name}:={value}" for name, value in arguments.items())
-        self._command = ["bash", "-c", f"source {workspace.path}/devel/setup.bash && "
-                         f"exec roslaunch -p {port} {PACKAGE.name} {file} {words}"]
+        self._command = [
+            "bash",
+            "-c",
+            f"source {workspace.path}/devel/setup.bash && "
+            f"exec roslaunch -p {port} {PACKAGE.name} {file} {words}",
+        ]
         self._environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}")
         self._environment.pop("DISPLAY", None)
         self._log = tempfile.TemporaryFile(mode="w+")
@@ -61,8 +69,13 @@ class Launched:
 
     def __enter__(self):
         self._process = subprocess.Popen(
-            self._command, env=self._environment, stdin=subprocess.DEVNULL, stdout=self._log,
-            stderr=subprocess.STDOUT, start_new_session=True)
+            self._command,
+            env=self._environment,
+            stdin=subprocess.DEVNULL,
+            stdout=self._log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
         return self
 
     def __exit__(self, *exception):

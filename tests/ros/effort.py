@@ -7,13 +7,17 @@ import unittest
 import rospy
 import rostest
 from control_msgs.msg import JointControllerState
-from controller_manager_msgs.srv import (ListControllers, LoadController, SwitchController,
-                                         SwitchControllerRequest, UnloadController)
+from controller_manager_msgs.srv import (
+    ListControllers,
+    LoadController,
+    SwitchController,
+    SwitchControllerRequest,
+    UnloadController,
+)
 from dynamic_reconfigure.client import Client
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
-
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import Float64
 
 BOT = "/effort_bot"
 SLIDER_MASS = 2.0  # [kg]
@@ -28,17 +32,18 @@ class Effort(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        services = {"load": LoadController, "unload": UnloadController,
-                    "switch": SwitchController}
+        services = {"load": LoadController, "unload": UnloadController, "switch": SwitchController}
         cls.call = {}
         for name, kind in services.items():
             topic = f"{BOT}/controller_manager/{name}_controller"
             rospy.wait_for_service(topic, START_LIMIT)
             cls.call[name] = rospy.ServiceProxy(topic, kind)
-        cls.list = rospy.ServiceProxy(f"{BOT}/controller_manager/list_controllers",
-                                      ListControllers)
-        wait_until(lambda: cls.states().get("wheel_velocity") == "running", "controllers running",
-                   START_LIMIT)
+        cls.list = rospy.ServiceProxy(f"{BOT}/controller_manager/list_controllers", ListControllers)
+        wait_until(
+            lambda: cls.states().get("wheel_velocity") == "running",
+            "controllers running",
+            START_LIMIT,
+        )
         cls.joints = Recorder(f"{BOT}/joint_states", JointState)
         cls.joints.wait_count(1)
         cls.command = {}
@@ -51,8 +56,13 @@ class Effort(unittest.TestCase):
         return {item.name: item.state for item in cls.list().controller}
 
     def switch(self, start=(), stop=()):
-        return self.call["switch"](start_controllers=list(start), stop_controllers=list(stop),
-                                   strictness=STRICT, start_asap=False, timeout=0.0).ok
+        return self.call["switch"](
+            start_controllers=list(start),
+            stop_controllers=list(stop),
+            strictness=STRICT,
+            start_asap=False,
+            timeout=0.0,
+        ).ok
 
     def test_one_that_cannot_load_leaves_the_others_running(self):
         states = self.states()
@@ -65,15 +75,16 @@ class Effort(unittest.TestCase):
             self.assertTrue(self.switch(start=["slider_effort"], stop=["slider_effort"]))
             self.joints.next()
             self.command["slider_effort"].publish(effort)
-            wait_until(lambda: joint(self.joints.last, "slider_joint")[1] * effort > 0.02,
-                       f"the slider moving with {effort} N")
+            wait_until(
+                lambda: joint(self.joints.last, "slider_joint")[1] * effort > 0.02,
+                f"the slider moving with {effort} N",
+            )
             before = self.joints.next()
             sleep_sim(0.2)
             after = self.joints.next()
             seconds = (after.header.stamp - before.header.stamp).to_sec()
             gained = joint(after, "slider_joint")[1] - joint(before, "slider_joint")[1]
-            self.assertAlmostEqual(gained / seconds, acting / SLIDER_MASS,
-                                   delta=0.02 * abs(acting))
+            self.assertAlmostEqual(gained / seconds, acting / SLIDER_MASS, delta=0.02 * abs(acting))
             index = after.name.index("slider_joint")
             self.assertAlmostEqual(after.effort[index], acting, delta=1e-6)
         self.assertTrue(self.switch(stop=["slider_effort"]))
@@ -87,8 +98,10 @@ class Effort(unittest.TestCase):
         for target in (1.0, -0.5, 9.0):
             self.command["arm_position"].publish(target)
             wanted = min(target, 1.5)
-            wait_until(lambda: abs(joint(self.joints.last, "arm_joint")[0] - wanted) < 1e-3,
-                       f"arm at {wanted} rad")
+            wait_until(
+                lambda: abs(joint(self.joints.last, "arm_joint")[0] - wanted) < 1e-3,
+                f"arm at {wanted} rad",
+            )
             state = states.next()
             self.assertEqual(state.set_point, wanted)
             self.assertAlmostEqual(state.error, wanted - state.process_value, delta=1e-9)

@@ -9,15 +9,15 @@ import time
 
 import numpy as np
 import rospy
-from cybertruck.msg import CyberDriveStamped
+from cybertruck.trailer.geometry import Geometry
+from cybertruck.trailer.kinematics import advance
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from cybertruck.trailer.geometry import Geometry
-from cybertruck.trailer.kinematics import advance
+from cybertruck.msg import CyberDriveStamped
 
-STEP = 0.01   # simulated time of a step [s]
+STEP = 0.01  # simulated time of a step [s]
 PACE = 0.004  # wall time of a step [s]
 
 
@@ -38,8 +38,9 @@ class FakeRig:
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self._odometry = rospy.Publisher("/odom", Odometry, queue_size=10)
         self._joints = rospy.Publisher("/joint_states", JointState, queue_size=10)
-        self._drive = rospy.Subscriber("/cmd_cyberdrive", CyberDriveStamped, self._on_drive,
-                                       queue_size=10)
+        self._drive = rospy.Subscriber(
+            "/cmd_cyberdrive", CyberDriveStamped, self._on_drive, queue_size=10
+        )
         self._running = True
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -68,9 +69,13 @@ class FakeRig:
                 self.time += STEP
                 steering, speed = self.command
                 speed = 0.0 if self.brakes_on else speed
-                self.state = advance(self.state, speed,
-                                     math.tan(steering) / self.geometry.wheelbase, STEP,
-                                     self.geometry)
+                self.state = advance(
+                    self.state,
+                    speed,
+                    math.tan(steering) / self.geometry.wheelbase,
+                    STEP,
+                    self.geometry,
+                )
                 self._publish(speed)
             time.sleep(PACE)
 
@@ -87,7 +92,9 @@ class FakeRig:
             message.twist.twist.linear.x = speed
             self._odometry.publish(message)
         if self.joints_on:
-            message = JointState(name=["front_left_steer_joint", "hitch_yaw_joint"],
-                                 position=[0.0, self.state[3] + self.hitch_offset])
+            message = JointState(
+                name=["front_left_steer_joint", "hitch_yaw_joint"],
+                position=[0.0, self.state[3] + self.hitch_offset],
+            )
             message.header.stamp = stamp
             self._joints.publish(message)

@@ -11,16 +11,20 @@ import unittest
 import roslib.packages
 import rospy
 import rostest
-from gazebo_msgs.srv import (GetJointProperties, GetModelState, GetPhysicsProperties,
-                             GetWorldProperties, SetPhysicsProperties)
+from gazebo_msgs.srv import (
+    GetJointProperties,
+    GetModelState,
+    GetPhysicsProperties,
+    GetWorldProperties,
+    SetPhysicsProperties,
+)
 from gazebo_ros import gazebo_interface
 from geometry_msgs.msg import Point, Pose, Quaternion
 from rosgraph_msgs.msg import Clock, Log
-
 from sim_client import START_LIMIT, Recorder, wait_until, yaw_of
 
 SPAWN = tuple(roslib.packages.find_node("gazebo_ros", "spawn_model")[:1])
-LIMIT = 180.0    # of one command, wall time [s]
+LIMIT = 180.0  # of one command, wall time [s]
 
 
 def call(name, kind, *values):
@@ -40,8 +44,15 @@ def spawn(*arguments, text=None):
     Returns:
         (exit status, all that it printed).
     """
-    done = subprocess.run(SPAWN + arguments, input=text, text=True, timeout=LIMIT, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        SPAWN + arguments,
+        input=text,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     return done.returncode, done.stdout
 
 
@@ -77,19 +88,38 @@ class GazeboCommands(unittest.TestCase):
     def test_1b_the_step_can_change_while_there_is_no_robot(self):
         for step in (0.002, 0.001):
             now = call("get_physics_properties", GetPhysicsProperties)
-            answer = call("set_physics_properties", SetPhysicsProperties, step, 1.0 / step,
-                          now.gravity, now.ode_config)
+            answer = call(
+                "set_physics_properties",
+                SetPhysicsProperties,
+                step,
+                1.0 / step,
+                now.gravity,
+                now.ode_config,
+            )
             self.assertTrue(answer.success, answer.status_message)
             self.assertEqual(call("get_physics_properties", GetPhysicsProperties).time_step, step)
 
     def test_2_pose_and_frame(self):
-        state = self.spawned("placed", "-urdf", "-param", "/robot_description", "-x", "1", "-y",
-                             "-2", "-z", "0.5", "-Y", "1.5")
+        state = self.spawned(
+            "placed",
+            "-urdf",
+            "-param",
+            "/robot_description",
+            "-x",
+            "1",
+            "-y",
+            "-2",
+            "-z",
+            "0.5",
+            "-Y",
+            "1.5",
+        )
         place = state.pose.position
         self.assertEqual((place.x, place.y, place.z), (1.0, -2.0, 0.5))
         self.assertAlmostEqual(yaw_of(state.pose.orientation), 1.5, delta=1e-5)
-        state = self.spawned("beside", "-sdf", "-file", self.path("box.sdf"), "-reference_frame",
-                             "placed", "-x", "3")
+        state = self.spawned(
+            "beside", "-sdf", "-file", self.path("box.sdf"), "-reference_frame", "placed", "-x", "3"
+        )
         self.assertAlmostEqual(state.pose.position.x, 1.0 + 3.0 * math.cos(1.5), delta=1e-5)
         self.assertAlmostEqual(state.pose.position.y, -2.0 + 3.0 * math.sin(1.5), delta=1e-5)
 
@@ -98,17 +128,36 @@ class GazeboCommands(unittest.TestCase):
             text = stream.read()
         log = Recorder("/rosout", Log)
         self.spawned("from_stdin", "-urdf", "-stdin", "-y", "9", text=text)
-        wait_until(lambda: any("'placed' has its controller_manager in the namespace '/'"
-                               in line.msg for line in log.messages),
-                   "the warning of two robots in one namespace")
+        wait_until(
+            lambda: any(
+                "'placed' has its controller_manager in the namespace '/'" in line.msg
+                for line in log.messages
+            ),
+            "the warning of two robots in one namespace",
+        )
         self.spawned("from_database", "-sdf", "-database", "crate", "-y", "12")
         self.assertNotIn("crate", models())
 
     def test_4_joints_and_namespace(self):
-        self.spawned("bent", "-urdf", "-file", self.path("small_car.urdf"), "-y", "15",
-                     "-robot_namespace", "/fleet/bent", "-gazebo_namespace", "/gazebo/",
-                     "-package_to_model", "-J", "rear_left_joint", "0.25",
-                     "-J", "rear_right_joint", "-0.5")
+        self.spawned(
+            "bent",
+            "-urdf",
+            "-file",
+            self.path("small_car.urdf"),
+            "-y",
+            "15",
+            "-robot_namespace",
+            "/fleet/bent",
+            "-gazebo_namespace",
+            "/gazebo/",
+            "-package_to_model",
+            "-J",
+            "rear_left_joint",
+            "0.25",
+            "-J",
+            "rear_right_joint",
+            "-0.5",
+        )
         for joint, expected in (("rear_left_joint", 0.25), ("rear_right_joint", -0.5)):
             told = call("get_joint_properties", GetJointProperties, "bent::" + joint)
             self.assertAlmostEqual(told.position[0], expected, delta=1e-9)
@@ -117,12 +166,21 @@ class GazeboCommands(unittest.TestCase):
     def test_4b_nodes_spawn_by_the_python_module(self):
         with open(self.path("small_car.urdf"), encoding="utf-8") as stream:
             text = stream.read()
-        values = ("by_module", text, "/by_module", Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1)),
-                  "world", "/gazebo")
+        values = (
+            "by_module",
+            text,
+            "/by_module",
+            Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1)),
+            "world",
+            "/gazebo",
+        )
         self.assertTrue(gazebo_interface.spawn_urdf_model_client(*values))
         self.assertFalse(gazebo_interface.spawn_urdf_model_client(*values), "the name is taken")
-        self.assertTrue(gazebo_interface.set_model_configuration_client(
-            "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"))
+        self.assertTrue(
+            gazebo_interface.set_model_configuration_client(
+                "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
+            )
+        )
         told = call("get_joint_properties", GetJointProperties, "by_module::rear_left_joint")
         self.assertAlmostEqual(told.position[0], 0.5, delta=1e-9)
 
@@ -130,22 +188,33 @@ class GazeboCommands(unittest.TestCase):
         car = self.path("small_car.urdf")
         self.fails(2, "usage", "-urdf", "-file", car)
         self.fails(1, "/no/such/file", "-urdf", "-file", "/no/such/file", "-model", "a")
-        self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter",
-                   "-model", "a")
+        self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
         self.fails(1, "not valid XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
         self.fails(1, "exists already", "-urdf", "-file", car, "-model", "sphere")
         self.fails(1, "nose", "-urdf", "-file", car, "-model", "with_nose", "-J", "nose", "1")
         self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")
-        self.fails(1, "never_comes", "-urdf", "-file", car, "-model", "a", "-wait", "never_comes",
-                   "-timeout", "1")
+        self.fails(
+            1,
+            "never_comes",
+            "-urdf",
+            "-file",
+            car,
+            "-model",
+            "a",
+            "-wait",
+            "never_comes",
+            "-timeout",
+            "1",
+        )
         self.assertNotIn("a", models())
 
     def test_6_bond_deletes_on_exit(self):
-        process = subprocess.Popen(SPAWN + ("-sdf", "-file", self.path("box.sdf"), "-model",
-                                            "bonded", "-y", "20", "-b"))
+        process = subprocess.Popen(
+            SPAWN + ("-sdf", "-file", self.path("box.sdf"), "-model", "bonded", "-y", "20", "-b")
+        )
         try:
             wait_until(lambda: "bonded" in models(), "the bonded model", START_LIMIT)
-            time.sleep(1.0)     # it stays while spawn_model does
+            time.sleep(1.0)  # it stays while spawn_model does
             self.assertIn("bonded", models())
             self.assertIsNone(process.poll())
         finally:
@@ -156,8 +225,19 @@ class GazeboCommands(unittest.TestCase):
     def test_7_unpause(self):
         clock = Recorder("/clock", Clock)
         self.assertEqual(clock.wait_count(1)[0].clock.to_sec(), 0.0, "nothing has moved so far")
-        self.spawned("starter", "-sdf", "-file", self.path("box.sdf"), "-y", "25", "-z", "1",
-                     "-wait", "sphere", "-unpause")
+        self.spawned(
+            "starter",
+            "-sdf",
+            "-file",
+            self.path("box.sdf"),
+            "-y",
+            "25",
+            "-z",
+            "1",
+            "-wait",
+            "sphere",
+            "-unpause",
+        )
         wait_until(lambda: clock.last.clock.to_sec() > 0.1, "time to run")
         self.assertFalse(call("get_physics_properties", GetPhysicsProperties).pause)
 

@@ -8,13 +8,13 @@ import unittest
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
+from cybertruck.goal.shortest import shortest_length
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until, yaw_of
 from std_srvs.srv import Empty, Trigger
 
-from cybertruck.goal.shortest import shortest_length
 from cybertruck.srv import Goal, GoalRequest
-from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until, yaw_of
 
 TOLERANCE = 0.15  # [m]
 DRIVE_LIMIT = 400.0  # longest wait in wall time for an arrival [s]
@@ -42,8 +42,11 @@ class Driver:
 
     def wait_end(self):
         """Waits for the end of the running goal and gives the last status."""
-        wait_until(lambda: self.status.last and self.status.last.status != GoalStatus.ACTIVE,
-                   "the end of the goal", DRIVE_LIMIT)
+        wait_until(
+            lambda: self.status.last and self.status.last.status != GoalStatus.ACTIVE,
+            "the end of the goal",
+            DRIVE_LIMIT,
+        )
         return self.status.last
 
 
@@ -57,8 +60,9 @@ class Rig(unittest.TestCase):
         cls.commands = Recorder("/cmd_vel", Twist)
         cls.driver = Driver()
         cls.odometry.wait_count(10, START_LIMIT)
-        cls.radius = rospy.get_param("/goal/trailer_min_radius" if rospy.get_param("/goal/trailer")
-                                     else "/goal/min_radius")
+        cls.radius = rospy.get_param(
+            "/goal/trailer_min_radius" if rospy.get_param("/goal/trailer") else "/goal/min_radius"
+        )
         cls.relay = rospy.Publisher("/relayed/odom", Odometry, queue_size=10)
 
     def pose(self):
@@ -83,8 +87,11 @@ class Rig(unittest.TestCase):
         sleep_sim(0.5)
         x, y, heading = self.pose()
         dx, dy = goal[0] - x, goal[1] - y
-        shortest = shortest_length(dx * math.cos(heading) + dy * math.sin(heading),
-                                   dy * math.cos(heading) - dx * math.sin(heading), self.radius)
+        shortest = shortest_length(
+            dx * math.cos(heading) + dy * math.sin(heading),
+            dy * math.cos(heading) - dx * math.sin(heading),
+            self.radius,
+        )
         self.odometry.clear()
         driver.status.clear()
         self.assertTrue(driver.send(*goal))
@@ -93,12 +100,20 @@ class Rig(unittest.TestCase):
         sleep_sim(0.2)
         self.wait_rest()
         poses = [message.pose.pose for message in self.odometry.messages]
-        path = sum(math.hypot(b.position.x - a.position.x, b.position.y - a.position.y)
-                   for a, b in zip(poses, poses[1:]))
+        path = sum(
+            math.hypot(b.position.x - a.position.x, b.position.y - a.position.y)
+            for a, b in zip(poses, poses[1:])
+        )
         end, truth = poses[-1].position, self.truth.next().pose.pose.position
         error = (goal[0] - end.x, goal[1] - end.y)
-        return (math.hypot(*error), math.hypot(goal[0] - truth.x, goal[1] - truth.y), path,
-                shortest, sign_changes(poses, goal), error)
+        return (
+            math.hypot(*error),
+            math.hypot(goal[0] - truth.x, goal[1] - truth.y),
+            path,
+            shortest,
+            sign_changes(poses, goal),
+            error,
+        )
 
 
 class TwoGoals(Rig):
@@ -107,8 +122,10 @@ class TwoGoals(Rig):
     def test_1_defaults(self):
         for goal in ((10.0, 10.0), (0.0, 0.0)):
             distance, truth, path, shortest, changes, _ = self.drive(self.driver, goal)
-            print(f"to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, path {path:.2f} "
-                  f"m, shortest {shortest:.2f} m, {changes} sign changes")
+            print(
+                f"to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, path {path:.2f} "
+                f"m, shortest {shortest:.2f} m, {changes} sign changes"
+            )
             self.assertLessEqual(distance, TOLERANCE)
             self.assertLessEqual(path, 1.10 * shortest)
             self.assertGreater(path, 0.95 * shortest)
@@ -119,8 +136,10 @@ class TwoGoals(Rig):
         driver = Driver("/original")
         for goal in ((10.0, 10.0), (0.0, 0.0)):
             distance, truth, path, *_, error = self.drive(driver, goal)
-            print(f"original gains to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, "
-                  f"path {path:.2f} m")
+            print(
+                f"original gains to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, "
+                f"path {path:.2f} m"
+            )
             self.assertLessEqual(max(map(abs, error)), 0.5)
 
 
@@ -152,8 +171,10 @@ class Manoeuvres(Rig):
         self.assertTrue(self.driver.send(x - 5.0 * math.cos(heading), y - 5.0 * math.sin(heading)))
         wait_until(lambda: len(self.driver.status.messages) >= 3, "the new status")
         first, second, third = self.driver.status.messages[:3]
-        self.assertEqual([first.status, second.status, third.status],
-                         [GoalStatus.ACTIVE, GoalStatus.PREEMPTED, GoalStatus.ACTIVE])
+        self.assertEqual(
+            [first.status, second.status, third.status],
+            [GoalStatus.ACTIVE, GoalStatus.PREEMPTED, GoalStatus.ACTIVE],
+        )
         self.assertEqual(first.goal_id.id, second.goal_id.id)
         self.assertNotEqual(second.goal_id.id, third.goal_id.id)
         self.assertTrue(self.driver.cancel().success, self.driver.status.last.text)
@@ -164,8 +185,13 @@ class Manoeuvres(Rig):
     def test_4_bad_goals_are_refused_and_the_running_one_goes_on(self):
         x, y, heading = self.pose()
         self.assertTrue(self.driver.send(x + 4.0 * math.cos(heading), y + 4.0 * math.sin(heading)))
-        for bad in ((math.nan, 0.0), (0.0, math.inf), (1e6, 0.0), (0.0, 0.0, 5.0),
-                    (0.0, 0.0, math.nan)):
+        for bad in (
+            (math.nan, 0.0),
+            (0.0, math.inf),
+            (1e6, 0.0),
+            (0.0, 0.0, 5.0),
+            (0.0, 0.0, math.nan),
+        ):
             self.assertFalse(self.driver.send(*bad), bad)
         self.assertEqual(self.driver.wait_end().status, GoalStatus.SUCCEEDED)
 
@@ -192,8 +218,10 @@ class Manoeuvres(Rig):
         rospy.wait_for_service("/gazebo/reset_simulation", START_LIMIT)
         rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
         status = self.driver.wait_end()
-        self.assertEqual((status.status, status.text),
-                         (GoalStatus.ABORTED, "time went back: the simulation was reset"))
+        self.assertEqual(
+            (status.status, status.text),
+            (GoalStatus.ABORTED, "time went back: the simulation was reset"),
+        )
         sleep_sim(2.0)
         self.wait_rest()
         self.assertLess(math.hypot(*self.pose()[:2]), 0.2)  # where it was spawned

@@ -11,7 +11,6 @@ import rostest
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
-
 from sim_client import Recorder, wait_connected, wait_until
 from terminal_rig import Terminal
 
@@ -135,8 +134,10 @@ class Joystick(unittest.TestCase):
         self.full_speed()  # it is plugged in again
 
     def test_nonsense_stops_and_is_told_once(self):
-        for bad, words in ((Joy(axes=[1.0], buttons=[]), "the pad has 1 axes"),
-                           (Joy(axes=[math.nan] + [0.0] * 7, buttons=[0] * 13), "is nan")):
+        for bad, words in (
+            (Joy(axes=[1.0], buttons=[]), "the pad has 1 axes"),
+            (Joy(axes=[math.nan] + [0.0] * 7, buttons=[0] * 13), "is nan"),
+        ):
             with self.subTest(words):
                 before = self.warned(words)
                 self.full_speed()
@@ -152,8 +153,9 @@ class Joystick(unittest.TestCase):
         terminal = Terminal(DISPLAY=None)
         self.addCleanup(terminal.close)
         config = "$(rospack find cybertruck)/config"
-        terminal.type("export ROS_NAMESPACE=/other; rosparam load "
-                      f"{config}/joystick_ps4.yaml joystick; clear")
+        terminal.type(
+            f"export ROS_NAMESPACE=/other; rosparam load {config}/joystick_ps4.yaml joystick; clear"
+        )
         terminal.type("rosrun cybertruck joystick _scheme:=alternate")
         terminal.wait_screen("joystick teleop, alternate", "Waiting for /joy", "Cross")
         pad.wait()

@@ -10,7 +10,6 @@ import unittest
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
-
 from sim_client import Recorder, wait_until
 from terminal_rig import Terminal, XServer, alive, node_pid, parent_of
 
@@ -62,8 +61,10 @@ class Rig(unittest.TestCase):
         """The next messages are all this command: it is published periodically."""
         self.wait_command(linear, angular)
         self.commands.clear()
-        seen = {(round(item.linear.x, 4), round(item.angular.z, 4))
-                for item in self.commands.wait_count(count)}
+        seen = {
+            (round(item.linear.x, 4), round(item.angular.z, 4))
+            for item in self.commands.wait_count(count)
+        }
         self.assertEqual(seen, {(linear, angular)})
 
     def assert_ended(self, *pids):
@@ -86,13 +87,22 @@ class WithoutX(Rig):
 
     def test_bindings_and_screen(self):
         terminal = self.terminal
-        text = terminal.wait_screen("keyboard teleop", "Keys come from this terminal",
-                                    "DISPLAY is not set", "C is Caps Lock", "no chords", "held",
-                                    "+0.000 m/s", "standing")
+        text = terminal.wait_screen(
+            "keyboard teleop",
+            "Keys come from this terminal",
+            "DISPLAY is not set",
+            "C is Caps Lock",
+            "no chords",
+            "held",
+            "+0.000 m/s",
+            "standing",
+        )
         self.assertIn("| |  /_________\\  | |", text)
         self.hold_command(*STOP)
-        for key, command, words in (("Up", (0.5, 0.0), "forward"),
-                                    ("Down", (-0.5, 0.0), "backward")):
+        for key, command, words in (
+            ("Up", (0.5, 0.0), "forward"),
+            ("Down", (-0.5, 0.0), "backward"),
+        ):
             terminal.keys(key)
             self.wait_command(*command)
             terminal.wait_screen(words)
@@ -100,18 +110,28 @@ class WithoutX(Rig):
         for key in ("Left", "Right"):
             terminal.keys(key)
         self.hold_command(*STOP)
-        for key, words in (("q", "0.550 m/s"), ("z", "0.495 m/s"), ("w", "0.550 rad/s"),
-                           ("x", "0.495 rad/s"), ("r", "0.500 m/s"), ("Q", "0.550 m/s"),
-                           ("R", "0.500 rad/s")):
+        for key, words in (
+            ("q", "0.550 m/s"),
+            ("z", "0.495 m/s"),
+            ("w", "0.550 rad/s"),
+            ("x", "0.495 rad/s"),
+            ("r", "0.500 m/s"),
+            ("Q", "0.550 m/s"),
+            ("R", "0.500 rad/s"),
+        ):
             terminal.keys(key)
             terminal.wait_screen(words)
         terminal.keys("c")
         terminal.wait_screen("continuous")
         for key, command, words in (
-                ("Up", (0.5, 0.0), "forward"), ("Left", (0.5, 0.5), "forward, wheels left"),
-                ("Right", (0.5, -0.5), "forward, wheels right"),
-                ("Down", (-0.5, 0.0), "backward"), ("Left", (-0.5, -0.5), "backward, wheels left"),
-                ("Right", (-0.5, 0.5), "backward, wheels right"), ("s", STOP, "standing")):
+            ("Up", (0.5, 0.0), "forward"),
+            ("Left", (0.5, 0.5), "forward, wheels left"),
+            ("Right", (0.5, -0.5), "forward, wheels right"),
+            ("Down", (-0.5, 0.0), "backward"),
+            ("Left", (-0.5, -0.5), "backward, wheels left"),
+            ("Right", (-0.5, 0.5), "backward, wheels right"),
+            ("s", STOP, "standing"),
+        ):
             terminal.keys(key)
             self.hold_command(*command)
             terminal.wait_screen(words)
@@ -127,8 +147,10 @@ class WithoutX(Rig):
         terminal.keys("c", "Up")
         terminal.wait_screen("+0.500 m/s", "^ ^ ^", "continuous")
         terminal.resize(120, 40)
-        wait_until(lambda: any(len(line) > 100 for line in terminal.screen().splitlines()),
-                   "the picture at 120x40")
+        wait_until(
+            lambda: any(len(line) > 100 for line in terminal.screen().splitlines()),
+            "the picture at 120x40",
+        )
         large = terminal.wait_screen("+0.500 m/s", "^ ^ ^", "continuous", "Ctrl-C")
         self.assertTrue(all(len(line) < 120 for line in large.splitlines()))
         terminal.resize(30, 5)
@@ -191,10 +213,17 @@ class WithX(Rig):
         self.server.key("keyup", *names)
 
     def test_held_keys_and_chords(self):
-        for keys, command in ((["Up"], (0.5, 0.0)), (["Down"], (-0.5, 0.0)), (["Left"], STOP),
-                              (["Right"], STOP), (["Up", "Left"], (0.5, 0.5)),
-                              (["Up", "Right"], (0.5, -0.5)), (["Down", "Left"], (-0.5, -0.5)),
-                              (["Down", "Right"], (-0.5, 0.5)), (["Up", "Down"], STOP)):
+        for keys, command in (
+            (["Up"], (0.5, 0.0)),
+            (["Down"], (-0.5, 0.0)),
+            (["Left"], STOP),
+            (["Right"], STOP),
+            (["Up", "Left"], (0.5, 0.5)),
+            (["Up", "Right"], (0.5, -0.5)),
+            (["Down", "Left"], (-0.5, -0.5)),
+            (["Down", "Right"], (-0.5, 0.5)),
+            (["Up", "Down"], STOP),
+        ):
             with self.subTest(keys=keys):
                 self.press(*keys)
                 self.hold_command(*command, count=20)  # a second: longer than any key repeat
@@ -202,8 +231,13 @@ class WithX(Rig):
                 self.hold_command(*STOP)
 
     def test_letters_and_stop(self):
-        for key, words in (("q", "0.550 m/s"), ("z", "0.495 m/s"), ("w", "0.550 rad/s"),
-                           ("x", "0.495 rad/s"), ("r", "0.500 m/s")):
+        for key, words in (
+            ("q", "0.550 m/s"),
+            ("z", "0.495 m/s"),
+            ("w", "0.550 rad/s"),
+            ("x", "0.495 rad/s"),
+            ("r", "0.500 m/s"),
+        ):
             self.server.key("key", key)
             self.terminal.wait_screen(words)
         self.press("Up", "Left")
@@ -260,11 +294,13 @@ class BadStarts(unittest.TestCase):
     def test_bad_parameters(self):
         terminal = Terminal(DISPLAY=None)
         self.addCleanup(terminal.close)
-        for argument, words in (("_linear_speed:=fast", "linear_speed is 'fast'"),
-                                ("_keys:=mouse", "one of auto, x, terminal"),
-                                ("_keys:=x", "DISPLAY is not set"),
-                                ("_rate:=0", "rate is 0"),
-                                ("_trailer:=1", "trailer is 1")):
+        for argument, words in (
+            ("_linear_speed:=fast", "linear_speed is 'fast'"),
+            ("_keys:=mouse", "one of auto, x, terminal"),
+            ("_keys:=x", "DISPLAY is not set"),
+            ("_rate:=0", "rate is 0"),
+            ("_trailer:=1", "trailer is 1"),
+        ):
             forget_parameters()
             terminal.type(f"clear; rosrun cybertruck keyboard {argument}; echo status=$?")
             terminal.wait_screen(words, "status=1")

@@ -15,10 +15,10 @@ from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from std_srvs.srv import Trigger
-from track_model.msg import LapStatus
-
 from sim_client import Recorder, wait_connected, wait_for_car, wait_until, yaw_of
+from std_srvs.srv import Trigger
+
+from track_model.msg import LapStatus
 
 STEP = 0.001  # physics step [s]
 LAP_LIMIT = 300.0  # wall time for a lap of 17 s of simulated time [s]
@@ -52,8 +52,10 @@ class Lap(unittest.TestCase):
         state.pose.position.x, state.pose.position.y = x, y
         state.pose.orientation.z, state.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         self.assertTrue(self.move(state).success)
-        wait_until(lambda: math.dist((x, y), (self.status.next() and self.here()[:2])) < 0.05,
-                   "the car at its new place")
+        wait_until(
+            lambda: math.dist((x, y), (self.status.next() and self.here()[:2])) < 0.05,
+            "the car at its new place",
+        )
         rospy.ServiceProxy("/referee/restart", Trigger)()
 
     def here(self):
@@ -64,9 +66,16 @@ class Lap(unittest.TestCase):
         self.place(-0.3, 0.0, 0.0)
         self.odometry.clear()
         driver = subprocess.Popen(
-            [sys.executable, os.path.join(os.environ["PADDOCK_ROOT"], "src", "deepracer_control",
-                                          "nodes", "pure_pursuit"),
-             "path:=/referee/centreline", "odom:=/racecar/odom", "_max_speed:=1.0"])
+            [
+                sys.executable,
+                os.path.join(
+                    os.environ["PADDOCK_ROOT"], "src", "deepracer_control", "nodes", "pure_pursuit"
+                ),
+                "path:=/referee/centreline",
+                "odom:=/racecar/odom",
+                "_max_speed:=1.0",
+            ]
+        )
         try:
             wait_until(lambda: self.status.last.laps >= 1, "a finished lap", LAP_LIMIT)
         finally:
@@ -84,12 +93,17 @@ class Lap(unittest.TestCase):
         self.assertAlmostEqual(status.last_lap_time, times[1] - times[0], delta=STEP)
         self.assertEqual(status.best_lap_time, status.last_lap_time)
         self.assertEqual(status.penalty, 0.0)
-        errors = [abs(item.lateral_error) for item in self.status.messages
-                  if item.running and not item.laps]
+        errors = [
+            abs(item.lateral_error)
+            for item in self.status.messages
+            if item.running and not item.laps
+        ]
         self.assertGreater(len(errors), 500)
         mean = sum(errors) / len(errors)
-        print(f"lap {status.last_lap_time:.3f} s, lateral error mean {mean:.4f} m, "
-              f"max {max(errors):.4f} m")
+        print(
+            f"lap {status.last_lap_time:.3f} s, lateral error mean {mean:.4f} m, "
+            f"max {max(errors):.4f} m"
+        )
         self.assertLess(mean, 0.03)
         self.assertLess(max(errors), 0.15)
 
@@ -120,8 +134,10 @@ class Lap(unittest.TestCase):
         publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(publisher, "control")
         command = Twist()
-        for speed, done, what in ((0.5, lambda: self.status.last.running, "a lap that runs"),
-                                  (-0.5, lambda: self.status.last.wrong_way, "the wrong way")):
+        for speed, done, what in (
+            (0.5, lambda: self.status.last.running, "a lap that runs"),
+            (-0.5, lambda: self.status.last.wrong_way, "the wrong way"),
+        ):
             command.linear.x = speed
 
             def seen(finished=done):

@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-
 from ports import free_port
 
 SMALL = """points: [[0, 0], [1.2, 0], [1.9, 0.75], [1.2, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
@@ -35,13 +34,23 @@ def open_route():
 def lap(folder, **arguments):
     """Runs lap.launch on a master of its own; returns result.json."""
     port = free_port()
-    environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}",
-                       QT_QPA_PLATFORM="offscreen")
-    command = ["roslaunch", "-p", str(port), "deepracer_teleop", "lap.launch",
-               f"out_dir:={folder}", "camera_width:=320", "camera_height:=240",
-               *(f"{name}:={value}" for name, value in arguments.items())]
-    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
-                               start_new_session=True)
+    environment = dict(
+        os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}", QT_QPA_PLATFORM="offscreen"
+    )
+    command = [
+        "roslaunch",
+        "-p",
+        str(port),
+        "deepracer_teleop",
+        "lap.launch",
+        f"out_dir:={folder}",
+        "camera_width:=320",
+        "camera_height:=240",
+        *(f"{name}:={value}" for name, value in arguments.items()),
+    ]
+    process = subprocess.Popen(
+        command, env=environment, stdin=subprocess.DEVNULL, start_new_session=True
+    )
     try:
         process.wait(LIMIT)
     finally:

@@ -7,15 +7,13 @@ import unittest
 import rosgraph
 import rospy
 import rostest
-from controller_manager_msgs.srv import (LoadController, SwitchController,
-                                         SwitchControllerRequest)
+from controller_manager_msgs.srv import LoadController, SwitchController, SwitchControllerRequest
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SpawnModel
 from geometry_msgs.msg import Pose
-from sensor_msgs.msg import JointState, LaserScan
-from std_msgs.msg import Float64
-
 from launching import memory, simulator_pid, threads
+from sensor_msgs.msg import JointState, LaserScan
 from sim_client import START_LIMIT, Recorder, wait_until
+from std_msgs.msg import Float64
 
 WARM_UP = 50
 CYCLES = 200
@@ -26,8 +24,10 @@ CONTROLLERS = ("joint_state_controller", "left", "right")
 def graph():
     """Services, and topics with what the simulator does with them."""
     published, subscribed, services = rosgraph.Master(rospy.get_name()).getSystemState()
-    return tuple(sorted(name for name, nodes in part if "/gazebo" in nodes)
-                 for part in (published, subscribed, services))
+    return tuple(
+        sorted(name for name, nodes in part if "/gazebo" in nodes)
+        for part in (published, subscribed, services)
+    )
 
 
 def files(pid):
@@ -39,12 +39,13 @@ class Leaks(unittest.TestCase):
     """Spawns a robot with sensors and controllers, uses it, deletes it, many times."""
 
     def setUp(self):
-        for name in ("spawn_urdf_model", "delete_model", "open_viewer"):    # the last one of all
+        for name in ("spawn_urdf_model", "delete_model", "open_viewer"):  # the last one of all
             rospy.wait_for_service("/gazebo/" + name, timeout=START_LIMIT)
         self.spawn = rospy.ServiceProxy("/gazebo/spawn_urdf_model", SpawnModel)
         self.delete = rospy.ServiceProxy("/gazebo/delete_model", DeleteModel)
-        with open(os.path.join(os.path.dirname(__file__), "lidar_bot.urdf"),
-                  encoding="utf-8") as file:
+        with open(
+            os.path.join(os.path.dirname(__file__), "lidar_bot.urdf"), encoding="utf-8"
+        ) as file:
             self.text = file.read()
         self.pid = simulator_pid()
 
@@ -63,8 +64,9 @@ class Leaks(unittest.TestCase):
         for name in CONTROLLERS:
             self.assertTrue(load(name).ok)
         switch = rospy.ServiceProxy(manager + "switch_controller", SwitchController)
-        self.assertTrue(switch(start_controllers=CONTROLLERS,
-                               strictness=SwitchControllerRequest.STRICT).ok)
+        self.assertTrue(
+            switch(start_controllers=CONTROLLERS, strictness=SwitchControllerRequest.STRICT).ok
+        )
         command = rospy.Publisher("/bot/left/command", Float64, queue_size=1)
         recorders = [Recorder("/bot/scan", LaserScan), Recorder("/bot/joint_states", JointState)]
         wait_until(lambda: command.get_num_connections() > 0, "the command's listener")
@@ -81,6 +83,7 @@ class Leaks(unittest.TestCase):
         def calm():
             counts.append((threads(self.pid), files(self.pid)))
             return len(counts) > 100 and len(set(counts[-100:])) == 1
+
         wait_until(calm, "threads and files of the simulator coming to rest")
         return memory(self.pid), *counts[-1]
 
@@ -94,9 +97,11 @@ class Leaks(unittest.TestCase):
             self.cycle(number)
         wait_until(lambda: graph() == before_all, "the graph as before")
         size_after, threads_after, files_after = self.figures()
-        print(f"after {WARM_UP} cycles {size / 1e6:.2f} MB, {thread_count} threads, {file_count} "
-              f"files; after {CYCLES} more {size_after / 1e6:.2f} MB, {threads_after} threads, "
-              f"{files_after} files")
+        print(
+            f"after {WARM_UP} cycles {size / 1e6:.2f} MB, {thread_count} threads, {file_count} "
+            f"files; after {CYCLES} more {size_after / 1e6:.2f} MB, {threads_after} threads, "
+            f"{files_after} files"
+        )
         self.assertLess(size_after, size * (1 + GROWTH))
         self.assertLessEqual(threads_after, thread_count + 2, "rospy ends idle ones later")
         self.assertLessEqual(files_after, file_count + 2)

@@ -6,25 +6,31 @@ import unittest
 
 import rospy
 import rostest
-from bullet_bridge.srv import Step
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
+from launching import Launch, wait_listened
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sim_client import START_LIMIT, WHEELS, Recorder, command_publishers, wait_connected, wait_until
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
-from launching import Launch, wait_listened
-from sim_client import (START_LIMIT, WHEELS, Recorder, command_publishers, wait_connected,
-                        wait_until)
+from bullet_bridge.srv import Step
 
-TICKS = 30          # of the script
-TICK = 50           # physics steps of 1 ms
-RATES = {"/racecar/joint_states": 50, "/racecar/odom": 50, "/scan": 10, "/camera/image": 30,
-         "/bot/joint_states": 100, "/bot/odom": 100, "/bot/scan": 20}  # [Hz]
+TICKS = 30  # of the script
+TICK = 50  # physics steps of 1 ms
+RATES = {
+    "/racecar/joint_states": 50,
+    "/racecar/odom": 50,
+    "/scan": 10,
+    "/camera/image": 30,
+    "/bot/joint_states": 100,
+    "/bot/odom": 100,
+    "/bot/scan": 20,
+}  # [Hz]
 EXPECTED = {topic: int(rate * TICKS * TICK * 1e-3) for topic, rate in RATES.items()}
-SEQ_BYTES = 4       # header.seq, counted by the publisher over its life, opens each message
+SEQ_BYTES = 4  # header.seq, counted by the publisher over its life, opens each message
 
 
 def wait_for_bot():
@@ -32,8 +38,11 @@ def wait_for_bot():
     name = "/bot/controller_manager/list_controllers"
     rospy.wait_for_service(name, timeout=START_LIMIT)
     states = rospy.ServiceProxy(name, ListControllers)
-    wait_until(lambda: [item.state for item in states().controller] == ["running"] * 3,
-               "three controllers of the bot running", START_LIMIT)
+    wait_until(
+        lambda: [item.state for item in states().controller] == ["running"] * 3,
+        "three controllers of the bot running",
+        START_LIMIT,
+    )
 
 
 class World:
@@ -42,8 +51,10 @@ class World:
     def __init__(self):
         wait_for_car_paused()
         wait_for_bot()
-        self.publishers = {f"{'velocity' if name in WHEELS else 'position'}:{name}": publisher
-                           for name, publisher in command_publishers().items()}
+        self.publishers = {
+            f"{'velocity' if name in WHEELS else 'position'}:{name}": publisher
+            for name, publisher in command_publishers().items()
+        }
         for side in ("left", "right"):
             publisher = rospy.Publisher(f"/bot/{side}/command", Float64, queue_size=10)
             wait_connected(publisher, side)
@@ -83,8 +94,10 @@ class World:
             assert answer.success, answer.status_message
         for topic, recorder in self.recorders.items():
             recorder.wait_count(EXPECTED[topic])
-        return {topic: [message._buff for message in recorder.messages]
-                for topic, recorder in self.recorders.items()}
+        return {
+            topic: [message._buff for message in recorder.messages]
+            for topic, recorder in self.recorders.items()
+        }
 
     def close(self):
         """Withdraws everything from the graph."""
@@ -106,8 +119,11 @@ def wait_for_car_paused():
     name = "/racecar/controller_manager/list_controllers"
     rospy.wait_for_service(name, timeout=START_LIMIT)
     states = rospy.ServiceProxy(name, ListControllers)
-    wait_until(lambda: [item.state for item in states().controller] == ["running"] * 7,
-               "seven controllers of the car running", START_LIMIT)
+    wait_until(
+        lambda: [item.state for item in states().controller] == ["running"] * 7,
+        "seven controllers of the car running",
+        START_LIMIT,
+    )
 
 
 def place(raw):
@@ -129,8 +145,11 @@ class Lockstep(unittest.TestCase):
         for topic, messages in one.items():
             self.assertEqual(len(messages), EXPECTED[topic], topic)
             self.assertEqual(len(other[topic]), EXPECTED[topic], topic)
-            different = [number for number, pair in enumerate(zip(messages, other[topic]))
-                         if pair[0] != pair[1]]
+            different = [
+                number
+                for number, pair in enumerate(zip(messages, other[topic]))
+                if pair[0] != pair[1]
+            ]
             self.assertEqual(different, [], f"{topic}: messages that differ")
 
     def test_same_script_same_bytes_and_a_reset_is_a_fresh_start(self):
@@ -145,8 +164,11 @@ class Lockstep(unittest.TestCase):
         for topic in ("/racecar/odom", "/bot/odom"):
             self.assertGreater(math.dist(place(first[topic][0]), place(first[topic][-1])), 0.1)
         for topic in ("/scan", "/camera/image"):
-            self.assertGreater(len({raw[SEQ_BYTES + 8:] for raw in first[topic]}),
-                               EXPECTED[topic] // 2, f"{topic} changes on the way")
+            self.assertGreater(
+                len({raw[SEQ_BYTES + 8 :] for raw in first[topic]}),
+                EXPECTED[topic] // 2,
+                f"{topic} changes on the way",
+            )
         with Launch("lockstep_world.launch"):
             world = World()
             second = world.run_script()
@@ -167,10 +189,12 @@ class Lockstep(unittest.TestCase):
             call("unpause_physics")
         call("pause_physics")
         wheel = "/racecar/left_rear_wheel_velocity_controller/command"
-        for request, reason in (((0, [], []), "n is 0"),
-                                ((1, [wheel], []), "1 topics and 0 counts"),
-                                ((1, ["/wrong"], [1]), "'/wrong' is not subscribed"),
-                                ((1, [wheel], [3]), f"{wheel}: 0 of 3")):
+        for request, reason in (
+            ((0, [], []), "n is 0"),
+            ((1, [wheel], []), "1 topics and 0 counts"),
+            ((1, ["/wrong"], [1]), "'/wrong' is not subscribed"),
+            ((1, [wheel], [3]), f"{wheel}: 0 of 3"),
+        ):
             answer = world.step(*request)
             self.assertFalse(answer.success)
             self.assertIn(reason, answer.status_message)

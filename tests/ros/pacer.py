@@ -13,8 +13,9 @@ Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
 import time
 
 import rospy
-from bullet_bridge.srv import Step
 from std_srvs.srv import Empty
+
+from bullet_bridge.srv import Step
 
 PHYSICS_STEP = 0.001  # [s]
 START_LIMIT = 180.0  # wall time for the world to come up [s]

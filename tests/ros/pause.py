@@ -10,9 +10,8 @@ import rostest
 from gazebo_msgs.srv import GetWorldProperties
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Empty
-
 from sim_client import WHEELS, Recorder, command_publishers, sleep_sim, wait_for_car, wait_until
+from std_srvs.srv import Empty
 
 PLACE_TOLERANCE = 0.002  # [m]
 
@@ -56,8 +55,12 @@ class Pause(unittest.TestCase):
         frozen = self.clock.last.clock
         time.sleep(1.0)
         self.assertEqual(self.clock.last.clock, frozen)
-        self.assertAlmostEqual(self.call("get_world_properties", GetWorldProperties).sim_time,
-                               frozen.to_sec(), delta=1e-6, msg="services answer while paused")
+        self.assertAlmostEqual(
+            self.call("get_world_properties", GetWorldProperties).sim_time,
+            frozen.to_sec(),
+            delta=1e-6,
+            msg="services answer while paused",
+        )
         self.call("unpause_physics")
         wait_until(lambda: self.clock.last.clock > frozen, "/clock going on")
         first = next(message.clock for message in self.clock.messages if message.clock > frozen)
@@ -83,8 +86,9 @@ class Pause(unittest.TestCase):
         self.drive(0.0)
         self.clock.clear()
         self.call("reset_simulation")
-        wait_until(lambda: self.clock.last and self.clock.last.clock < before,
-                   "/clock starting over")
+        wait_until(
+            lambda: self.clock.last and self.clock.last.clock < before, "/clock starting over"
+        )
         earliest = min(message.clock for message in self.clock.messages)
         self.assertLess(earliest.to_sec(), 1.0)
         wait_until(lambda: self.distance_from_start() < PLACE_TOLERANCE, "the car at its start")

@@ -13,20 +13,22 @@ import unittest
 
 import rospy
 import rostest
+from launching import Launch
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
+from sim_client import START_LIMIT, Recorder
 from std_srvs.srv import Trigger
 
-from launching import Launch
-from sim_client import START_LIMIT, Recorder
-
-PERIODS = {"/bot/joint_states": (JointState, 10), "/bot/odom": (Odometry, 10),
-           "/bot/scan": (LaserScan, 50)}  # [ms]
-MILLION = 1000000   # nanoseconds of a millisecond
-TOLERANCE = 0.02    # of the factor
-CATCH_UP = 0.3      # wall time that may be made up for after a hold-up before the window [s]
-TOO_SLOW = 0.01     # median lateness [s] only of a loop for which the machine is too slow
+PERIODS = {
+    "/bot/joint_states": (JointState, 10),
+    "/bot/odom": (Odometry, 10),
+    "/bot/scan": (LaserScan, 50),
+}  # [ms]
+MILLION = 1000000  # nanoseconds of a millisecond
+TOLERANCE = 0.02  # of the factor
+CATCH_UP = 0.3  # wall time that may be made up for after a hold-up before the window [s]
+TOO_SLOW = 0.01  # median lateness [s] only of a loop for which the machine is too slow
 WINDOWS = 6
 
 
@@ -66,8 +68,10 @@ class Rates(unittest.TestCase):
                 break
         statistics = json.loads(rospy.ServiceProxy("/gazebo/statistics", Trigger)().message)
         late = [statistics[f"lateness_{name}"] for name in ("p50", "p99", "max")]
-        print(f"factor {factor:g}: {', '.join(f'{value:.4f}' for value in found)}; batches late by "
-              + ", ".join(f"{1000 * value:.2f} ms" for value in late))
+        print(
+            f"factor {factor:g}: {', '.join(f'{value:.4f}' for value in found)}; batches late by "
+            + ", ".join(f"{1000 * value:.2f} ms" for value in late)
+        )
         self.assertTrue(0.0 <= late[0] <= late[1] <= late[2], late)
         self.assertGreater(statistics["batches"], 100)
         if late[0] < TOO_SLOW:
@@ -80,8 +84,9 @@ class Rates(unittest.TestCase):
         for before, after in zip(messages, messages[1:]):
             passed = (after.header.stamp - before.header.stamp).to_nsec()
             count = after.header.seq - before.header.seq
-            self.assertEqual(passed, count * period * MILLION,
-                             f"{topic}: {count} messages in {passed} ns")
+            self.assertEqual(
+                passed, count * period * MILLION, f"{topic}: {count} messages in {passed} ns"
+            )
 
     def test_a_tenth_of_real_time(self):
         self.check(0.1, 8, window=3.0)

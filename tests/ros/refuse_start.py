@@ -7,7 +7,6 @@ import tempfile
 import unittest
 
 import rostest
-
 from ports import free_port
 
 DEADLINE = 120.0  # wall time for a launch to refuse its input [s]
@@ -19,15 +18,21 @@ class RefuseStart(unittest.TestCase):
     def launch(self, *arguments):
         """Runs roslaunch to its own end and returns what it printed."""
         port = free_port()
-        done = subprocess.run(["roslaunch", "-p", str(port), *arguments], text=True, check=False,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              env=dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}"),
-                              timeout=DEADLINE)
+        done = subprocess.run(
+            ["roslaunch", "-p", str(port), *arguments],
+            text=True,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}"),
+            timeout=DEADLINE,
+        )
         return done.stdout
 
     def test_a_world_file_that_is_missing(self):
-        output = self.launch("gazebo_ros", "empty_world.launch", "gui:=false",
-                             "world_name:=/no/such.world")
+        output = self.launch(
+            "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=/no/such.world"
+        )
         self.assertIn("/no/such.world", output)
         self.assertNotIn("Traceback", output)
 
@@ -35,8 +40,9 @@ class RefuseStart(unittest.TestCase):
         with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
             stream.write("<sdf version='1.6'><world")
             stream.flush()
-            output = self.launch("gazebo_ros", "empty_world.launch", "gui:=false",
-                                 "world_name:=" + stream.name)
+            output = self.launch(
+                "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=" + stream.name
+            )
         self.assertIn(stream.name, output)
         self.assertNotIn("Traceback", output)
 
@@ -44,8 +50,9 @@ class RefuseStart(unittest.TestCase):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as stream:
             stream.write("points: [[0, 0], [1, 0]]\nwidth: 0.76\n")
             stream.flush()
-            output = self.launch("track_model", "world.launch", "headless:=true",
-                                 "track:=" + stream.name)
+            output = self.launch(
+                "track_model", "world.launch", "headless:=true", "track:=" + stream.name
+            )
         self.assertIn(stream.name, output)
 
 

@@ -8,14 +8,13 @@ import unittest
 
 import rospy
 import rostest
+from launching import simulator_pid
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from tf2_msgs.msg import TFMessage
 
-from launching import simulator_pid
-from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
-
-BACK = 120.0     # wall time until all is as before; it takes about five seconds [s]
+BACK = 120.0  # wall time until all is as before; it takes about five seconds [s]
 
 
 def relays(pid):
@@ -23,7 +22,7 @@ def relays(pid):
     found = []
     for folder in pathlib.Path("/proc").iterdir():
         try:
-            line = (folder / "cmdline").read_bytes()    # empty: it has ended
+            line = (folder / "cmdline").read_bytes()  # empty: it has ended
             parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
         except (OSError, IndexError):
             continue
@@ -36,8 +35,14 @@ class RelayDeath(unittest.TestCase):
     """Kills it once."""
 
     def test_subscribers_come_back(self):
-        recorders = {name: Recorder(name, kind) for name, kind in (
-            ("/clock", Clock), ("/racecar/joint_states", JointState), ("/tf", TFMessage))}
+        recorders = {
+            name: Recorder(name, kind)
+            for name, kind in (
+                ("/clock", Clock),
+                ("/racecar/joint_states", JointState),
+                ("/tf", TFMessage),
+            )
+        }
         for recorder in recorders.values():
             recorder.wait_count(5, START_LIMIT)
         pid = simulator_pid()
@@ -49,8 +54,9 @@ class RelayDeath(unittest.TestCase):
         for name, recorder in recorders.items():
             wait_until(lambda r=recorder, n=counts[name]: len(r.messages) > n + 50, name, BACK)
         sleep_sim(1.0)
-        stamps = [message.header.stamp for message in
-                  recorders["/racecar/joint_states"].messages[-20:]]
+        stamps = [
+            message.header.stamp for message in recorders["/racecar/joint_states"].messages[-20:]
+        ]
         self.assertEqual(stamps, sorted(set(stamps)), "each message comes once, in order")
 
 

@@ -14,19 +14,18 @@ import tf2_ros
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import DeleteModel, GetModelState, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
+from launching import Launch
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from sim_client import START_LIMIT, Recorder, joint, wait_connected, wait_until
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
-
-from launching import Launch
-from sim_client import START_LIMIT, Recorder, joint, wait_connected, wait_until
 
 BALL = """<sdf version="1.6"><model name="ball"><link name="link"><inertial><mass>1</mass><inertia>
 <ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial><collision name="c"><geometry>
 <sphere><radius>0.1</radius></sphere></geometry></collision></link></model></sdf>"""
-TILL = 2.0          # simulated time before the reset [s]
+TILL = 2.0  # simulated time before the reset [s]
 
 
 class Reset(unittest.TestCase):
@@ -42,18 +41,26 @@ class Reset(unittest.TestCase):
         self.odometry = Recorder("/bot/odom", Odometry)
         self.states = Recorder("/bot/joint_states", JointState)
         self.clock = Recorder("/clock", Clock)
-        self.wheels = [rospy.Publisher(f"/bot/{side}/command", Float64, queue_size=1)
-                       for side in ("left", "right")]
+        self.wheels = [
+            rospy.Publisher(f"/bot/{side}/command", Float64, queue_size=1)
+            for side in ("left", "right")
+        ]
         for wheel in self.wheels:
             wait_connected(wheel, "wheel")
         self.buffer = tf2_ros.Buffer(debug=False)
         self.listener = tf2_ros.TransformListener(self.buffer)
-        answer = self.call("spawn_sdf_model", SpawnModel, model_name="ball", model_xml=BALL,
-                           initial_pose=Pose(Point(3, 0, 2), Quaternion(w=1)))
+        answer = self.call(
+            "spawn_sdf_model",
+            SpawnModel,
+            model_name="ball",
+            model_xml=BALL,
+            initial_pose=Pose(Point(3, 0, 2), Quaternion(w=1)),
+        )
         self.assertTrue(answer.success, answer.status_message)
         self.command(6.0)
-        wait_until(lambda: self.place() > 0.2 and self.clock.last.clock.to_sec() > TILL,
-                   "the bot driving")
+        wait_until(
+            lambda: self.place() > 0.2 and self.clock.last.clock.to_sec() > TILL, "the bot driving"
+        )
         wait_until(lambda: self.transform() is not None, "a transform before the reset")
         self.command(0.0)
         wait_until(lambda: abs(joint(self.states.next(), "left_joint")[1]) < 0.1, "standing")
@@ -84,11 +91,17 @@ class Reset(unittest.TestCase):
 
     def check_all_goes_on(self, earliest, latest):
         """Controllers, joint states, /tf: times [s] lie between two bounds."""
-        controllers = rospy.ServiceProxy("/bot/controller_manager/list_controllers",
-                                         ListControllers)().controller
+        controllers = rospy.ServiceProxy(
+            "/bot/controller_manager/list_controllers", ListControllers
+        )().controller
         self.assertEqual([item.state for item in controllers], ["running"] * 3)
-        wait_until(lambda: any(earliest <= message.header.stamp.to_sec() < latest
-                               for message in self.states.messages), "joint states")
+        wait_until(
+            lambda: any(
+                earliest <= message.header.stamp.to_sec() < latest
+                for message in self.states.messages
+            ),
+            "joint states",
+        )
         wait_until(lambda: self.place() < 0.05, "the bot at its start")
         ball = self.call("get_model_state", GetModelState, model_name="ball").pose.position
         self.assertAlmostEqual(ball.x, 3.0, delta=0.01)
@@ -96,8 +109,10 @@ class Reset(unittest.TestCase):
         self.command(6.0)
         wait_until(lambda: self.place() > 0.2, "the bot obeying")
         now = rospy.Time.now()
-        wait_until(lambda: self.transform() and self.transform().header.stamp >= now,
-                   "/tf with the new time")
+        wait_until(
+            lambda: self.transform() and self.transform().header.stamp >= now,
+            "/tf with the new time",
+        )
         self.assertLess(abs((self.transform().header.stamp - rospy.Time.now()).to_sec()), 1.0)
 
     def close(self):

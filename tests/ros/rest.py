@@ -7,7 +7,6 @@ import unittest
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-
 from sim_client import Recorder, sleep_sim, turned, wait_for_car, yaw_of
 
 SETTLE = 2.0  # simulated time [s]
@@ -28,8 +27,10 @@ class Rest(unittest.TestCase):
         after = odometry.next()
         self.assertGreaterEqual((after.header.stamp - before.header.stamp).to_sec(), DURATION - 0.1)
         old, new = before.pose.pose, after.pose.pose
-        creep = math.dist((old.position.x, old.position.y, old.position.z),
-                          (new.position.x, new.position.y, new.position.z))
+        creep = math.dist(
+            (old.position.x, old.position.y, old.position.z),
+            (new.position.x, new.position.y, new.position.z),
+        )
         turn = math.degrees(turned(yaw_of(old.orientation), yaw_of(new.orientation)))
         print(f"creep {1000 * creep:.4f} mm, turn {turn:.5f} deg in {DURATION:g} s")
         self.assertLess(creep, CREEP)

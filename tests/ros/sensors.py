@@ -12,10 +12,9 @@ from gazebo_msgs.srv import ApplyBodyWrench, BodyRequest, SetModelState
 from geometry_msgs.msg import Vector3, Wrench
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2
-
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 
-WALL = 3.0 - 0.25   # from the mast to the wall's face [m]
+WALL = 3.0 - 0.25  # from the mast to the wall's face [m]
 WEIGHT = 2.0 * 9.81  # of the bot [N]
 REST = 0.1  # height of its link frame at rest [m]
 
@@ -34,8 +33,11 @@ class Sensors(unittest.TestCase):
         cls.move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
         cls.push = rospy.ServiceProxy("/gazebo/apply_body_wrench", ApplyBodyWrench)
         cls.release = rospy.ServiceProxy("/gazebo/clear_body_wrenches", BodyRequest)
-        wait_until(lambda: any(name == "/imu/data" for name, _ in rospy.get_published_topics()),
-                   "the bot's topics", START_LIMIT)
+        wait_until(
+            lambda: any(name == "/imu/data" for name, _ in rospy.get_published_topics()),
+            "the bot's topics",
+            START_LIMIT,
+        )
         sleep_sim(0.5)
 
     def place(self, x):
@@ -51,8 +53,10 @@ class Sensors(unittest.TestCase):
 
     def test_depth_picture_shows_the_wall(self):
         message = self.record("/kinect/depth/image_raw", Image, 3)[-1]
-        self.assertEqual((message.encoding, message.width, message.height, message.step),
-                         ("32FC1", 160, 120, 640))
+        self.assertEqual(
+            (message.encoding, message.width, message.height, message.step),
+            ("32FC1", 160, 120, 640),
+        )
         self.assertEqual(message.header.frame_id, "kinect_optical")
         depth = np.frombuffer(message.data, "<f4").reshape(120, 160)
         np.testing.assert_allclose(depth[40:60, 40:120], WALL, atol=0.01)  # [m], along the axis
@@ -69,20 +73,30 @@ class Sensors(unittest.TestCase):
         self.assertEqual((message.width, message.height, message.point_step), (160, 120, 32))
         self.assertEqual([field.name for field in message.fields], ["x", "y", "z", "rgb"])
         self.assertFalse(message.is_dense)
-        points = np.frombuffer(message.data, np.dtype(
-            {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16],
-             "itemsize": 32})).reshape(120, 160)
+        points = np.frombuffer(
+            message.data,
+            np.dtype(
+                {
+                    "names": ["xyz", "bgr"],
+                    "formats": ["(3,)<f4", "(3,)u1"],
+                    "offsets": [0, 16],
+                    "itemsize": 32,
+                }
+            ),
+        ).reshape(120, 160)
         centre = points[50, 80]
         focal = 80.0 / math.tan(0.6)
         np.testing.assert_allclose(
-            centre["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL),
-            atol=0.01)
+            centre["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL), atol=0.01
+        )
         blue, green, red = (int(value) for value in centre["bgr"])
         self.assertGreater(red, 2 * max(blue, green))
 
     def test_both_camera_infos_agree(self):
-        infos = [self.record(f"/kinect/{part}/camera_info", CameraInfo, 1)[0]
-                 for part in ("rgb", "depth")]
+        infos = [
+            self.record(f"/kinect/{part}/camera_info", CameraInfo, 1)[0]
+            for part in ("rgb", "depth")
+        ]
         self.assertEqual(infos[0].K, infos[1].K)
         self.assertAlmostEqual(infos[0].K[0], 80.0 / math.tan(0.6), places=6)
         self.assertEqual({info.header.frame_id for info in infos}, {"kinect_optical"})
@@ -91,12 +105,14 @@ class Sensors(unittest.TestCase):
         messages = self.record("/scan", LaserScan, 10)
         np.testing.assert_allclose(periods(messages), 0.05, atol=1e-6)
         scan = messages[-1]
-        self.assertEqual((scan.header.frame_id, len(scan.ranges), len(scan.intensities)),
-                         ("mast", 91, 91))
+        self.assertEqual(
+            (scan.header.frame_id, len(scan.ranges), len(scan.intensities)), ("mast", 91, 91)
+        )
         angles = scan.angle_min + scan.angle_increment * np.arange(91)
         seen = np.abs(np.tan(angles) * WALL) < 1.9  # on the wall, away from its edges
-        np.testing.assert_allclose(np.array(scan.ranges)[seen], (WALL / np.cos(angles))[seen],
-                                   atol=0.01)
+        np.testing.assert_allclose(
+            np.array(scan.ranges)[seen], (WALL / np.cos(angles))[seen], atol=0.01
+        )
 
     def test_imu_takes_the_slower_rate_and_feels_gravity(self):
         messages = self.record("/imu/data", Imu, 20)
@@ -116,13 +132,17 @@ class Sensors(unittest.TestCase):
         np.testing.assert_allclose(periods(messages), 0.04, atol=1e-6)
 
     def test_front_bumper_feels_the_wall_only(self):
-        self.assertEqual([len(m.states) for m in self.record("/front", ContactsState, 3)],
-                         [0, 0, 0])
+        self.assertEqual(
+            [len(m.states) for m in self.record("/front", ContactsState, 3)], [0, 0, 0]
+        )
         front = Recorder("/front", ContactsState)
         self.place(3.0 - 0.25)
         try:
-            self.push(body_name="bot::base", duration=rospy.Duration(5.0),
-                      wrench=Wrench(force=Vector3(25.0, 0.0, 0.0)))
+            self.push(
+                body_name="bot::base",
+                duration=rospy.Duration(5.0),
+                wrench=Wrench(force=Vector3(25.0, 0.0, 0.0)),
+            )
             wait_until(lambda: front.last is not None and front.last.states, "a contact")
             state = front.last.states[0]
             self.assertEqual(state.collision1_name, "bot::bumper::bumper_collision")

@@ -8,16 +8,21 @@ import rospy
 import rostest
 from dynamic_reconfigure.client import Client
 from gazebo_msgs import srv
-from gazebo_msgs.msg import (LinkState, LinkStates, ModelState, ModelStates, ODEJointProperties,
-                             PerformanceMetrics)
+from gazebo_msgs.msg import (
+    LinkState,
+    LinkStates,
+    ModelState,
+    ModelStates,
+    ODEJointProperties,
+    PerformanceMetrics,
+)
 from geometry_msgs.msg import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
+from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
 from std_srvs.srv import Empty
 
-from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
-
-MASS = 2.0      # of the box [kg]
+MASS = 2.0  # of the box [kg]
 UNTURNED = Quaternion(0, 0, 0, 1)
 HOME = Pose(Point(0, 3, 5), UNTURNED)
 
@@ -33,29 +38,39 @@ class Services(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        wait_until(lambda: {"car", "box"} <= set(
-            call("get_world_properties", srv.GetWorldProperties).model_names),
-            "car and box", START_LIMIT)
+        wait_until(
+            lambda: (
+                {"car", "box"}
+                <= set(call("get_world_properties", srv.GetWorldProperties).model_names)
+            ),
+            "car and box",
+            START_LIMIT,
+        )
         cls.log = Recorder("/rosout", Log)
         cls.spawned_at = wait_until(cls.placed_by_the_spawner, "spawn_model -J to do its work")
         before = call("get_physics_properties", srv.GetPhysicsProperties)
-        answer = call("set_physics_properties", srv.SetPhysicsProperties, before.time_step,
-                      before.max_update_rate, Vector3(0, 0, 0), before.ode_config)
+        answer = call(
+            "set_physics_properties",
+            srv.SetPhysicsProperties,
+            before.time_step,
+            before.max_update_rate,
+            Vector3(0, 0, 0),
+            before.ode_config,
+        )
         if not answer.success:
             raise AssertionError(answer.status_message)
 
     @staticmethod
     def placed_by_the_spawner():
-        angle = call("get_joint_properties", srv.GetJointProperties,
-                     "front_left_joint").position[0]
+        angle = call("get_joint_properties", srv.GetJointProperties, "front_left_joint").position[0]
         return angle if abs(angle) > 0.3 else None
 
     def setUp(self):
         self.put_box(HOME)
 
-    def put_box(self, pose, twist=Twist()):
-        self.ok(call("set_model_state", srv.SetModelState,
-                     ModelState("box", pose, twist, "world")))
+    def put_box(self, pose, twist=None):
+        state = ModelState("box", pose, twist or Twist(), "world")
+        self.ok(call("set_model_state", srv.SetModelState, state))
 
     def box(self, frame=""):
         answer = call("get_link_state", srv.GetLinkState, "box::link", frame)
@@ -70,42 +85,72 @@ class Services(unittest.TestCase):
         self.assertFalse(answer.success)
         for word in words:
             self.assertIn(word, answer.status_message)
-        sleep_sim(0.02)     # and the world goes on
+        sleep_sim(0.02)  # and the world goes on
 
     def vector(self, value, expected, delta):
         for axis in "xyz":
-            self.assertAlmostEqual(getattr(value, axis), getattr(expected, axis), delta=delta,
-                                   msg=f"{axis} of {value} against {expected}")
+            self.assertAlmostEqual(
+                getattr(value, axis),
+                getattr(expected, axis),
+                delta=delta,
+                msg=f"{axis} of {value} against {expected}",
+            )
 
     # physics ----------------------------------------------------------------------------------
     def test_physics_properties_are_told_and_changed(self):
         now = self.ok(call("get_physics_properties", srv.GetPhysicsProperties))
         self.assertEqual((now.time_step, now.max_update_rate, now.pause), (0.001, 1000.0, False))
         self.put_box(HOME)
-        self.ok(call("set_physics_properties", srv.SetPhysicsProperties, 0.001, 2000.0,
-                     Vector3(0, 0, 1.0), now.ode_config))
+        self.ok(
+            call(
+                "set_physics_properties",
+                srv.SetPhysicsProperties,
+                0.001,
+                2000.0,
+                Vector3(0, 0, 1.0),
+                now.ode_config,
+            )
+        )
         start = rospy.get_time()
         sleep_sim(0.5)
         speed = self.box().twist.linear.z
         self.assertGreater(speed, 0.9 * 0.5)
         self.assertLess(speed, rospy.get_time() - start + 0.1)
-        self.assertEqual(call("get_physics_properties",
-                              srv.GetPhysicsProperties).max_update_rate, 2000.0)
-        self.ok(call("set_physics_properties", srv.SetPhysicsProperties, 0.001, 1000.0,
-                     Vector3(0, 0, 0), now.ode_config))
+        self.assertEqual(
+            call("get_physics_properties", srv.GetPhysicsProperties).max_update_rate, 2000.0
+        )
+        self.ok(
+            call(
+                "set_physics_properties",
+                srv.SetPhysicsProperties,
+                0.001,
+                1000.0,
+                Vector3(0, 0, 0),
+                now.ode_config,
+            )
+        )
 
     def test_impossible_physics_is_refused_and_changes_nothing(self):
         before = call("get_physics_properties", srv.GetPhysicsProperties)
         for step, rate, gravity, words in (
-                (0.002, 1000.0, 0.0, ("time_step cannot change", "car")),
-                (0.0, 1000.0, 0.0, ("time_step", "0")),
-                (0.001, -1.0, 0.0, ("max_update_rate is -1.0",)),
-                (0.001, math.nan, 0.0, ("max_update_rate is nan",)),
-                (0.001, 1000.0, math.nan, ("gravity", "nan"))):
-            self.refused(call("set_physics_properties", srv.SetPhysicsProperties, step, rate,
-                              Vector3(0, 0, gravity), before.ode_config), *words)
-        self.assertEqual(str(call("get_physics_properties", srv.GetPhysicsProperties)),
-                         str(before))
+            (0.002, 1000.0, 0.0, ("time_step cannot change", "car")),
+            (0.0, 1000.0, 0.0, ("time_step", "0")),
+            (0.001, -1.0, 0.0, ("max_update_rate is -1.0",)),
+            (0.001, math.nan, 0.0, ("max_update_rate is nan",)),
+            (0.001, 1000.0, math.nan, ("gravity", "nan")),
+        ):
+            self.refused(
+                call(
+                    "set_physics_properties",
+                    srv.SetPhysicsProperties,
+                    step,
+                    rate,
+                    Vector3(0, 0, gravity),
+                    before.ode_config,
+                ),
+                *words,
+            )
+        self.assertEqual(str(call("get_physics_properties", srv.GetPhysicsProperties)), str(before))
 
     def test_physics_can_be_reconfigured(self):
         client = Client("/gazebo", timeout=120.0)
@@ -116,16 +161,20 @@ class Services(unittest.TestCase):
         told = call("get_physics_properties", srv.GetPhysicsProperties)
         self.assertEqual((told.gravity.z, told.ode_config.sor_pgs_iters), (-1.5, 60))
         after = client.update_configuration({"time_step": 0.002, "gravity_z": 0.0})
-        self.assertEqual((after["time_step"], after["gravity_z"]), (0.001, -1.5),
-                         "refused as a whole, and told so")
+        self.assertEqual(
+            (after["time_step"], after["gravity_z"]),
+            (0.001, -1.5),
+            "refused as a whole, and told so",
+        )
         client.update_configuration({"gravity_z": 0.0, "sor_pgs_iters": 50})
         client.close()
 
     def test_lights_are_refused_by_name(self):
         self.refused(call("get_light_properties", srv.GetLightProperties, "sun"), "light 'sun'")
         self.refused(call("delete_light", srv.DeleteLight, "lamp"), "light 'lamp'")
-        self.refused(call("set_light_properties", srv.SetLightProperties, light_name="lamp"),
-                     "light 'lamp'")
+        self.refused(
+            call("set_light_properties", srv.SetLightProperties, light_name="lamp"), "light 'lamp'"
+        )
 
     # states -----------------------------------------------------------------------------------
     def test_states_go_through_frames(self):
@@ -143,26 +192,36 @@ class Services(unittest.TestCase):
 
     def test_state_topics_move_things(self):
         for name, kind, message in (
-                ("set_model_state", ModelState,
-                 ModelState("box", Pose(Point(4, 4, 4), UNTURNED), Twist(), "")),
-                ("set_link_state", LinkState,
-                 LinkState("box::link", Pose(Point(5, 5, 5), UNTURNED), Twist(), "world"))):
+            (
+                "set_model_state",
+                ModelState,
+                ModelState("box", Pose(Point(4, 4, 4), UNTURNED), Twist(), ""),
+            ),
+            (
+                "set_link_state",
+                LinkState,
+                LinkState("box::link", Pose(Point(5, 5, 5), UNTURNED), Twist(), "world"),
+            ),
+        ):
             publisher = rospy.Publisher("/gazebo/" + name, kind, queue_size=1)
             wait_connected(publisher, name)
             publisher.publish(message)
-            wait_until(lambda message=message: abs(self.box().pose.position.x
-                                                   - message.pose.position.x) < 1e-6,
-                       f"the box moved by {name}")
+            wait_until(
+                lambda message=message: (
+                    abs(self.box().pose.position.x - message.pose.position.x) < 1e-6
+                ),
+                f"the box moved by {name}",
+            )
 
     def test_bad_states_are_refused_by_name(self):
         bad = Pose(Point(math.nan, 0, 0), UNTURNED)
         for link, words in (
-                (LinkState("box::nose", HOME, Twist(), ""), ("box::nose", "box::link")),
-                (LinkState("car::front_left", HOME, Twist(), ""), ("hangs on a joint",)),
-                (LinkState("box::link", bad, Twist(), ""), ("nan",)),
-                (LinkState("box::link", HOME, Twist(linear=Vector3(math.inf, 0, 0)), ""),
-                 ("inf",)),
-                (LinkState("box::link", HOME, Twist(), "moon"), ("moon",))):
+            (LinkState("box::nose", HOME, Twist(), ""), ("box::nose", "box::link")),
+            (LinkState("car::front_left", HOME, Twist(), ""), ("hangs on a joint",)),
+            (LinkState("box::link", bad, Twist(), ""), ("nan",)),
+            (LinkState("box::link", HOME, Twist(linear=Vector3(math.inf, 0, 0)), ""), ("inf",)),
+            (LinkState("box::link", HOME, Twist(), "moon"), ("moon",)),
+        ):
             self.refused(call("set_link_state", srv.SetLinkState, link), *words)
         self.refused(call("get_link_state", srv.GetLinkState, "nose", ""), "nose")
         self.refused(call("get_link_state", srv.GetLinkState, "box::link", "moon"), "moon")
@@ -170,8 +229,10 @@ class Services(unittest.TestCase):
         self.vector(self.box().pose.position, HOME.position, 1e-6)
 
     def test_states_are_published_for_who_listens(self):
-        models, links = (Recorder("/gazebo/model_states", ModelStates),
-                         Recorder("/gazebo/link_states", LinkStates))
+        models, links = (
+            Recorder("/gazebo/model_states", ModelStates),
+            Recorder("/gazebo/link_states", LinkStates),
+        )
         message = models.next()
         self.assertLessEqual({"car", "box", "ground_plane"}, set(message.name))
         place = message.pose[message.name.index("box")].position
@@ -201,11 +262,26 @@ class Services(unittest.TestCase):
         metrics.close()
 
     # forces -----------------------------------------------------------------------------------
-    def wrench(self, force=(0, 0, 0), torque=(0, 0, 0), duration=0.1, frame="", point=(0, 0, 0),
-               start=0.0, body="box::link"):
-        return call("apply_body_wrench", srv.ApplyBodyWrench, body, frame, Point(*point),
-                    Wrench(Vector3(*force), Vector3(*torque)), rospy.Time(start),
-                    rospy.Duration(duration))
+    def wrench(
+        self,
+        force=(0, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.1,
+        frame="",
+        point=(0, 0, 0),
+        start=0.0,
+        body="box::link",
+    ):
+        return call(
+            "apply_body_wrench",
+            srv.ApplyBodyWrench,
+            body,
+            frame,
+            Point(*point),
+            Wrench(Vector3(*force), Vector3(*torque)),
+            rospy.Time(start),
+            rospy.Duration(duration),
+        )
 
     def test_wrench_is_force_times_duration(self):
         self.ok(self.wrench(force=(3, -2, 1)))
@@ -246,9 +322,11 @@ class Services(unittest.TestCase):
         self.refused(self.wrench(body="ground_plane::link"), "static")
         self.refused(self.wrench(force=(math.nan, 0, 0)), "nan")
         self.refused(self.wrench(frame="moon"), "moon")
-        call("clear_body_wrenches", srv.BodyRequest, "nose")   # answers, as upstream
-        wait_until(lambda: any("body 'nose'" in line.msg for line in self.log.messages),
-                   "the reason in the log")
+        call("clear_body_wrenches", srv.BodyRequest, "nose")  # answers, as upstream
+        wait_until(
+            lambda: any("body 'nose'" in line.msg for line in self.log.messages),
+            "the reason in the log",
+        )
 
     # joints -----------------------------------------------------------------------------------
     def joint(self, name="front_left_joint"):
@@ -256,63 +334,128 @@ class Services(unittest.TestCase):
 
     def test_joints_are_placed_by_spawn_model_and_configuration(self):
         def place(angle):
-            self.ok(call("set_model_configuration", srv.SetModelConfiguration, "car", "",
-                         ["front_right_joint"], [angle]))
+            self.ok(
+                call(
+                    "set_model_configuration",
+                    srv.SetModelConfiguration,
+                    "car",
+                    "",
+                    ["front_right_joint"],
+                    [angle],
+                )
+            )
             return self.joint("front_right_joint")
+
         self.assertAlmostEqual(self.spawned_at, 0.7, delta=0.2, msg="spawn_model -J")
         told = place(0.4)
         self.assertAlmostEqual(told.position[0], 0.4, delta=0.05)
         self.assertEqual(told.type, told.CONTINUOUS)
         self.assertEqual(self.joint("car::laser_joint").type, told.FIXED)
         self.assertEqual(len(self.joint().rate), 1)
-        for names, positions, words in ((["nose"], [1.0], ("nose", "front_left_joint")),
-                                        (["front_left_joint"], [], ("1 entries", "0")),
-                                        (["front_left_joint"], [math.nan], ("nan",))):
-            self.refused(call("set_model_configuration", srv.SetModelConfiguration, "car", "",
-                              names, positions), *words)
-        self.refused(call("set_model_configuration", srv.SetModelConfiguration, "ghost", "",
-                          [], []), "ghost")
+        for names, positions, words in (
+            (["nose"], [1.0], ("nose", "front_left_joint")),
+            (["front_left_joint"], [], ("1 entries", "0")),
+            (["front_left_joint"], [math.nan], ("nan",)),
+        ):
+            self.refused(
+                call(
+                    "set_model_configuration",
+                    srv.SetModelConfiguration,
+                    "car",
+                    "",
+                    names,
+                    positions,
+                ),
+                *words,
+            )
+        self.refused(
+            call("set_model_configuration", srv.SetModelConfiguration, "ghost", "", [], []), "ghost"
+        )
 
     def test_effort_spins_a_wheel_until_cleared(self):
         # in the air, so that only its own friction holds the wheel
-        self.ok(call("set_model_state", srv.SetModelState, ModelState(
-            "car", Pose(Point(0, 0, 2), UNTURNED), Twist(), "")))
-        answer = self.ok(call("apply_joint_effort", srv.ApplyJointEffort, "front_left_joint", 5.0,
-                              rospy.Time(0), rospy.Duration(-1)))
+        self.ok(
+            call(
+                "set_model_state",
+                srv.SetModelState,
+                ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), ""),
+            )
+        )
+        answer = self.ok(
+            call(
+                "apply_joint_effort",
+                srv.ApplyJointEffort,
+                "front_left_joint",
+                5.0,
+                rospy.Time(0),
+                rospy.Duration(-1),
+            )
+        )
         self.assertIn("clipped to 2", answer.status_message)
         wait_until(lambda: self.joint().rate[0] > 5.0, "the wheel at 5 rad/s")
         call("clear_joint_forces", srv.JointRequest, "front_left_joint")
         wait_until(lambda: abs(self.joint().rate[0]) < 4.0, "the wheel slowing by its friction")
-        for name, effort, word in (("nose", 1.0, "nose"), ("front_left_joint", math.nan, "nan"),
-                                   ("laser_joint", 1.0, "laser_joint")):
-            self.refused(call("apply_joint_effort", srv.ApplyJointEffort, name, effort,
-                              rospy.Time(0), rospy.Duration(1)), word)
+        for name, effort, word in (
+            ("nose", 1.0, "nose"),
+            ("front_left_joint", math.nan, "nan"),
+            ("laser_joint", 1.0, "laser_joint"),
+        ):
+            self.refused(
+                call(
+                    "apply_joint_effort",
+                    srv.ApplyJointEffort,
+                    name,
+                    effort,
+                    rospy.Time(0),
+                    rospy.Duration(1),
+                ),
+                word,
+            )
 
     def test_joint_properties_change_what_can_change(self):
         def change(name="front_left_joint", **values):
-            return call("set_joint_properties", srv.SetJointProperties, name,
-                        ODEJointProperties(**values))
+            return call(
+                "set_joint_properties", srv.SetJointProperties, name, ODEJointProperties(**values)
+            )
+
         self.ok(change(damping=[0.25]))
         self.assertEqual(list(self.joint().damping), [0.25])
         self.ok(change(damping=[0.0]))
-        for answer, words in ((change(fmax=[1.0]), ("fmax", "damping")),
-                              (change(damping=[1.0, 2.0]), ("2 values",)),
-                              (change(damping=[-1.0]), ("-1",)),
-                              (change(hiStop=[1.0]), ("no stops",)),
-                              (change(), ("nothing to change",)),
-                              (change("nose", damping=[1.0]), ("nose",))):
+        for answer, words in (
+            (change(fmax=[1.0]), ("fmax", "damping")),
+            (change(damping=[1.0, 2.0]), ("2 values",)),
+            (change(damping=[-1.0]), ("-1",)),
+            (change(hiStop=[1.0]), ("no stops",)),
+            (change(), ("nothing to change",)),
+            (change("nose", damping=[1.0]), ("nose",)),
+        ):
             self.refused(answer, *words)
         self.refused(call("get_joint_properties", srv.GetJointProperties, "nose"), "nose")
 
     # properties -------------------------------------------------------------------------------
     def test_link_properties_are_told_and_changed(self):
         told = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
-        self.assertEqual((told.mass, told.ixx, told.iyy, told.izz, told.gravity_mode),
-                         (MASS, 0.02, 0.03, 0.04, True))
+        self.assertEqual(
+            (told.mass, told.ixx, told.iyy, told.izz, told.gravity_mode),
+            (MASS, 0.02, 0.03, 0.04, True),
+        )
 
         def change(mass, gravity=True):
-            return call("set_link_properties", srv.SetLinkProperties, "box::link", told.com,
-                        gravity, mass, told.ixx, 0, 0, told.iyy, 0, told.izz)
+            return call(
+                "set_link_properties",
+                srv.SetLinkProperties,
+                "box::link",
+                told.com,
+                gravity,
+                mass,
+                told.ixx,
+                0,
+                0,
+                told.iyy,
+                0,
+                told.izz,
+            )
+
         self.ok(change(2 * MASS))
         self.ok(self.wrench(force=(4, 0, 0)))
         sleep_sim(0.3)

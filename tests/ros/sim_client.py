@@ -16,9 +16,11 @@ WALL_LIMIT = 120.0  # longest wait for something that should come at once, with 
 START_LIMIT = 180.0  # longest wait for the world to come up on a loaded machine [s]
 WHEELS = tuple(f"{side}_{end}_wheel" for end in ("rear", "front") for side in ("left", "right"))
 HINGES = ("left_steering_hinge", "right_steering_hinge")
-CONTROLLERS = ("joint_state_controller",
-               *(f"{wheel}_velocity_controller" for wheel in WHEELS),
-               *(f"{hinge}_position_controller" for hinge in HINGES))
+CONTROLLERS = (
+    "joint_state_controller",
+    *(f"{wheel}_velocity_controller" for wheel in WHEELS),
+    *(f"{hinge}_position_controller" for hinge in HINGES),
+)
 
 
 def wait_until(condition, what, limit=WALL_LIMIT):
@@ -55,8 +57,10 @@ def sleep_sim(seconds, limit=WALL_LIMIT):
     deadline = time.monotonic() + 10.0 * seconds + limit
     while rospy.get_time() < end:
         if time.monotonic() > deadline:
-            raise AssertionError(f"/clock moved by less than {seconds:g} s "
-                                 f"in {10.0 * seconds + limit:g} s of wall time")
+            raise AssertionError(
+                f"/clock moved by less than {seconds:g} s "
+                f"in {10.0 * seconds + limit:g} s of wall time"
+            )
         time.sleep(0.001)
 
 
@@ -137,8 +141,9 @@ def command_publishers():
     publishers = {}
     for name in WHEELS + HINGES:
         kind = "velocity" if name in WHEELS else "position"
-        publishers[name] = rospy.Publisher(f"/racecar/{name}_{kind}_controller/command", Float64,
-                                           queue_size=10)
+        publishers[name] = rospy.Publisher(
+            f"/racecar/{name}_{kind}_controller/command", Float64, queue_size=10
+        )
     for name, publisher in publishers.items():
         wait_connected(publisher, name)
     return publishers
@@ -146,8 +151,11 @@ def command_publishers():
 
 def wait_connected(publisher, what):
     """Waits until somebody listens to a publisher."""
-    wait_until(lambda: publisher.get_num_connections() > 0, f"a listener on {publisher.name} "
-               f"({what})", START_LIMIT)
+    wait_until(
+        lambda: publisher.get_num_connections() > 0,
+        f"a listener on {publisher.name} ({what})",
+        START_LIMIT,
+    )
 
 
 def joint(message, name):

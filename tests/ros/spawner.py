@@ -12,9 +12,8 @@ import rospkg
 import rospy
 import rostest
 from controller_manager_msgs.srv import ListControllers
-from std_msgs.msg import Bool
-
 from sim_client import START_LIMIT, wait_connected, wait_until
+from std_msgs.msg import Bool
 
 BOT = "/effort_bot"
 SCRIPTS = Path(rospkg.RosPack().get_path("controller_manager")) / "scripts"
@@ -44,8 +43,12 @@ class Spawner(unittest.TestCase):
 
     def start(self, script, *arguments):
         process = subprocess.Popen(
-            [sys.executable, SCRIPTS / script, *arguments], stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, start_new_session=True)
+            [sys.executable, SCRIPTS / script, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
         self.running.append(process)
         return process
 
@@ -68,28 +71,35 @@ class Spawner(unittest.TestCase):
         self.assertEqual(self.states(), {})
 
     def test_one_that_does_not_load_is_named_and_the_rest_starts(self):
-        process = self.start("spawner", "--namespace", BOT, "ghost", "wheel_position",
-                             "arm_position")
-        wait_until(lambda: self.states() == {"arm_position": "running"}, "the good one",
-                   START_LIMIT)
+        process = self.start(
+            "spawner", "--namespace", BOT, "ghost", "wheel_position", "arm_position"
+        )
+        wait_until(
+            lambda: self.states() == {"arm_position": "running"}, "the good one", START_LIMIT
+        )
         self.end(process)
         text = process.stdout.read()
         self.assertIn("'ghost' did not load", text)
         self.assertIn("'wheel_position' did not load", text)
 
     def test_one_whose_joint_is_taken_is_named_and_the_rest_starts(self):
-        process = self.start("spawner", "--namespace", BOT, "arm_position", "arm_effort",
-                             "slider_effort")
-        wanted = {"arm_position": "running", "arm_effort": "initialized",
-                  "slider_effort": "running"}
+        process = self.start(
+            "spawner", "--namespace", BOT, "arm_position", "arm_effort", "slider_effort"
+        )
+        wanted = {
+            "arm_position": "running",
+            "arm_effort": "initialized",
+            "slider_effort": "running",
+        }
         wait_until(lambda: self.states() == wanted, "the others running", START_LIMIT)
         self.end(process)
         self.assertIn("did not start: arm_effort;", process.stdout.read())
 
     def test_stopped_only_loads(self):
         process = self.start("spawner", "--stopped", "--namespace", BOT, "arm_position")
-        wait_until(lambda: self.states() == {"arm_position": "initialized"}, "it being loaded",
-                   START_LIMIT)
+        wait_until(
+            lambda: self.states() == {"arm_position": "initialized"}, "it being loaded", START_LIMIT
+        )
         self.assertEqual(self.end(process), 0)
         self.assertEqual(self.states(), {})
 

@@ -7,14 +7,14 @@ import unittest
 
 import rospy
 import rostest
-from cybertruck.msg import CyberDriveStamped
-from nav_msgs.msg import Odometry
-
 from cybertruck.trailer.steering import read_map
+from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, Recorder, turned, wait_until, yaw_of
 
+from cybertruck.msg import CyberDriveStamped
+
 PATIENCE = 400.0  # wall time that the drive may take on a loaded machine [s]
-SPEED = 0.5       # [m/s]
+SPEED = 0.5  # [m/s]
 ANGLES = (-0.68, -0.4, 0.12, 0.7)  # none of the map's [rad]
 
 
@@ -27,8 +27,9 @@ class SteeringMap(unittest.TestCase):
         truth.next(START_LIMIT)
         commands = Recorder("/cmd_cyberdrive", CyberDriveStamped)
         picture = rospy.get_param("~picture")
-        wait_until(lambda: os.path.exists(picture) and os.path.exists(file), "map and picture",
-                   PATIENCE)
+        wait_until(
+            lambda: os.path.exists(picture) and os.path.exists(file), "map and picture", PATIENCE
+        )
         self.assertLess(max(abs(item.drive.speed) for item in commands.messages), 0.7)
         steering = read_map(file)
         self.assertEqual(len(steering.angles), 7)
@@ -52,7 +53,9 @@ class SteeringMap(unittest.TestCase):
                 message.drive.steering_angle, message.drive.speed = angle, SPEED
                 publisher.publish(message)
                 return truth.last.header.stamp.to_sec() - start > seconds
+
             wait_until(driven, f"{seconds:g} s of driving", PATIENCE)
+
         drive(2.0)
         truth.clear()
         truth.next()

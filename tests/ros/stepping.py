@@ -4,12 +4,12 @@ What happens then does not depend on how fast the machine is or what else runs o
 """
 
 import rospy
-from bullet_bridge.srv import Step
 from gazebo_msgs.srv import GetWorldProperties
-from std_srvs.srv import Empty
-
 from launching import wait_listened
 from sim_client import START_LIMIT, wait_until
+from std_srvs.srv import Empty
+
+from bullet_bridge.srv import Step
 
 PHYSICS_STEP = 0.001  # [s]
 LONGEST = 250  # steps in one call

@@ -9,7 +9,6 @@ from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
-
 from sim_client import wait_until
 
 LIMIT = 90.0  # longest wait for what should come within a second [s]
@@ -29,12 +28,31 @@ class Terminal:
         self._directory = tempfile.TemporaryDirectory()
         self._socket = str(Path(self._directory.name) / "tmux")
         self._count = 0
-        variables = {name: value for name, value in os.environ.items()
-                     if name not in environment and name not in ("TMUX", "TMUX_PANE")}
+        variables = {
+            name: value
+            for name, value in os.environ.items()
+            if name not in environment and name not in ("TMUX", "TMUX_PANE")
+        }
         variables.update({name: value for name, value in environment.items() if value is not None})
-        subprocess.run(["tmux", "-S", self._socket, "-f", "/dev/null", "new-session", "-d",
-                        "-x", str(width), "-y", str(height), "bash --norc --noprofile"],
-                       env=variables, check=True, timeout=LIMIT)
+        subprocess.run(
+            [
+                "tmux",
+                "-S",
+                self._socket,
+                "-f",
+                "/dev/null",
+                "new-session",
+                "-d",
+                "-x",
+                str(width),
+                "-y",
+                str(height),
+                "bash --norc --noprofile",
+            ],
+            env=variables,
+            check=True,
+            timeout=LIMIT,
+        )
         try:
             self.settings = self.run("stty -a")
         except BaseException:
@@ -43,8 +61,13 @@ class Terminal:
 
     def tmux(self, *arguments):
         """Runs a tmux command and gives what it prints."""
-        return subprocess.run(["tmux", "-S", self._socket, *arguments], check=True, timeout=LIMIT,
-                              stdout=subprocess.PIPE, text=True).stdout
+        return subprocess.run(
+            ["tmux", "-S", self._socket, *arguments],
+            check=True,
+            timeout=LIMIT,
+            stdout=subprocess.PIPE,
+            text=True,
+        ).stdout
 
     def keys(self, *names):
         """Presses keys by tmux' names."""
@@ -70,8 +93,11 @@ class Terminal:
     def wait_screen(self, *words):
         """Waits until the pane shows all words and gives the screen."""
         try:
-            wait_until(lambda: all(word in self.screen() for word in words),
-                       f"{words} on the screen", LIMIT)
+            wait_until(
+                lambda: all(word in self.screen() for word in words),
+                f"{words} on the screen",
+                LIMIT,
+            )
         except AssertionError as error:
             raise AssertionError(f"{error}; it shows:\n{self.screen()}") from None
         return self.screen()
@@ -98,7 +124,10 @@ class XServer:
         reader, writer = os.pipe()
         self._process = subprocess.Popen(
             ["Xvfb", "-displayfd", str(writer), "-screen", "0", "640x480x24", "-nolisten", "tcp"],
-            pass_fds=[writer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            pass_fds=[writer],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.close(writer)
         with os.fdopen(reader) as stream:
             number = stream.readline().strip()
@@ -112,8 +141,12 @@ class XServer:
             action: "keydown", "keyup" or "key" (both).
             names: X names of keys.
         """
-        subprocess.run(["xdotool", action, *names], check=True, timeout=LIMIT,
-                       env=dict(os.environ, DISPLAY=self.display))
+        subprocess.run(
+            ["xdotool", action, *names],
+            check=True,
+            timeout=LIMIT,
+            env=dict(os.environ, DISPLAY=self.display),
+        )
 
     def close(self):
         """Ends it."""

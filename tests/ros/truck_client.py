@@ -5,14 +5,13 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from bullet_bridge.srv import Step
 from controller_manager_msgs.srv import ListControllers
-from cybertruck.msg import CyberDriveStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
+from sim_client import START_LIMIT, Recorder, sleep_sim, turned, wait_connected, wait_until, yaw_of
 
-from sim_client import (START_LIMIT, Recorder, sleep_sim, turned, wait_connected, wait_until,
-                        yaw_of)
+from bullet_bridge.srv import Step
+from cybertruck.msg import CyberDriveStamped
 
 TRUTH = "/ground_truth/odom"
 
@@ -35,8 +34,10 @@ def way(messages):
     """Gives the distance [m] driven and the sum of all turning [rad] along odometry messages."""
     poses = [pose_of(message) for message in messages]
     pairs = list(zip(poses, poses[1:]))
-    return (sum(math.dist(a[:2], b[:2]) for a, b in pairs),
-            sum(abs(turned(a[2], b[2])) for a, b in pairs))
+    return (
+        sum(math.dist(a[:2], b[:2]) for a, b in pairs),
+        sum(abs(turned(a[2], b[2])) for a, b in pairs),
+    )
 
 
 class Driver:
@@ -69,14 +70,17 @@ class Driver:
 
 def wait_link(sender, topic, receiver):
     """Waits until a node itself knows that it sends a topic to another: nothing is lost then."""
+
     def there():
         try:
             node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(sender))
             links = node.getBusInfo(rospy.get_name())[2]
         except (rosgraph.MasterException, OSError):
             return False
-        return any(link[1] == receiver and link[2] == "o" and link[4] == topic and link[5]
-                   for link in links)
+        return any(
+            link[1] == receiver and link[2] == "o" and link[4] == topic and link[5]
+            for link in links
+        )
 
     wait_until(there, f"{sender} sending {topic} to {receiver}", START_LIMIT)
 
@@ -108,8 +112,11 @@ class Stepper:
         name = "/cybertruck/controller_manager/list_controllers"
         rospy.wait_for_service(name, START_LIMIT)
         service = rospy.ServiceProxy(name, ListControllers)
-        wait_until(lambda: [item.state for item in service().controller] == ["running"] * 3,
-                   "three controllers running", START_LIMIT)
+        wait_until(
+            lambda: [item.state for item in service().controller] == ["running"] * 3,
+            "three controllers running",
+            START_LIMIT,
+        )
 
     def _call(self, count, commands):
         answer = self._service(count, self.TOPICS, [commands] * len(self.TOPICS))

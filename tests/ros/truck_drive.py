@@ -9,15 +9,14 @@ import rospy
 import rostest
 import tf2_ros
 from controller_manager_msgs.srv import SwitchController, SwitchControllerRequest
+from cybertruck.drive.model import CyberModel
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState, Joy
+from sim_client import WALL_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
 from std_msgs.msg import Float64MultiArray, Int32
 from std_srvs.srv import Empty
-
-from cybertruck.drive.model import CyberModel
-from sim_client import WALL_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
 from truck_client import TRUTH, Driver, pose_of, wait_for_truck
 
 START = (1.0, -0.5, 0.5)  # x, y [m], yaw [rad] of truck_drive.test
@@ -46,8 +45,9 @@ class TruckDrive(unittest.TestCase):
     def wait_standing(self):
         """Waits until the truck stands and was silent for longer than the watchdog."""
         sleep_sim(0.6)
-        wait_until(lambda: abs(self.truth.next().twist.twist.linear.x) < STANDS,
-                   "the truck standing")
+        wait_until(
+            lambda: abs(self.truth.next().twist.twist.linear.x) < STANDS, "the truck standing"
+        )
         sleep_sim(0.3)
 
     def send(self, linear, angular):
@@ -65,8 +65,10 @@ class TruckDrive(unittest.TestCase):
 
     def says(self, *words):
         """Waits for a line of the log with all the words."""
-        wait_until(lambda: any(all(word in line.msg for word in words)
-                               for line in self.log.messages), f"a log line with {words}")
+        wait_until(
+            lambda: any(all(word in line.msg for word in words) for line in self.log.messages),
+            f"a log line with {words}",
+        )
 
     def test_01_odometry_starts_at_the_spawn_pose(self):
         for recorder in (self.odometry, self.truth):
@@ -92,11 +94,14 @@ class TruckDrive(unittest.TestCase):
         buffer = tf2_ros.Buffer()
         listener = tf2_ros.TransformListener(buffer)
         for frame in ("base_footprint", "lidar_link", "front_left_wheel", "trailer_axle"):
-            wait_until(lambda f=frame: buffer.can_transform("odom", f, rospy.Time(0)),
-                       f"a transform from odom to {frame}")
+            wait_until(
+                lambda f=frame: buffer.can_transform("odom", f, rospy.Time(0)),
+                f"a transform from odom to {frame}",
+            )
         moved = buffer.lookup_transform("odom", "base_footprint", rospy.Time(0)).transform
-        self.assertAlmostEqual(moved.translation.x, self.odometry.last.pose.pose.position.x,
-                               delta=1e-3)
+        self.assertAlmostEqual(
+            moved.translation.x, self.odometry.last.pose.pose.position.x, delta=1e-3
+        )
         axle = buffer.lookup_transform("base_footprint", "trailer_axle", rospy.Time(0)).transform
         self.assertAlmostEqual(axle.translation.x, -1.0, delta=1e-3)
         self.assertAlmostEqual(axle.translation.z, 0.0, delta=2e-3)
@@ -110,8 +115,9 @@ class TruckDrive(unittest.TestCase):
             self.assertAlmostEqual(twist.linear.y, 0.0, delta=0.01, msg=recorder.topic)
             self.assertAlmostEqual(twist.angular.z, 0.4, delta=0.01, msg=recorder.topic)
         message = self.odometry.last
-        self.assertEqual((message.header.frame_id, message.child_frame_id),
-                         ("odom", "base_footprint"))
+        self.assertEqual(
+            (message.header.frame_id, message.child_frame_id), ("odom", "base_footprint")
+        )
         self.assertGreater(message.pose.covariance[35], 0.0)
 
     def test_06_a_bicycle_command_turns_the_hinges(self):
@@ -120,8 +126,10 @@ class TruckDrive(unittest.TestCase):
         state = self.joints.last
         for name, angle in zip(HINGES, (wanted.left_steering, wanted.right_steering)):
             self.assertAlmostEqual(joint(state, name)[0], angle, delta=0.01 * abs(angle))
-        for name, spin in (("rear_left_wheel_joint", wanted.rear_left),
-                           ("rear_right_wheel_joint", wanted.rear_right)):
+        for name, spin in (
+            ("rear_left_wheel_joint", wanted.rear_left),
+            ("rear_right_wheel_joint", wanted.rear_right),
+        ):
             self.assertAlmostEqual(joint(state, name)[1], spin, delta=0.02 * abs(spin))
 
     def test_07_it_stops_after_half_a_second_without_a_command(self):
@@ -130,8 +138,10 @@ class TruckDrive(unittest.TestCase):
         axle.next()
         axle.clear()
         self.send(1.0, 0.0)
-        wait_until(lambda: max((m.data[0] for m in axle.messages), default=0.0) > 0.5,
-                   "the truck pulling away")
+        wait_until(
+            lambda: max((m.data[0] for m in axle.messages), default=0.0) > 0.5,
+            "the truck pulling away",
+        )
         wait_until(lambda: axle.last.data[0] == 0.0, "the wheels commanded to stand")
         self.wait_standing()
         after = pose_of(self.truth.next())
@@ -158,14 +168,17 @@ class TruckDrive(unittest.TestCase):
         self.assertLess(math.dist(before[:2], pose_of(self.truth.next())[:2]), 0.001)
 
     def test_10_encoders_count_42_a_turn(self):
-        encoders = {"front_left_wheel_joint": Recorder("/odo_fl", Int32),
-                    "front_right_wheel_joint": Recorder("/odo_fr", Int32)}
+        encoders = {
+            "front_left_wheel_joint": Recorder("/odo_fl", Int32),
+            "front_right_wheel_joint": Recorder("/odo_fr", Int32),
+        }
         self.hold(0.5, 0.3, 1.0)
         self.wait_standing()
         state = self.joints.next()
         for name, recorder in encoders.items():
-            self.assertAlmostEqual(recorder.next().data,
-                                   joint(state, name)[0] * 42 / (2 * math.pi), delta=1.001)
+            self.assertAlmostEqual(
+                recorder.next().data, joint(state, name)[0] * 42 / (2 * math.pi), delta=1.001
+            )
             recorder.close()
 
     def test_11_a_pad_drives_directly_when_it_may(self):
@@ -187,8 +200,14 @@ class TruckDrive(unittest.TestCase):
         rospy.wait_for_service("/gazebo/reset_simulation", WALL_LIMIT)
         rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
         self.odometry.clear()
-        wait_until(lambda: self.odometry.last and self.odometry.last.header.stamp.to_sec() > 0.3
-                   and rospy.get_time() < 100, "odometry after the reset")
+        wait_until(
+            lambda: (
+                self.odometry.last
+                and self.odometry.last.header.stamp.to_sec() > 0.3
+                and rospy.get_time() < 100
+            ),
+            "odometry after the reset",
+        )
         for value, wanted in zip(pose_of(self.odometry.last), START):
             self.assertAlmostEqual(value, wanted, delta=0.01)
 
@@ -207,8 +226,9 @@ class TruckDrive(unittest.TestCase):
         self.says("the rear wheels jumped")
 
     def test_14_silent_joint_states_stop_it_though_commands_come(self):
-        switch = rospy.ServiceProxy("/cybertruck/controller_manager/switch_controller",
-                                    SwitchController)
+        switch = rospy.ServiceProxy(
+            "/cybertruck/controller_manager/switch_controller", SwitchController
+        )
         name, strict = ["joint_state_controller"], SwitchControllerRequest.STRICT
         self.hold(0.5, 0.0, 1.0)
         self.assertTrue(switch(stop_controllers=name, strictness=strict).ok)

@@ -7,9 +7,8 @@ import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
-from tf2_msgs.msg import TFMessage
-
 from sim_client import Recorder
+from tf2_msgs.msg import TFMessage
 from truck_client import TRUTH, Driver, wait_for_truck, way
 
 
@@ -33,13 +32,19 @@ class TruckGroundTruth(unittest.TestCase):
         for message in poses.messages:
             if message.header.stamp in truths:
                 self.assertEqual(message.pose, truths[message.header.stamp].pose.pose)
-        moved = [t for m in transforms.messages for t in m.transforms
-                 if t.child_frame_id == "base_footprint" and t.header.stamp in truths]
+        moved = [
+            t
+            for m in transforms.messages
+            for t in m.transforms
+            if t.child_frame_id == "base_footprint" and t.header.stamp in truths
+        ]
         self.assertGreater(len(moved), 100)
         for transform in moved:
             true = truths[transform.header.stamp].pose.pose
-            self.assertEqual((transform.transform.translation.x, transform.transform.translation.y),
-                             (true.position.x, true.position.y))
+            self.assertEqual(
+                (transform.transform.translation.x, transform.transform.translation.y),
+                (true.position.x, true.position.y),
+            )
             self.assertEqual(transform.transform.rotation, true.orientation)
 
 

@@ -9,15 +9,19 @@ import rospy
 import rostest
 from scipy import stats
 from sensor_msgs.msg import LaserScan
-
 from sim_client import START_LIMIT, Recorder
 
 SCANS = 60
 RANGE_MIN, RANGE_MAX = 0.12, 3.5  # [m]
 SIGMA = 0.01  # [m]
 # Boxes of room.world (x0, x1, y0, y1) [m], and where the lidars stand in it.
-WALLS = ((-3.2, 3.2, 2.0, 2.2), (-3.2, 3.2, -2.2, -2.0), (-3.2, -3.0, -2.0, 2.0),
-         (3.0, 3.2, 0.5, 2.0), (3.0, 3.2, -2.0, -0.5))
+WALLS = (
+    (-3.2, 3.2, 2.0, 2.2),
+    (-3.2, 3.2, -2.2, -2.0),
+    (-3.2, -3.0, -2.0, 2.0),
+    (3.0, 3.2, 0.5, 2.0),
+    (3.0, 3.2, -2.0, -0.5),
+)
 LIDAR = (0.30, 0.0)
 TRAILER_LIDAR = (-0.30 - 0.70 + 0.10, 0.0)
 # The trailer's box at its collision shape: front 0.30 m behind the hitch, which is at -0.30.
@@ -27,8 +31,10 @@ TRAILER = (-0.30 - 0.30 - 0.74, -0.30 - 0.30, -0.25, 0.25)
 def distance(origin, angle, box):
     """Gives the distance [m] along a ray to a box (x0, x1, y0, y1), infinity for a miss."""
     near, far = 0.0, math.inf
-    for start, step, low, high in ((origin[0], math.cos(angle), box[0], box[1]),
-                                   (origin[1], math.sin(angle), box[2], box[3])):
+    for start, step, low, high in (
+        (origin[0], math.cos(angle), box[0], box[1]),
+        (origin[1], math.sin(angle), box[2], box[3]),
+    ):
         if abs(step) < 1e-12:
             if not low <= start <= high:
                 return math.inf
@@ -62,13 +68,16 @@ class TruckLidar(unittest.TestCase):
     def setUpClass(cls):
         recorders = [Recorder(topic, LaserScan) for topic in ("/scan", "/trailer_scan")]
         cls.scans, cls.trailer_scans = (
-            recorder.wait_count(SCANS, START_LIMIT)[-SCANS:] for recorder in recorders)
+            recorder.wait_count(SCANS, START_LIMIT)[-SCANS:] for recorder in recorders
+        )
         cls.angles = cls.scans[0].angle_min + cls.scans[0].angle_increment * np.arange(360)
         cls.ranges = np.array([scan.ranges for scan in cls.scans])
 
     def test_form(self):
-        for scans, frame in ((self.scans, "lidar_link"), (self.trailer_scans,
-                                                          "trailer_lidar_link")):
+        for scans, frame in (
+            (self.scans, "lidar_link"),
+            (self.trailer_scans, "trailer_lidar_link"),
+        ):
             scan = scans[-1]
             self.assertEqual(scan.header.frame_id, frame)
             self.assertEqual(len(scan.ranges), 360)
@@ -120,7 +129,8 @@ class TruckLidar(unittest.TestCase):
     def test_noise_is_gaussian(self):
         boxes = WALLS + (TRAILER,)
         seen = clear_of_edges(LIDAR, self.angles, boxes) & np.isfinite(
-            expected(LIDAR, self.angles, boxes))
+            expected(LIDAR, self.angles, boxes)
+        )
         errors = self.ranges[:, seen].astype(float)
         errors = (errors - errors.mean(axis=0)).ravel() * math.sqrt(SCANS / (SCANS - 1))
         sigma = errors.std()

@@ -8,7 +8,6 @@ import unittest
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
-
 from sim_client import Recorder, turned, wait_until
 from truck_client import TRUTH, Driver, Stepper, pose_of, way
 
@@ -32,12 +31,17 @@ class TruckOdometry(unittest.TestCase):
                 stepper.advance(20)
             driven, total_turn = way(truth.messages[::5])
         truths = {m.header.stamp: m for m in truth.messages}
-        last = wait_until(lambda: next((m for m in reversed(odometry.messages)
-                                        if m.header.stamp in truths), None), "a common stamp")
+        last = wait_until(
+            lambda: next(
+                (m for m in reversed(odometry.messages) if m.header.stamp in truths), None
+            ),
+            "a common stamp",
+        )
         told, true = pose_of(last), pose_of(truths[last.header.stamp])
         error, heading = math.dist(told[:2], true[:2]), abs(turned(told[2], true[2]))
-        print(f"{driven:.1f} m, {total_turn:.1f} rad: {error:.3f} m, "
-              f"{math.degrees(heading):.3f} deg")
+        print(
+            f"{driven:.1f} m, {total_turn:.1f} rad: {error:.3f} m, {math.degrees(heading):.3f} deg"
+        )
         self.assertGreater(total_turn, 10.0)
         self.assertLess(error, 0.02 * driven)
         self.assertLess(heading, 0.03 * total_turn)

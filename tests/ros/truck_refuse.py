@@ -15,9 +15,14 @@ class TruckRefuse(unittest.TestCase):
     def refuse(self, parameter, *words):
         """Starts a drive node with one parameter and looks for words in what it says."""
         name = "drive" + parameter.split(":=")[0]  # parameters stay with the name
-        done = subprocess.run(["rosrun", "cybertruck", "drive", parameter, "__name:=" + name],
-                              text=True, check=False, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=DEADLINE)
+        done = subprocess.run(
+            ["rosrun", "cybertruck", "drive", parameter, "__name:=" + name],
+            text=True,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=DEADLINE,
+        )
         self.assertEqual(done.returncode, 1, done.stdout)
         for word in words:
             self.assertIn(word, done.stdout)

@@ -8,7 +8,6 @@ import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-
 from sim_client import Recorder, joint, sleep_sim
 from truck_client import TRUTH, pose_of, wait_for_truck
 

@@ -10,9 +10,8 @@ import rosgraph
 import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
-
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
+from std_srvs.srv import Trigger
 
 
 def children(pid):
@@ -23,7 +22,7 @@ def children(pid):
             with open(f"/proc/{pid}/task/{task}/children", encoding="ascii") as file:
                 found += [int(word) for word in file.read().split()]
         except (FileNotFoundError, ProcessLookupError):
-            pass    # the thread has just ended
+            pass  # the thread has just ended
     return found
 
 
@@ -58,10 +57,15 @@ class Viewer(unittest.TestCase):
 
     def viewer(self):
         """The one viewer, once it draws (its render worker is there)."""
+
         def drawing():
             found = self.viewers()
-            return len(found) == 1 and any("bullet_sim.render.worker" in words(child)
-                                           for child in children(found[0])) and found[0]
+            return (
+                len(found) == 1
+                and any("bullet_sim.render.worker" in words(child) for child in children(found[0]))
+                and found[0]
+            )
+
         return wait_until(drawing, "the viewer and its render worker", START_LIMIT)
 
     def setUp(self):

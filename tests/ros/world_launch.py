@@ -11,15 +11,16 @@ import tf2_ros
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState
-
 from sim_client import CONTROLLERS, HINGES, START_LIMIT, WHEELS, Recorder, wait_for_car, wait_until
 
 WIDTH, HEIGHT = 640, 480  # [px]
 FIELD_OF_VIEW = 1.13  # horizontal [rad]
 CAMERA_RATE = 30.0  # [Hz]
-KINDS = {"joint_state_controller": "joint_state_controller/JointStateController",
-         "velocity": "velocity_controllers/JointVelocityController",
-         "position": "position_controllers/JointPositionController"}
+KINDS = {
+    "joint_state_controller": "joint_state_controller/JointStateController",
+    "velocity": "velocity_controllers/JointVelocityController",
+    "position": "position_controllers/JointPositionController",
+}
 
 
 def stamps_of(messages):
@@ -72,8 +73,10 @@ class WorldLaunch(unittest.TestCase):
         self.assertTrue((periods > 0).all(), stamps)
         frames = periods * CAMERA_RATE  # a slow machine may drop frames, never shift them
         np.testing.assert_allclose(frames, np.round(frames), atol=0.1)
-        wait_until(lambda: any(info.header.stamp == image.header.stamp
-                               for info in infos.messages), "a camera_info with the image's stamp")
+        wait_until(
+            lambda: any(info.header.stamp == image.header.stamp for info in infos.messages),
+            "a camera_info with the image's stamp",
+        )
 
     def test_camera_info_holds_the_pinhole_of_the_description(self):
         info = Recorder("/camera/camera_info", CameraInfo).wait_count(1, START_LIMIT)[-1]
@@ -92,8 +95,10 @@ class WorldLaunch(unittest.TestCase):
         buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(buffer)
         for frame in ("base_link", "chassis", "camera_optical_link", "left_front_wheel"):
-            wait_until(lambda: buffer.can_transform("odom", frame, rospy.Time(0)),
-                       f"the transform odom -> {frame}")
+            wait_until(
+                lambda: buffer.can_transform("odom", frame, rospy.Time(0)),
+                f"the transform odom -> {frame}",
+            )
         camera = buffer.lookup_transform("base_link", "camera_optical_link", rospy.Time(0))
         pitch = 0.2618  # of the camera's mast [rad]
         forward = 0.091711 + 0.044755 * math.cos(pitch) + 0.04 * math.sin(pitch)  # [m]

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from truck_sim import FRONT, HINGES, REAR, Truck
-
 from cybertruck.drive.odometry import WheelOdometry
+from truck_sim import FRONT, HINGES, REAR, Truck
 
 SPEED = 0.5  # [m/s]
 
@@ -35,7 +34,7 @@ def train():
 def fit_circle(points):
     """Gives the radius of the circle through points (n, 2), least squares."""
     rows = np.c_[2 * points, np.ones(len(points))]
-    x, y, rest = np.linalg.lstsq(rows, (points ** 2).sum(axis=1), rcond=None)[0]
+    x, y, rest = np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0]
     return math.sqrt(rest + x * x + y * y)
 
 
@@ -45,8 +44,9 @@ def test_at_rest_for_a_minute(truck):
 
     def look():
         velocities = truck.joints()[1]
-        rates.append([velocities[name] for name in velocities
-                      if name in HINGES or name.startswith("hitch")])
+        rates.append(
+            [velocities[name] for name in velocities if name in HINGES or name.startswith("hitch")]
+        )
 
     truck.drive(0.0, 0.0, 60.0, look)
     assert np.linalg.norm(truck.position - start) < 1e-3
@@ -72,9 +72,11 @@ def check_circle(truck, degrees):
     wanted = truck.kinematics.wheels(steering, SPEED)
     angles = truck.joints()[0]
     assert [angles[name] for name in HINGES] == pytest.approx(
-        [wanted.left_steering, wanted.right_steering], rel=0.01)
+        [wanted.left_steering, wanted.right_steering], rel=0.01
+    )
     assert np.mean(speeds, axis=0) == pytest.approx(
-        [wanted.rear_left, wanted.rear_right, wanted.front_left, wanted.front_right], rel=0.01)
+        [wanted.rear_left, wanted.rear_right, wanted.front_left, wanted.front_right], rel=0.01
+    )
 
 
 @pytest.mark.parametrize("degrees", [5, -20, 40])
@@ -90,8 +92,11 @@ def test_circle_with_trailer(train, degrees):
     check_circle(train, degrees)
     shape = train.kinematics.geometry
     radius = shape.wheelbase / math.tan(math.radians(abs(degrees)))
-    expected = -math.copysign(math.atan2(shape.hitch_offset, radius) + math.asin(
-        shape.tongue_length / math.hypot(radius, shape.hitch_offset)), degrees)
+    expected = -math.copysign(
+        math.atan2(shape.hitch_offset, radius)
+        + math.asin(shape.tongue_length / math.hypot(radius, shape.hitch_offset)),
+        degrees,
+    )
     assert train.joints()[0]["hitch_yaw_joint"] == pytest.approx(expected, abs=math.radians(1.0))
 
 
@@ -120,8 +125,16 @@ def test_manoeuvres_keep_all_wheels_down_and_the_hitch_smooth(truck):
                 last[name] = angle
 
     lock = truck.kinematics.geometry.max_steering
-    for steering, speed, seconds in ((0, 1.5, 2.0), (0, 0, 1.5), (lock, 1.0, 1.5), (-lock, 1.0, 2),
-                                     (0, 1.5, 1.5), (lock, 1.5, 1.0), (0, 0, 1.5), (0, -0.5, 1.0)):
+    for steering, speed, seconds in (
+        (0, 1.5, 2.0),
+        (0, 0, 1.5),
+        (lock, 1.0, 1.5),
+        (-lock, 1.0, 2),
+        (0, 1.5, 1.5),
+        (lock, 1.5, 1.0),
+        (0, 0, 1.5),
+        (0, -0.5, 1.0),
+    ):
         truck.drive(steering, speed, seconds, look, every=1)
     assert lifted == set()
     assert math.degrees(max(jumps)) < 0.5
@@ -132,7 +145,7 @@ def test_it_stops_from_full_speed_as_fast_as_its_limit_says(alone):
     alone.drive(0.0, speed, 2.0)
     start = alone.position
     alone.drive(0.0, 0.0, speed / limit + 0.3)
-    assert alone.position[0] - start[0] == pytest.approx(speed ** 2 / (2 * limit), rel=0.05)
+    assert alone.position[0] - start[0] == pytest.approx(speed**2 / (2 * limit), rel=0.05)
     assert abs(alone.joints()[1][REAR[0]]) < 0.01
 
 

@@ -6,12 +6,28 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ROBOT_PACKAGES = sorted(path.parent.name for path in (ROOT / "src").glob("*/package.xml")
-                        if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer"))
+ROBOT_PACKAGES = sorted(
+    path.parent.name
+    for path in (ROOT / "src").glob("*/package.xml")
+    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer")
+)
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
-ROS_CLIENTS = {"rospy", "roslib", "roslaunch", "rosgraph", "rospkg", "rosparam", "genpy",
-               "actionlib", "cv_bridge", "tf", "tf2_ros", "message_filters",
-               "dynamic_reconfigure", "std_srvs"}
+ROS_CLIENTS = {
+    "rospy",
+    "roslib",
+    "roslaunch",
+    "rosgraph",
+    "rospkg",
+    "rosparam",
+    "genpy",
+    "actionlib",
+    "cv_bridge",
+    "tf",
+    "tf2_ros",
+    "message_filters",
+    "dynamic_reconfigure",
+    "std_srvs",
+}
 
 
 def python_files(directory):
@@ -53,9 +69,13 @@ def imports_of(source):
 
 def offences(directory, forbidden, exempt=()):
     """Lists "file:line imports name" for every forbidden import below a directory."""
-    return [f"{path.relative_to(ROOT)}:{line} imports {name}"
-            for path in python_files(directory) if path not in exempt
-            for name, line in sorted(imports_of(path.read_text())) if forbidden(name)]
+    return [
+        f"{path.relative_to(ROOT)}:{line} imports {name}"
+        for path in python_files(directory)
+        if path not in exempt
+        for name, line in sorted(imports_of(path.read_text()))
+        if forbidden(name)
+    ]
 
 
 def is_ros(name):
@@ -63,14 +83,17 @@ def is_ros(name):
     return name in ROS_CLIENTS or name.endswith("_msgs")
 
 
-@pytest.mark.parametrize("text, expected", [
-    ("import a.b", {"a"}),
-    ("from a.b import c", {"a"}),
-    ("def f():\n    import a", {"a"}),
-    ("from . import a", set()),
-    ("import importlib\nimportlib.import_module('a.b')", {"importlib", "a"}),
-    ("__import__('a')", {"a"}),
-])
+@pytest.mark.parametrize(
+    "text, expected",
+    [
+        ("import a.b", {"a"}),
+        ("from a.b import c", {"a"}),
+        ("def f():\n    import a", {"a"}),
+        ("from . import a", set()),
+        ("import importlib\nimportlib.import_module('a.b')", {"importlib", "a"}),
+        ("__import__('a')", {"a"}),
+    ],
+)
 def test_the_walker_sees_imports(text, expected):
     assert {name for name, _ in imports_of(text)} == expected
 
@@ -105,20 +128,48 @@ def test_only_the_engine_imports_pybullet():
 
 
 def test_nothing_imports_the_bridge_but_itself():
-    others = [path for path in sorted((ROOT / "src").iterdir())
-              if path.is_dir() and path.name != "bullet_bridge"]
-    assert [line for path in others
-            for line in offences(path, {"bullet_bridge"}.__contains__)] == []
+    others = [
+        path
+        for path in sorted((ROOT / "src").iterdir())
+        if path.is_dir() and path.name != "bullet_bridge"
+    ]
+    assert [
+        line for path in others for line in offences(path, {"bullet_bridge"}.__contains__)
+    ] == []
 
 
 # Sub-packages of each package, lowest first: one imports only those that stand before it, and the
 # modules of its package's top that stand before it, too. "" are all modules of the top not named.
 SUITES = {
-    "bullet_sim": ("errors", "pose", "snapshot", "system", "description", "meshes", "formats",
-                   "controllers", "models", "sensors", "engine", "render", "world"),
+    "bullet_sim": (
+        "errors",
+        "pose",
+        "snapshot",
+        "system",
+        "description",
+        "meshes",
+        "formats",
+        "controllers",
+        "models",
+        "sensors",
+        "engine",
+        "render",
+        "world",
+    ),
     "bullet_bridge": ("srv", "transport", "loop", "outputs", "control", "services", ""),
-    "track_model": ("msg", "spec", "routes", "source", "geometry", "region", "files", "meshes",
-                    "track", "referee", ""),
+    "track_model": (
+        "msg",
+        "spec",
+        "routes",
+        "source",
+        "geometry",
+        "region",
+        "files",
+        "meshes",
+        "track",
+        "referee",
+        "",
+    ),
     "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
     "deepracer_teleop": ("window", "drivers", "runs"),
 }
@@ -134,12 +185,15 @@ def inner_imports(package, path, base):
         elif isinstance(node, ast.ImportFrom):
             stem = node.module or ""
             if node.level:
-                stem = ".".join([package, *own[:-node.level], *filter(None, [node.module])])
+                stem = ".".join([package, *own[: -node.level], *filter(None, [node.module])])
             names = [f"{stem}.{alias.name}" for alias in node.names]
         else:
             continue
-        found |= {(name[len(package) + 1:], node.lineno) for name in names
-                  if name.startswith(package + ".")}
+        found |= {
+            (name[len(package) + 1 :], node.lineno)
+            for name in names
+            if name.startswith(package + ".")
+        }
     return found
 
 
@@ -168,16 +222,22 @@ def test_sub_packages_import_one_way(package):
 def test_no_folder_is_a_corridor(package):
     base = ROOT / "src" / package / "src" / package
     folders = {path.parent for path in base.rglob("*.py")}
-    crowded = {str(folder.relative_to(ROOT)): count for folder in folders
-               if (count := len([p for p in folder.glob("*.py") if p.name != "__init__.py"])) > 12}
+    crowded = {
+        str(folder.relative_to(ROOT)): count
+        for folder in folders
+        if (count := len([p for p in folder.glob("*.py") if p.name != "__init__.py"])) > 12
+    }
     assert crowded == {}
 
 
 @pytest.mark.parametrize("package", SUITES)
 def test_sub_packages_say_what_they_are(package):
     base = ROOT / "src" / package / "src" / package
-    silent = [str(path.relative_to(ROOT)) for path in base.rglob("__init__.py")
-              if not ast.get_docstring(ast.parse(path.read_text()))]
+    silent = [
+        str(path.relative_to(ROOT))
+        for path in base.rglob("__init__.py")
+        if not ast.get_docstring(ast.parse(path.read_text()))
+    ]
     assert silent == []
 
 

@@ -11,7 +11,7 @@ PACKAGE = ROOT / "src" / "cybertruck"
 for folder in (PACKAGE / "src", ROOT / "src" / "bullet_sim" / "src"):
     sys.path.insert(0, str(folder))
 
-from bullet_sim.formats.sdf import world as sdf# noqa: E402
+from bullet_sim.formats.sdf import world as sdf  # noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
 from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
@@ -51,13 +51,20 @@ class Truck:
         else:
             self.world.load(sdf.parse_world(Path(world_file).read_text(), resolve))
         self.model = self.world.spawn_urdf(
-            "cybertruck", description(trailer=str(trailer).lower(), trailer_lidar="true"), Pose(),
-            resolve)
+            "cybertruck",
+            description(trailer=str(trailer).lower(), trailer_lidar="true"),
+            Pose(),
+            resolve,
+        )
         manager = self.model.manager
-        manager.load("steering", {"type": "position_controllers/JointGroupPositionController",
-                                  "joints": list(HINGES)})
-        manager.load("axle", {"type": "velocity_controllers/JointGroupVelocityController",
-                              "joints": list(REAR)})
+        manager.load(
+            "steering",
+            {"type": "position_controllers/JointGroupPositionController", "joints": list(HINGES)},
+        )
+        manager.load(
+            "axle",
+            {"type": "velocity_controllers/JointGroupVelocityController", "joints": list(REAR)},
+        )
         manager.switch(["steering", "axle"], [])
         self.kinematics = CyberModel(TruckGeometry())
         self.limiter = RateLimiter(TruckGeometry())
@@ -67,7 +74,8 @@ class Truck:
     def command(self, steering, speed):
         """Hands one command to hinges and wheels, within the rates of one period."""
         targets = self.kinematics.wheels(
-            *self.limiter.advance(steering, speed, PERIOD * self.world.time_step))
+            *self.limiter.advance(steering, speed, PERIOD * self.world.time_step)
+        )
         self.model.manager.command("steering", [targets.left_steering, targets.right_steering])
         self.model.manager.command("axle", [targets.rear_left, targets.rear_right])
 
@@ -97,8 +105,9 @@ class Truck:
     def measured(self):
         """Gives odometry's input."""
         positions, velocities = self.joints()
-        return Measured(*(positions[name] for name in REAR + HINGES),
-                        *(velocities[name] for name in REAR))
+        return Measured(
+            *(positions[name] for name in REAR + HINGES), *(velocities[name] for name in REAR)
+        )
 
     @property
     def position(self):
@@ -112,5 +121,8 @@ class Truck:
 
     def lifted(self):
         """Lists the wheels that do not touch anything."""
-        return [name for name in self.wheels if not self.world.engine.contact_count(
-            self.model.body, self.model.carrier(name)[0])]
+        return [
+            name
+            for name in self.wheels
+            if not self.world.engine.contact_count(self.model.body, self.model.carrier(name)[0])
+        ]

@@ -1,14 +1,15 @@
 """One robot with its RobotControl, without a ROS master: what passes its wires is kept."""
+
 import threading
 
-from controller_manager_msgs import srv
-from fake_impl import Impl
-
-from bullet_bridge.control import robot as control, topics as controller_topics
+from bullet_bridge.control import robot as control
+from bullet_bridge.control import topics as controller_topics
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from controller_manager_msgs import srv
+from fake_impl import Impl
 
 
 class Wire:
@@ -30,7 +31,7 @@ class Wire:
         """Close."""
         self.closed = True
 
-    def shutdown(self, _reason=''):
+    def shutdown(self, _reason=""):
         """Close."""
         self.closed = True
 
@@ -66,19 +67,22 @@ class Bot:
         def tune(namespace, gains, apply):
             self.tunings[namespace] = Tuning(gains, apply)
             return self.tunings[namespace]
-        for kind in ('Subscriber', 'Service'):
+
+        for kind in ("Subscriber", "Service"):
             monkeypatch.setattr(control.rospy, kind, make)
-        monkeypatch.setattr(controller_topics, 'publisher', make)
-        monkeypatch.setattr(control, 'PidTuning', tune)
-        monkeypatch.setattr(control.rospy, 'get_param',
-                            lambda name, default=None: params.get(name, default))
-        for level in ('loginfo', 'logwarn', 'logerr'):
+        monkeypatch.setattr(controller_topics, "publisher", make)
+        monkeypatch.setattr(control, "PidTuning", tune)
+        monkeypatch.setattr(
+            control.rospy, "get_param", lambda name, default=None: params.get(name, default)
+        )
+        for level in ("loginfo", "logwarn", "logerr"):
             monkeypatch.setattr(control.rospy, level, self._log)
-        monkeypatch.setattr(control.rospy, 'logerr_throttle',
-                            lambda _period, text, *rest: self._log(text, *rest))
+        monkeypatch.setattr(
+            control.rospy, "logerr_throttle", lambda _period, text, *rest: self._log(text, *rest)
+        )
         self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
-        self.model = self.world.spawn_urdf('bot', urdf, pose, None)
-        self.control = RobotControl(self.jobs, self.world, self.model, 'bot/')
+        self.model = self.world.spawn_urdf("bot", urdf, pose, None)
+        self.control = RobotControl(self.jobs, self.world, self.model, "bot/")
 
     def _log(self, text, *rest):
         self.log.append(text % rest if rest else text)
@@ -96,23 +100,28 @@ class Bot:
 
     def ask(self, service, **fields):
         """Call one of the controller_manager's services."""
-        kind = ''.join(word.capitalize() for word in service.split('_'))
-        request = getattr(srv, f'{kind}Request')(**fields)
+        kind = "".join(word.capitalize() for word in service.split("_"))
+        request = getattr(srv, f"{kind}Request")(**fields)
         return self.in_thread(
-            lambda: self.wires[f'/bot/controller_manager/{service}'].call(request))
+            lambda: self.wires[f"/bot/controller_manager/{service}"].call(request)
+        )
 
     def load(self, name):
         """Whether load_controller answers ok."""
-        return self.ask('load_controller', name=name).ok
+        return self.ask("load_controller", name=name).ok
 
     def unload(self, name):
         """Whether unload_controller answers ok."""
-        return self.ask('unload_controller', name=name).ok
+        return self.ask("unload_controller", name=name).ok
 
     def switch(self, start=(), stop=(), strictness=2):
         """Whether switch_controller answers ok."""
-        return self.ask('switch_controller', start_controllers=list(start),
-                        stop_controllers=list(stop), strictness=strictness).ok
+        return self.ask(
+            "switch_controller",
+            start_controllers=list(start),
+            stop_controllers=list(stop),
+            strictness=strictness,
+        ).ok
 
     def start(self, name):
         """Load and start."""
@@ -120,11 +129,11 @@ class Bot:
 
     def states(self):
         """{controller: state}."""
-        return {c.name: c.state for c in self.ask('list_controllers').controller}
+        return {c.name: c.state for c in self.ask("list_controllers").controller}
 
     def command(self, name, message):
         """A message arrives on the command topic."""
-        self.wires[f'/bot/{name}/command'].call(message)
+        self.wires[f"/bot/{name}/command"].call(message)
 
     def run(self, steps):
         """Steps as the server makes them."""

@@ -1,4 +1,6 @@
 """What stands behind a publisher: takes packed messages as rospy's topic does."""
+
+
 class Impl:
     """Hands messages, read back from their bytes, to the fake publisher that owns it.
 
@@ -19,5 +21,5 @@ class Impl:
 
     def write_data(self, data):
         """Read back, hand over."""
-        assert len(data) == 4 + int.from_bytes(data[:4], 'little')
+        assert len(data) == 4 + int.from_bytes(data[:4], "little")
         self._owner.publish(self._owner.kind().deserialize(data[4:]))

@@ -1,15 +1,18 @@
 """Messages as genpy builds them: the measure of the packed ones."""
 
+from bullet_bridge.transport import conversions
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image, JointState, LaserScan
-
-from bullet_bridge.transport import conversions
 
 
 def joint_state(time, names, positions, velocities, efforts):
     """sensor_msgs/JointState from names and three (n,) arrays."""
-    message = JointState(name=list(names), position=positions.tolist(),
-                         velocity=velocities.tolist(), effort=efforts.tolist())
+    message = JointState(
+        name=list(names),
+        position=positions.tolist(),
+        velocity=velocities.tolist(),
+        effort=efforts.tolist(),
+    )
     message.header.stamp = conversions.stamp(time)
     return message
 
@@ -21,25 +24,36 @@ def odometry(time, spec, pose, linear, angular):
     message.pose.pose = conversions.pose_to_msg(pose)
     message.twist.twist = conversions.twist_to_msg(linear, angular)
     for covariance in (message.pose.covariance, message.twist.covariance):
-        covariance[::7] = [spec.noise_stddev ** 2] * 6
+        covariance[::7] = [spec.noise_stddev**2] * 6
     return message
 
 
-def image(time, frame_id, rgb, encoding='rgb8'):
+def image(time, frame_id, rgb, encoding="rgb8"):
     """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
     height, width = rgb.shape[:2]
     rgb = conversions.pixels(rgb, encoding)
-    message = Image(height=height, width=width, encoding=encoding,
-                    step=width * (1 if encoding == 'mono8' else 3), data=rgb.tobytes())
+    message = Image(
+        height=height,
+        width=width,
+        encoding=encoding,
+        step=width * (1 if encoding == "mono8" else 3),
+        data=rgb.tobytes(),
+    )
     message.header.stamp, message.header.frame_id = conversions.stamp(time), frame_id
     return message
 
 
 def laser_scan(time, spec, increment, ranges):
     """sensor_msgs/LaserScan of a RaySpec and ranges (n,) [m]; all rays at one time."""
-    message = LaserScan(angle_min=spec.min_angle, angle_max=spec.max_angle,
-                        angle_increment=increment, scan_time=1.0 / spec.rate,
-                        range_min=spec.range_min, range_max=spec.range_max,
-                        ranges=ranges.tolist(), intensities=[0.0] * len(ranges))
+    message = LaserScan(
+        angle_min=spec.min_angle,
+        angle_max=spec.max_angle,
+        angle_increment=increment,
+        scan_time=1.0 / spec.rate,
+        range_min=spec.range_min,
+        range_max=spec.range_max,
+        ranges=ranges.tolist(),
+        intensities=[0.0] * len(ranges),
+    )
     message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
     return message

@@ -1,35 +1,37 @@
 """What callers of services and topics get when something is wrong."""
+
 import pytest
 import rospy
+from bullet_bridge.services import answering
+from bullet_sim.errors import WorldError
 from gazebo_msgs.srv import DeleteModel, DeleteModelResponse
 from std_srvs.srv import EmptyResponse
 
-from bullet_bridge.services import answering
-from bullet_sim.errors import WorldError
 
-
-@pytest.fixture(name='log')
+@pytest.fixture(name="log")
 def _log(monkeypatch):
     lines = []
-    monkeypatch.setattr(answering.rospy, 'logerr', lambda text, *rest: lines.append(text % rest))
-    monkeypatch.setattr(answering.rospy, 'logerr_throttle', lambda _, text: lines.append(text))
+    monkeypatch.setattr(answering.rospy, "logerr", lambda text, *rest: lines.append(text % rest))
+    monkeypatch.setattr(answering.rospy, "logerr_throttle", lambda _, text: lines.append(text))
     return lines
 
 
 def fail(error):
     """Work that fails."""
+
     def work(_request):
         raise error
+
     return work
 
 
 def test_a_response_with_success(log):
-    handle = answering.answering(lambda _: DeleteModelResponse(status_message='gone'), DeleteModel)
+    handle = answering.answering(lambda _: DeleteModelResponse(status_message="gone"), DeleteModel)
     answer = handle(None)
-    assert (answer.success, answer.status_message, log) == (True, 'gone', [])
+    assert (answer.success, answer.status_message, log) == (True, "gone", [])
 
 
-@pytest.mark.parametrize('error', [WorldError('no 100 % match'), TimeoutError('too late')])
+@pytest.mark.parametrize("error", [WorldError("no 100 % match"), TimeoutError("too late")])
 def test_errors_are_told_and_logged_once(log, error):
     answer = answering.answering(fail(error), DeleteModel)(None)
     assert (answer.success, answer.status_message) == (False, str(error))
@@ -38,19 +40,22 @@ def test_errors_are_told_and_logged_once(log, error):
 
 def test_a_response_without_fields_is_a_failed_call(log):
     assert answering.commanding(lambda _: None)(None) == EmptyResponse()
-    with pytest.raises(rospy.ServiceException, match='no such thing'):
-        answering.commanding(fail(WorldError('no such thing')))(None)
-    assert log == ['no such thing']
+    with pytest.raises(rospy.ServiceException, match="no such thing"):
+        answering.commanding(fail(WorldError("no such thing")))(None)
+    assert log == ["no such thing"]
 
 
 def test_a_message_that_is_wrong_goes_to_the_log(log):
-    answering.listening(fail(WorldError('no such model')))(None)
-    assert log == ['no such model']
+    answering.listening(fail(WorldError("no such model")))(None)
+    assert log == ["no such model"]
 
 
 def test_faults_of_the_program_are_not_hidden(log):
-    for wrap in (lambda work: answering.answering(work, DeleteModel), answering.commanding,
-                 answering.listening):
+    for wrap in (
+        lambda work: answering.answering(work, DeleteModel),
+        answering.commanding,
+        answering.listening,
+    ):
         with pytest.raises(ZeroDivisionError):
             wrap(fail(ZeroDivisionError()))(None)
     assert log == []

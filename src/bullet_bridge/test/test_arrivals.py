@@ -1,9 +1,9 @@
 """Messages are counted per topic, from one step to the next."""
+
 import threading
 import time
 
 import pytest
-
 from bullet_bridge.loop import arrivals as module
 from bullet_bridge.loop.arrivals import Arrivals
 
@@ -19,10 +19,10 @@ class Wire:
         self.closed += 1
 
 
-@pytest.fixture(name='arrivals')
+@pytest.fixture(name="arrivals")
 def _arrivals(monkeypatch):
-    monkeypatch.setattr(module.rospy, 'Subscriber', Wire)
-    monkeypatch.setattr(module.rospy, 'is_shutdown', lambda: False)
+    monkeypatch.setattr(module.rospy, "Subscriber", Wire)
+    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     return Arrivals()
 
 
@@ -32,24 +32,24 @@ def wire(counted):
 
 
 def test_counts_are_per_topic_and_start_again_when_taken(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
-    arrivals.subscribe('/two', str, lambda _: None)
+    one = arrivals.subscribe("/one", str, lambda _: None)
+    arrivals.subscribe("/two", str, lambda _: None)
     for _ in range(3):
-        wire(one).call('x')
-    arrivals.take({'/one': 3, '/two': 0}, 0.0)
-    with pytest.raises(TimeoutError, match='/one: 0 of 1'):
-        arrivals.take({'/one': 1}, 0.0)
+        wire(one).call("x")
+    arrivals.take({"/one": 3, "/two": 0}, 0.0)
+    with pytest.raises(TimeoutError, match="/one: 0 of 1"):
+        arrivals.take({"/one": 1}, 0.0)
 
 
 def test_a_failed_wait_names_what_is_missing_and_keeps_the_counts(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
-    arrivals.subscribe('/two', str, lambda _: None)
-    wire(one).call('x')
+    one = arrivals.subscribe("/one", str, lambda _: None)
+    arrivals.subscribe("/two", str, lambda _: None)
+    wire(one).call("x")
     with pytest.raises(TimeoutError) as error:
-        arrivals.take({'/one': 2, '/two': 1}, 0.01)
-    assert str(error.value) == 'not all commands came within 0.01 s: /one: 1 of 2, /two: 0 of 1'
-    wire(one).call('x')
-    arrivals.take({'/one': 2}, 0.0)
+        arrivals.take({"/one": 2, "/two": 1}, 0.01)
+    assert str(error.value) == "not all commands came within 0.01 s: /one: 1 of 2, /two: 0 of 1"
+    wire(one).call("x")
+    arrivals.take({"/one": 2}, 0.0)
 
 
 def test_a_message_counts_only_after_it_was_handed_over(arrivals):
@@ -57,56 +57,58 @@ def test_a_message_counts_only_after_it_was_handed_over(arrivals):
 
     def keep(message):
         with pytest.raises(TimeoutError):
-            arrivals.take({'/one': 1}, 0.0)
+            arrivals.take({"/one": 1}, 0.0)
         handed.append(message)
-    wire(arrivals.subscribe('/one', str, keep)).call('x')
-    arrivals.take({'/one': 1}, 0.0)
-    assert handed == ['x']
+
+    wire(arrivals.subscribe("/one", str, keep)).call("x")
+    arrivals.take({"/one": 1}, 0.0)
+    assert handed == ["x"]
 
 
 def test_every_message_of_a_burst_is_wanted(arrivals):
-    assert 'queue_size' not in wire(arrivals.subscribe('/one', str, print)).options
+    assert "queue_size" not in wire(arrivals.subscribe("/one", str, print)).options
 
 
 def test_waiting_ends_when_the_message_comes(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
+    one = arrivals.subscribe("/one", str, lambda _: None)
     done = []
-    waiter = threading.Thread(target=lambda: done.append(arrivals.take({'/one': 2}, 90.0)))
+    waiter = threading.Thread(target=lambda: done.append(arrivals.take({"/one": 2}, 90.0)))
     waiter.start()
     for _ in range(2):
         time.sleep(0.01)
         assert not done
-        wire(one).call('x')
+        wire(one).call("x")
     waiter.join(90.0)
     assert len(done) == 1
 
 
-@pytest.mark.parametrize('wanted', ['/none', 'one'])
+@pytest.mark.parametrize("wanted", ["/none", "one"])
 def test_an_unknown_topic_is_an_error_at_once(arrivals, wanted):
-    arrivals.subscribe('/one', str, lambda _: None)
+    arrivals.subscribe("/one", str, lambda _: None)
     with pytest.raises(ValueError, match=f"topic '{wanted}' is not subscribed .*; topics are /one"):
         arrivals.take({wanted: 1}, 90.0)
 
 
 def test_a_topic_is_known_until_its_last_subscriber_goes(arrivals):
-    first, second = (arrivals.subscribe('/one', str, lambda _: None) for _ in range(2))
+    first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
     first.unregister()
-    assert arrivals.topics() == ['/one'] and wire(first).closed == 1
+    assert arrivals.topics() == ["/one"] and wire(first).closed == 1
     second.unregister()
     assert arrivals.topics() == []
-    wire(second).call('late')
+    wire(second).call("late")
     assert arrivals.topics() == []
 
 
 def test_who_waits_for_a_topic_learns_that_it_went(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
+    one = arrivals.subscribe("/one", str, lambda _: None)
     errors = []
 
     def wait():
         try:
-            arrivals.take({'/one': 1}, 90.0)
+            arrivals.take({"/one": 1}, 90.0)
         except ValueError as error:
             errors.append(str(error))
+
     waiter = threading.Thread(target=wait)
     waiter.start()
     time.sleep(0.01)
@@ -116,50 +118,51 @@ def test_who_waits_for_a_topic_learns_that_it_went(arrivals):
 
 
 def test_one_message_to_two_listeners_is_one_message(arrivals):
-    first, second = (arrivals.subscribe('/one', str, lambda _: None) for _ in range(2))
-    wire(first).call('x')
-    with pytest.raises(TimeoutError, match='/one: 0 of 1'):     # the second has yet to get it
-        arrivals.take({'/one': 1}, 0.0)
-    wire(second).call('x')
-    with pytest.raises(TimeoutError, match='/one: 1 of 2'):
-        arrivals.take({'/one': 2}, 0.0)
-    arrivals.take({'/one': 1}, 0.0)
+    first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
+    wire(first).call("x")
+    with pytest.raises(TimeoutError, match="/one: 0 of 1"):  # the second has yet to get it
+        arrivals.take({"/one": 1}, 0.0)
+    wire(second).call("x")
+    with pytest.raises(TimeoutError, match="/one: 1 of 2"):
+        arrivals.take({"/one": 2}, 0.0)
+    arrivals.take({"/one": 1}, 0.0)
 
 
 def test_who_has_gone_is_not_waited_for(arrivals):
-    first, second = (arrivals.subscribe('/one', str, lambda _: None) for _ in range(2))
-    wire(first).call('x')
+    first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
+    wire(first).call("x")
     second.unregister()
-    arrivals.take({'/one': 1}, 0.0)
+    arrivals.take({"/one": 1}, 0.0)
 
 
 def test_clear_counts_from_0(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
-    wire(one).call('x')
+    one = arrivals.subscribe("/one", str, lambda _: None)
+    wire(one).call("x")
     arrivals.clear()
-    with pytest.raises(TimeoutError, match='/one: 0 of 1'):
-        arrivals.take({'/one': 1}, 0.0)
-    wire(one).call('x')
-    arrivals.take({'/one': 1}, 0.0)
+    with pytest.raises(TimeoutError, match="/one: 0 of 1"):
+        arrivals.take({"/one": 1}, 0.0)
+    wire(one).call("x")
+    arrivals.take({"/one": 1}, 0.0)
 
 
 def test_what_is_given_back_counts_again_unless_cleared_since(arrivals):
-    one = arrivals.subscribe('/one', str, lambda _: None)
-    wire(one).call('x')
-    taken = arrivals.take({'/one': 1}, 0.0)
-    wire(one).call('x')
+    one = arrivals.subscribe("/one", str, lambda _: None)
+    wire(one).call("x")
+    taken = arrivals.take({"/one": 1}, 0.0)
+    wire(one).call("x")
     arrivals.give_back(taken)
-    taken = arrivals.take({'/one': 2}, 0.0)
+    taken = arrivals.take({"/one": 2}, 0.0)
     arrivals.clear()
     arrivals.give_back(taken)
-    with pytest.raises(TimeoutError, match='/one: 0 of 1'):
-        arrivals.take({'/one': 1}, 0.0)
+    with pytest.raises(TimeoutError, match="/one: 0 of 1"):
+        arrivals.take({"/one": 1}, 0.0)
 
 
 def test_a_topic_that_cannot_be_subscribed_is_not_counted(arrivals, monkeypatch):
     def refuse(*_, **__):
-        raise ValueError('bad name')
-    monkeypatch.setattr(module.rospy, 'Subscriber', refuse)
+        raise ValueError("bad name")
+
+    monkeypatch.setattr(module.rospy, "Subscriber", refuse)
     with pytest.raises(ValueError):
-        arrivals.subscribe('/one', str, lambda _: None)
+        arrivals.subscribe("/one", str, lambda _: None)
     assert arrivals.topics() == []

@@ -1,8 +1,8 @@
 """Cameras between the simulation and the render worker."""
+
 from types import SimpleNamespace
 
 import pytest
-
 from bullet_bridge.outputs import cameras as module
 from bullet_bridge.outputs.cameras import Cameras
 
@@ -15,7 +15,7 @@ class Client:
 
     def start(self, _kind):
         """Always works."""
-        return SimpleNamespace(kind='tiny', reason='')
+        return SimpleNamespace(kind="tiny", reason="")
 
     def set_sources(self, _sources):
         """Nothing to draw."""
@@ -46,21 +46,21 @@ class Camera:
         self.times.append(frame.time)
 
 
-@pytest.fixture(name='cameras')
+@pytest.fixture(name="cameras")
 def _cameras(monkeypatch):
-    monkeypatch.setattr(module, 'RenderClient', Client)
-    monkeypatch.setattr(module.rospy, 'is_shutdown', lambda: False)
-    monkeypatch.setattr(module.rospy, 'loginfo', lambda *_: None)
-    cameras = Cameras('tiny', False)
-    cameras.restart()       # before the first camera there is nothing to forget
+    monkeypatch.setattr(module, "RenderClient", Client)
+    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
+    monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
+    cameras = Cameras("tiny", False)
+    cameras.restart()  # before the first camera there is nothing to forget
     cameras.start()
     return cameras
 
 
 def test_pictures_of_before_a_reset_do_not_come_after_it(cameras):
-    camera, world = Camera('a'), SimpleNamespace(snapshot=lambda: now)
+    camera, world = Camera("a"), SimpleNamespace(snapshot=lambda: now)
     cameras.add(camera)
-    for now in (1.0, 2.0):
+    for now in (1.0, 2.0):  # noqa: B007 (the world reads it)
         cameras.draw(world, [camera])
     cameras._client.finish()
     now = 3.0
@@ -73,7 +73,7 @@ def test_pictures_of_before_a_reset_do_not_come_after_it(cameras):
 
 
 def test_removing_leaves_a_later_namesake(cameras):
-    old, new = Camera('a'), Camera('a')
+    old, new = Camera("a"), Camera("a")
     cameras.add(old)
     cameras.add(new)
     cameras.remove(old)

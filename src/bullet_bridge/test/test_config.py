@@ -1,8 +1,8 @@
 """Parameters of the bridge are checked one by one."""
+
 import math
 
 import pytest
-
 from bullet_bridge.config import Config, parse_config
 
 
@@ -15,38 +15,58 @@ def test_defaults():
     assert parse() == Config()
 
 
-@pytest.mark.parametrize('name, value, field, expected', [
-    ('world_file', 'worlds/empty.world', 'world_file', 'worlds/empty.world'),
-    ('paused', True, 'paused', True),
-    ('real_time_factor', 0, 'real_time_factor', 0.0),
-    ('real_time_factor', 2.5, 'real_time_factor', 2.5),
-    ('lockstep', True, 'lockstep', True),
-    ('renderer', 'tiny', 'renderer', 'tiny'),
-    ('renderer', 'egl', 'renderer', 'egl'),
-    ('pub_clock_frequency', 100, 'clock_rate', 100.0),
-    ('pub_clock_frequency', 0, 'clock_rate', 200.0),
-    ('seed', 7, 'seed', 7),
-    ('monotonic_clock', True, 'monotonic_clock', True),
-    ('step_timeout', 2, 'step_timeout', 2.0),
-    ('gui', True, 'gui', True),
-    ('headless', True, 'headless', True),
-])
+@pytest.mark.parametrize(
+    "name, value, field, expected",
+    [
+        ("world_file", "worlds/empty.world", "world_file", "worlds/empty.world"),
+        ("paused", True, "paused", True),
+        ("real_time_factor", 0, "real_time_factor", 0.0),
+        ("real_time_factor", 2.5, "real_time_factor", 2.5),
+        ("lockstep", True, "lockstep", True),
+        ("renderer", "tiny", "renderer", "tiny"),
+        ("renderer", "egl", "renderer", "egl"),
+        ("pub_clock_frequency", 100, "clock_rate", 100.0),
+        ("pub_clock_frequency", 0, "clock_rate", 200.0),
+        ("seed", 7, "seed", 7),
+        ("monotonic_clock", True, "monotonic_clock", True),
+        ("step_timeout", 2, "step_timeout", 2.0),
+        ("gui", True, "gui", True),
+        ("headless", True, "headless", True),
+    ],
+)
 def test_good_values(name, value, field, expected):
     assert getattr(parse(**{name: value}), field) == expected
 
 
-@pytest.mark.parametrize('name, value', [
-    ('real_time_factor', -1), ('real_time_factor', math.nan), ('real_time_factor', math.inf),
-    ('real_time_factor', 'fast'), ('real_time_factor', True),
-    ('pub_clock_frequency', -1), ('pub_clock_frequency', None), ('pub_clock_frequency', math.nan),
-    ('renderer', 'ogre'), ('renderer', 3), ('paused', 'yes'), ('paused', 1), ('lockstep', 'no'),
-    ('monotonic_clock', 0), ('step_timeout', -1), ('step_timeout', math.inf),
-    ('gui', 'true'), ('seed', 'x'), ('seed', math.nan)])
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("real_time_factor", -1),
+        ("real_time_factor", math.nan),
+        ("real_time_factor", math.inf),
+        ("real_time_factor", "fast"),
+        ("real_time_factor", True),
+        ("pub_clock_frequency", -1),
+        ("pub_clock_frequency", None),
+        ("pub_clock_frequency", math.nan),
+        ("renderer", "ogre"),
+        ("renderer", 3),
+        ("paused", "yes"),
+        ("paused", 1),
+        ("lockstep", "no"),
+        ("monotonic_clock", 0),
+        ("step_timeout", -1),
+        ("step_timeout", math.inf),
+        ("gui", "true"),
+        ("seed", "x"),
+        ("seed", math.nan),
+    ],
+)
 def test_bad_values_are_named(name, value):
     with pytest.raises(ValueError) as error:
         parse(**{name: value})
-    assert f'parameter {name} is' in str(error.value) and str(value) in str(error.value)
-    assert 'must be' in str(error.value)
+    assert f"parameter {name} is" in str(error.value) and str(value) in str(error.value)
+    assert "must be" in str(error.value)
 
 
 def test_lockstep_starts_paused():

@@ -1,31 +1,42 @@
 """Controller services and commands of a robot with two joints, without a ROS master."""
+
 import math
 
 import bot_rig
 import pytest
-from std_msgs.msg import Float64, Float64MultiArray
-
 from bullet_bridge.control import robot as control
 from bullet_bridge.control.robot import RobotControl
 from bullet_sim.pose import Pose
+from std_msgs.msg import Float64, Float64MultiArray
 
-LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
-        'ixy="0" ixz="0" iyz="0"/></inertial></link>')
-JOINT = ('<joint name="{0}" type="{1}"><parent link="base"/><child link="{0}_link"/>'
-         '<axis xyz="0 0 1"/><limit effort="10" velocity="50" lower="-1" upper="1"/></joint>')
-URDF = ('<robot name="bot">' + LINK.format('base') + LINK.format('wheel_link')
-        + LINK.format('arm_link') + JOINT.format('wheel', 'continuous')
-        + JOINT.format('arm', 'revolute')
-        + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>')
+LINK = (
+    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
+    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+)
+JOINT = (
+    '<joint name="{0}" type="{1}"><parent link="base"/><child link="{0}_link"/>'
+    '<axis xyz="0 0 1"/><limit effort="10" velocity="50" lower="-1" upper="1"/></joint>'
+)
+URDF = (
+    '<robot name="bot">'
+    + LINK.format("base")
+    + LINK.format("wheel_link")
+    + LINK.format("arm_link")
+    + JOINT.format("wheel", "continuous")
+    + JOINT.format("arm", "revolute")
+    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
 PARAMS = {
-    '/bot/states': {'type': 'joint_state_controller/JointStateController', 'publish_rate': 50},
-    '/bot/fast': {'type': 'joint_state_controller/JointStateController', 'publish_rate': 5000},
-    '/bot/drive': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'wheel'},
-    '/bot/rival': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'wheel'},
-    '/bot/steer': {'type': 'position_controllers/JointPositionController', 'joint': 'arm'},
-    '/bot/group': {'type': 'velocity_controllers/JointGroupVelocityController',
-                   'joints': ['wheel', 'arm']},
-    '/bot/wrong': {'type': 'velocity_controllers/JointVelocityController', 'joint': 'nose'},
+    "/bot/states": {"type": "joint_state_controller/JointStateController", "publish_rate": 50},
+    "/bot/fast": {"type": "joint_state_controller/JointStateController", "publish_rate": 5000},
+    "/bot/drive": {"type": "velocity_controllers/JointVelocityController", "joint": "wheel"},
+    "/bot/rival": {"type": "velocity_controllers/JointVelocityController", "joint": "wheel"},
+    "/bot/steer": {"type": "position_controllers/JointPositionController", "joint": "arm"},
+    "/bot/group": {
+        "type": "velocity_controllers/JointGroupVelocityController",
+        "joints": ["wheel", "arm"],
+    },
+    "/bot/wrong": {"type": "velocity_controllers/JointVelocityController", "joint": "nose"},
 }
 
 
@@ -38,10 +49,10 @@ class Bot(bot_rig.Bot):
     def run(self, steps):
         """Velocity of the wheel afterwards [rad/s]."""
         super().run(steps)
-        return self.velocity('wheel')
+        return self.velocity("wheel")
 
 
-@pytest.fixture(name='bot')
+@pytest.fixture(name="bot")
 def bot_in_a_world(monkeypatch):
     """The robot, freed afterwards."""
     bot = Bot(monkeypatch)
@@ -50,49 +61,54 @@ def bot_in_a_world(monkeypatch):
 
 
 def test_load_switch_list_unload(bot):
-    assert bot.load('drive') and bot.load('states')
-    assert bot.states() == {'drive': 'initialized', 'states': 'initialized'}
-    assert bot.switch(start=['drive', 'states'])
-    assert bot.states() == {'drive': 'running', 'states': 'running'}
-    assert not bot.unload('drive')
-    assert bot.switch(stop=['drive']) and bot.states()['drive'] == 'stopped'
-    assert bot.unload('drive') and bot.states() == {'states': 'running'}
-    assert bot.wires['/bot/drive/command'].closed
+    assert bot.load("drive") and bot.load("states")
+    assert bot.states() == {"drive": "initialized", "states": "initialized"}
+    assert bot.switch(start=["drive", "states"])
+    assert bot.states() == {"drive": "running", "states": "running"}
+    assert not bot.unload("drive")
+    assert bot.switch(stop=["drive"]) and bot.states()["drive"] == "stopped"
+    assert bot.unload("drive") and bot.states() == {"states": "running"}
+    assert bot.wires["/bot/drive/command"].closed
 
 
-@pytest.mark.parametrize('name', ['/drive', '/bot/drive', 'bot/drive', 'drive/'])
+@pytest.mark.parametrize("name", ["/drive", "/bot/drive", "bot/drive", "drive/"])
 def test_slashes_and_the_namespace_in_a_name_do_not_matter(bot, name):
-    assert bot.load(name) and bot.switch(start=[name]) and bot.states() == {'drive': 'running'}
+    assert bot.load(name) and bot.switch(start=[name]) and bot.states() == {"drive": "running"}
     assert bot.switch(stop=[name]) and bot.unload(name)
-    assert bot.wires['/bot/drive/command'].closed
+    assert bot.wires["/bot/drive/command"].closed
 
 
 def test_list_tells_type_and_claims(bot):
-    bot.load('drive')
-    entry = bot.ask('list_controllers').controller[0]
-    assert entry.type == 'velocity_controllers/JointVelocityController'
+    bot.load("drive")
+    entry = bot.ask("list_controllers").controller[0]
+    assert entry.type == "velocity_controllers/JointVelocityController"
     claimed = entry.claimed_resources[0]
-    assert claimed.hardware_interface == 'hardware_interface::VelocityJointInterface'
-    assert claimed.resources == ['wheel']
+    assert claimed.hardware_interface == "hardware_interface::VelocityJointInterface"
+    assert claimed.resources == ["wheel"]
 
 
 def test_types_and_reload(bot):
-    answer = bot.ask('list_controller_types')
-    assert 'position_controllers/JointPositionController' in answer.types
+    answer = bot.ask("list_controller_types")
+    assert "position_controllers/JointPositionController" in answer.types
     assert len(answer.types) == len(answer.base_classes)
-    assert bot.ask('reload_controller_libraries').ok
+    assert bot.ask("reload_controller_libraries").ok
 
 
 def test_command_topics_have_the_type_of_the_controller(bot):
-    assert bot.load('drive') and bot.load('group') and bot.load('states')
-    assert bot.wires['/bot/drive/command'].kind is Float64
-    assert bot.wires['/bot/group/command'].kind is Float64MultiArray
-    assert '/bot/states/command' not in bot.wires
+    assert bot.load("drive") and bot.load("group") and bot.load("states")
+    assert bot.wires["/bot/drive/command"].kind is Float64
+    assert bot.wires["/bot/group/command"].kind is Float64MultiArray
+    assert "/bot/states/command" not in bot.wires
 
 
-@pytest.mark.parametrize('name, reason', [
-    ('ghost', '/bot/ghost is not on the parameter server'), ('wrong', "joint 'nose'"),
-    ('fast', 'publish_rate is 5000')])
+@pytest.mark.parametrize(
+    "name, reason",
+    [
+        ("ghost", "/bot/ghost is not on the parameter server"),
+        ("wrong", "joint 'nose'"),
+        ("fast", "publish_rate is 5000"),
+    ],
+)
 def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
     assert bot.load(name) is False
     assert any(reason in text for text in bot.log)
@@ -100,85 +116,85 @@ def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
 
 
 def test_loading_twice_is_refused(bot):
-    assert bot.load('drive') and not bot.load('drive')
+    assert bot.load("drive") and not bot.load("drive")
     assert "controller 'drive' is loaded already" in bot.log[-1]
 
 
 def test_two_controllers_of_one_joint(bot):
-    bot.load('drive')
-    bot.load('rival')
-    assert bot.switch(start=['drive'])
-    assert not bot.switch(start=['rival'])
+    bot.load("drive")
+    bot.load("rival")
+    assert bot.switch(start=["drive"])
+    assert not bot.switch(start=["rival"])
     assert "'wheel' is claimed by 'drive'" in bot.log[-1]
-    assert bot.switch(start=['rival'], stop=['drive'])
-    assert bot.states() == {'drive': 'stopped', 'rival': 'running'}
+    assert bot.switch(start=["rival"], stop=["drive"])
+    assert bot.states() == {"drive": "stopped", "rival": "running"}
 
 
 def test_best_effort_starts_what_it_can(bot):
-    bot.load('drive')
-    assert not bot.switch(start=['drive', 'ghost'])
-    assert bot.states() == {'drive': 'initialized'}
-    assert bot.switch(start=['drive', 'ghost'], strictness=1)
-    assert bot.states() == {'drive': 'running'} and "'ghost'" in bot.log[-1]
+    bot.load("drive")
+    assert not bot.switch(start=["drive", "ghost"])
+    assert bot.states() == {"drive": "initialized"}
+    assert bot.switch(start=["drive", "ghost"], strictness=1)
+    assert bot.states() == {"drive": "running"} and "'ghost'" in bot.log[-1]
 
 
 def test_the_latest_command_wins(bot):
-    bot.load('drive')
-    bot.switch(start=['drive'])
+    bot.load("drive")
+    bot.switch(start=["drive"])
     for value in (1.0, -7.0, 3.0):
-        bot.command('drive', Float64(value))
+        bot.command("drive", Float64(value))
     assert bot.run(200) == pytest.approx(3.0, abs=0.05)
 
 
 def test_group_commands(bot):
-    bot.load('group')
-    bot.switch(start=['group'])
-    bot.command('group', Float64MultiArray(data=[2.0, 0.0]))
+    bot.load("group")
+    bot.switch(start=["group"])
+    bot.command("group", Float64MultiArray(data=[2.0, 0.0]))
     assert bot.run(200) == pytest.approx(2.0, abs=0.05)
-    bot.command('group', Float64MultiArray(data=[5.0]))
+    bot.command("group", Float64MultiArray(data=[5.0]))
     assert bot.run(50) == pytest.approx(2.0, abs=0.05)
-    assert 'has 1 values, must have 2' in bot.log[-1]
+    assert "has 1 values, must have 2" in bot.log[-1]
 
 
-@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_a_command_that_is_no_number_is_logged_and_the_last_stays(bot, bad):
-    bot.load('drive')
-    bot.switch(start=['drive'])
-    bot.command('drive', Float64(4.0))
+    bot.load("drive")
+    bot.switch(start=["drive"])
+    bot.command("drive", Float64(4.0))
     bot.run(200)
-    bot.command('drive', Float64(bad))
+    bot.command("drive", Float64(bad))
     assert bot.run(200) == pytest.approx(4.0, abs=0.05)
     assert [text for text in bot.log if f"command of 'drive' is {bad}" in text]
 
 
 def test_a_stopped_controller_ignores_commands(bot):
-    bot.load('drive')
-    bot.command('drive', Float64(4.0))
+    bot.load("drive")
+    bot.command("drive", Float64(4.0))
     assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_joint_states_come_at_their_rate(bot):
-    bot.load('states')
+    bot.load("states")
     bot.run(100)
-    sent = bot.wires['/bot/joint_states'].sent
+    sent = bot.wires["/bot/joint_states"].sent
     assert sent == []
-    bot.switch(start=['states'])
+    bot.switch(start=["states"])
     bot.run(1000)
     assert len(sent) == pytest.approx(50, abs=1)
-    assert sorted(sent[0].name) == ['arm', 'wheel']
+    assert sorted(sent[0].name) == ["arm", "wheel"]
     assert sent[-1].header.stamp > sent[0].header.stamp
 
 
 def test_restart_drops_waiting_commands(bot):
-    bot.load('drive')
-    bot.switch(start=['drive'])
-    bot.command('drive', Float64(4.0))
+    bot.load("drive")
+    bot.switch(start=["drive"])
+    bot.command("drive", Float64(4.0))
     bot.control.restart()
     assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_close_withdraws_everything(bot):
-    bot.load('drive')
+    bot.load("drive")
     bot.control.close()
     assert all(wire.closed for wire in bot.wires.values())
 
@@ -196,12 +212,13 @@ def test_a_load_that_the_deletion_overtakes_leaves_nothing(bot, monkeypatch):
         topics = made(robot, spec)
         delete(bot)
         return topics
-    monkeypatch.setattr(control, 'topics_of', overtaken)
-    assert not bot.load('drive')
-    assert '/bot/drive/command' in bot.wires
+
+    monkeypatch.setattr(control, "topics_of", overtaken)
+    assert not bot.load("drive")
+    assert "/bot/drive/command" in bot.wires
     assert all(wire.closed for wire in bot.wires.values())
     assert bot.states() == {}
-    assert any('its model is deleted' in text for text in bot.log)
+    assert any("its model is deleted" in text for text in bot.log)
 
 
 class Tuning:
@@ -219,43 +236,51 @@ class Tuning:
         self.closed += 1
 
 
-@pytest.fixture(name='tuned')
+@pytest.fixture(name="tuned")
 def _tuned(bot, monkeypatch):
     """The robot with a controller 'pid' that can be loaded."""
-    monkeypatch.setitem(PARAMS, '/bot/pid', {
-        'type': 'effort_controllers/JointPositionController', 'joint': 'arm',
-        'pid': {'p': 1.0, 'i': 0.0, 'd': 0.0}})
-    monkeypatch.setattr(control, 'PidTuning', Tuning)
-    monkeypatch.setattr(Tuning, 'made', [])
+    monkeypatch.setitem(
+        PARAMS,
+        "/bot/pid",
+        {
+            "type": "effort_controllers/JointPositionController",
+            "joint": "arm",
+            "pid": {"p": 1.0, "i": 0.0, "d": 0.0},
+        },
+    )
+    monkeypatch.setattr(control, "PidTuning", Tuning)
+    monkeypatch.setattr(Tuning, "made", [])
     return bot
 
 
 def test_a_load_that_the_deletion_overtakes_at_the_tuning_leaves_nothing(tuned, monkeypatch):
-    monkeypatch.setattr(Tuning, 'meanwhile', lambda: delete(tuned))
-    assert not tuned.load('pid')
+    monkeypatch.setattr(Tuning, "meanwhile", lambda: delete(tuned))
+    assert not tuned.load("pid")
     assert [tuning.closed for tuning in Tuning.made] == [1]
     assert all(wire.closed for wire in tuned.wires.values())
 
 
 def test_a_service_that_cannot_be_made_fails_the_load_alone(tuned, monkeypatch):
     def refuse():
-        raise control.rospy.ServiceException('taken')
-    monkeypatch.setattr(Tuning, 'meanwhile', refuse)
-    assert not tuned.load('pid')
-    assert tuned.states() == {} and 'taken' in tuned.log[-1]
-    assert tuned.wires['/bot/pid/command'].closed
-    assert tuned.load('drive')
+        raise control.rospy.ServiceException("taken")
+
+    monkeypatch.setattr(Tuning, "meanwhile", refuse)
+    assert not tuned.load("pid")
+    assert tuned.states() == {} and "taken" in tuned.log[-1]
+    assert tuned.wires["/bot/pid/command"].closed
+    assert tuned.load("drive")
 
 
 def test_a_robot_whose_services_cannot_be_made_leaves_none(bot, monkeypatch):
     made = control.rospy.Service
 
     def refuse(name, *rest):
-        if name.endswith('list_controllers'):
-            raise control.rospy.ServiceException('taken')
+        if name.endswith("list_controllers"):
+            raise control.rospy.ServiceException("taken")
         return made(name, *rest)
-    monkeypatch.setattr(control.rospy, 'Service', refuse)
+
+    monkeypatch.setattr(control.rospy, "Service", refuse)
     bot.wires.clear()
     with pytest.raises(control.rospy.ServiceException):
-        RobotControl(bot.jobs, bot.world, bot.model, 'bot')
+        RobotControl(bot.jobs, bot.world, bot.model, "bot")
     assert len(bot.wires) == 3 and all(wire.closed for wire in bot.wires.values())

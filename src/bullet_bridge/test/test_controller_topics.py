@@ -1,46 +1,80 @@
 """Topics, tuning and life cycles of effort and drive controllers, without a ROS master."""
+
 import math
 
 import pytest
 from bot_rig import Bot
+from bullet_bridge.control import robot as control
+from bullet_bridge.control.pid_tuning import config_type
+from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
 
-from bullet_bridge.control import robot as control, topics as controller_topics
-from bullet_bridge.control.pid_tuning import config_type
-from bullet_sim.controllers.pid import PidGains
-
-LINK = ('<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
-        'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry>'
-        '</collision></link>')
-JOINT = ('<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
-         '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>')
-URDF = ('<robot name="bot"><link name="world"/><joint name="held" type="fixed"><parent link='
-        '"world"/><child link="base"/></joint>' + LINK.format('base')
-        + ''.join(LINK.format(f'{n}_link') + JOINT.format(n, at) for n, at in (
-            ('left', '0 0.2 0'), ('right', '0 -0.2 0'), ('arm', '0 0 1'), ('spare', '0 0 2')))
-        + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>')
+LINK = (
+    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
+    'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry>'
+    "</collision></link>"
+)
+JOINT = (
+    '<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
+    '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'
+)
+URDF = (
+    '<robot name="bot"><link name="world"/><joint name="held" type="fixed"><parent link='
+    '"world"/><child link="base"/></joint>'
+    + LINK.format("base")
+    + "".join(
+        LINK.format(f"{n}_link") + JOINT.format(n, at)
+        for n, at in (
+            ("left", "0 0.2 0"),
+            ("right", "0 -0.2 0"),
+            ("arm", "0 0 1"),
+            ("spare", "0 0 2"),
+        )
+    )
+    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
 PARAMS = {
-    '/bot/arm': {'type': 'effort_controllers/JointPositionController', 'joint': 'arm',
-                 'pid': {'p': 5.0, 'd': 1.0, 'publish_state': True}},
-    '/bot/arms': {'type': 'effort_controllers/JointGroupPositionController',
-                  'joints': ['arm', 'left'], 'arm': {'pid': {'p': 5.0}},
-                  'left': {'pid': {'p': 6.0}}},
-    '/bot/push': {'type': 'effort_controllers/JointEffortController', 'joint': 'arm'},
-    '/bot/base': {'type': 'diff_drive_controller/DiffDriveController', 'left_wheel': 'left',
-                  'right_wheel': 'right', 'publish_rate': 100, 'publish_cmd': True,
-                  'allow_multiple_cmd_vel_publishers': False, 'base_frame_id': 'footprint'},
-    '/bot/car': {'type': 'ackermann_steering_controller/AckermannSteeringController',
-                 'rear_wheel': 'left', 'front_steer': 'arm', 'wheel_separation_h': 1.0},
-    '/bot/fast': {'type': 'diff_drive_controller/DiffDriveController', 'left_wheel': 'left',
-                  'right_wheel': 'right', 'publish_rate': 5000},
-    '/bot/gazebo_ros_control/pid_gains': {'spare': {'p': 0.5}, 'nose': {'p': 1}, 'arm': {'i': 1}},
+    "/bot/arm": {
+        "type": "effort_controllers/JointPositionController",
+        "joint": "arm",
+        "pid": {"p": 5.0, "d": 1.0, "publish_state": True},
+    },
+    "/bot/arms": {
+        "type": "effort_controllers/JointGroupPositionController",
+        "joints": ["arm", "left"],
+        "arm": {"pid": {"p": 5.0}},
+        "left": {"pid": {"p": 6.0}},
+    },
+    "/bot/push": {"type": "effort_controllers/JointEffortController", "joint": "arm"},
+    "/bot/base": {
+        "type": "diff_drive_controller/DiffDriveController",
+        "left_wheel": "left",
+        "right_wheel": "right",
+        "publish_rate": 100,
+        "publish_cmd": True,
+        "allow_multiple_cmd_vel_publishers": False,
+        "base_frame_id": "footprint",
+    },
+    "/bot/car": {
+        "type": "ackermann_steering_controller/AckermannSteeringController",
+        "rear_wheel": "left",
+        "front_steer": "arm",
+        "wheel_separation_h": 1.0,
+    },
+    "/bot/fast": {
+        "type": "diff_drive_controller/DiffDriveController",
+        "left_wheel": "left",
+        "right_wheel": "right",
+        "publish_rate": 5000,
+    },
+    "/bot/gazebo_ros_control/pid_gains": {"spare": {"p": 0.5}, "nose": {"p": 1}, "arm": {"i": 1}},
 }
 
 
-@pytest.fixture(name='bot')
+@pytest.fixture(name="bot")
 def _bot(monkeypatch):
     bot = Bot(monkeypatch, URDF, PARAMS)
     yield bot
@@ -55,23 +89,24 @@ def twist(linear, angular):
 
 
 def test_state_comes_every_tenth_step_with_the_time_of_its_measurement(bot):
-    bot.start('arm')
-    bot.wires['/bot/arm/command'].call(Float64(0.5))
+    bot.start("arm")
+    bot.wires["/bot/arm/command"].call(Float64(0.5))
     bot.run(100)
-    wire = bot.wires['/bot/arm/state']
+    wire = bot.wires["/bot/arm/state"]
     assert wire.kind is JointControllerState and len(wire.sent) == 10
     assert [m.header.stamp.to_nsec() for m in wire.sent] == [
-        (10 * k - 1) * 1_000_000 for k in range(1, 11)]
+        (10 * k - 1) * 1_000_000 for k in range(1, 11)
+    ]
     first = wire.sent[0]
     assert (first.set_point, first.p, first.d, first.time_step) == (0.5, 5.0, 1.0, 0.001)
     assert first.error == pytest.approx(0.5 - first.process_value)
 
 
 def test_publish_state_shows_the_inside_of_the_pid_in_every_update(bot):
-    bot.start('arm')
-    bot.wires['/bot/arm/command'].call(Float64(0.5))
+    bot.start("arm")
+    bot.wires["/bot/arm/command"].call(Float64(0.5))
     bot.run(20)
-    wire = bot.wires['/bot/arm/pid/state']
+    wire = bot.wires["/bot/arm/pid/state"]
     assert wire.kind is PidState and len(wire.sent) == 20
     message = wire.sent[-1]
     assert message.p_term == pytest.approx(5.0 * message.error)
@@ -79,131 +114,135 @@ def test_publish_state_shows_the_inside_of_the_pid_in_every_update(bot):
 
 
 def test_nothing_is_published_while_it_is_stopped(bot):
-    bot.ask('load_controller', name='arm')
+    bot.ask("load_controller", name="arm")
     bot.run(50)
-    assert bot.control.next_due() == math.inf and bot.wires['/bot/arm/state'].sent == []
+    assert bot.control.next_due() == math.inf and bot.wires["/bot/arm/state"].sent == []
 
 
 def test_a_pid_of_each_joint_can_be_tuned(bot):
-    assert bot.ask('load_controller', name='arms').ok
-    assert bot.wires['/bot/arms/command'].kind is Float64MultiArray
-    assert bot.tunings['/bot/arms/left/pid'].gains == PidGains(6.0)
-    bot.in_thread(lambda: bot.tunings['/bot/arms/left/pid'].apply(PidGains(9.0)))
-    assert [pid.gains.p for pid in bot.model.manager.get('arms').pids] == [5.0, 9.0]
-    assert bot.ask('unload_controller', name='arms').ok
-    assert bot.tunings['/bot/arms/left/pid'].closed and bot.tunings['/bot/arms/arm/pid'].closed
+    assert bot.ask("load_controller", name="arms").ok
+    assert bot.wires["/bot/arms/command"].kind is Float64MultiArray
+    assert bot.tunings["/bot/arms/left/pid"].gains == PidGains(6.0)
+    bot.in_thread(lambda: bot.tunings["/bot/arms/left/pid"].apply(PidGains(9.0)))
+    assert [pid.gains.p for pid in bot.model.manager.get("arms").pids] == [5.0, 9.0]
+    assert bot.ask("unload_controller", name="arms").ok
+    assert bot.tunings["/bot/arms/left/pid"].closed and bot.tunings["/bot/arms/arm/pid"].closed
 
 
 def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
     hardware = bot.model.manager.hardware
-    assert hardware.pid('spare').gains == PidGains(0.5)
-    assert hardware.pid('arm') is None
-    text = '\n'.join(bot.log)
+    assert hardware.pid("spare").gains == PidGains(0.5)
+    assert hardware.pid("arm") is None
+    text = "\n".join(bot.log)
     assert "joint 'nose', which does not exist" in text
-    assert '/bot/gazebo_ros_control/pid_gains/arm pid has no p; the gains are not used' in text
-    bot.in_thread(lambda: bot.tunings['/bot/gazebo_ros_control/pid_gains/spare'].apply(PidGains(2.0)))
-    assert hardware.pid('spare').gains.p == 2.0
+    assert "/bot/gazebo_ros_control/pid_gains/arm pid has no p; the gains are not used" in text
+    bot.in_thread(
+        lambda: bot.tunings["/bot/gazebo_ros_control/pid_gains/spare"].apply(PidGains(2.0))
+    )
+    assert hardware.pid("spare").gains.p == 2.0
 
 
 def test_odometry_is_that_of_its_stamp(bot):
     """Right and left wheel turn freely at their commands, so the pose is known at every time."""
-    bot.start('base')
-    bot.wires['/bot/base/cmd_vel'].call(twist(0.4, 0.0))
+    bot.start("base")
+    bot.wires["/bot/base/cmd_vel"].call(twist(0.4, 0.0))
     bot.run(300)
-    wire = bot.wires['/bot/base/odom']
+    wire = bot.wires["/bot/base/odom"]
     assert wire.kind is Odometry and len(wire.sent) == 30
     last = wire.sent[-1]
     joints = dict(zip(bot.model.joints.names, bot.model.joints.read()[0]))
     assert last.header.stamp.to_nsec() == 300_000_000
     assert last.pose.pose.position.x == pytest.approx(
-        0.1 * (joints['left'] + joints['right']) / 2, abs=1e-12)
+        0.1 * (joints["left"] + joints["right"]) / 2, abs=1e-12
+    )
     assert last.twist.twist.linear.x == pytest.approx(0.4, rel=1e-3)
-    assert (last.header.frame_id, last.child_frame_id) == ('odom', 'footprint')
-    moved = bot.wires['/tf'].sent[-1].transforms[0]
+    assert (last.header.frame_id, last.child_frame_id) == ("odom", "footprint")
+    moved = bot.wires["/tf"].sent[-1].transforms[0]
     assert moved.transform.translation.x == last.pose.pose.position.x
-    assert (moved.header, moved.child_frame_id) == (last.header, 'footprint')
-    limited = bot.wires['/bot/base/cmd_vel_out'].sent
+    assert (moved.header, moved.child_frame_id) == (last.header, "footprint")
+    limited = bot.wires["/bot/base/cmd_vel_out"].sent
     assert len(limited) == 300 and limited[-1].twist.linear.x == 0.4
 
 
-@pytest.mark.parametrize('bad', [math.nan, math.inf])
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_twist_that_is_no_number_is_refused(bot, bad):
-    bot.start('car')
-    bot.wires['/bot/car/cmd_vel'].call(twist(0.4, 0.1))
+    bot.start("car")
+    bot.wires["/bot/car/cmd_vel"].call(twist(0.4, 0.1))
     bot.run(50)
-    bot.wires['/bot/car/cmd_vel'].call(twist(0.4, bad))
+    bot.wires["/bot/car/cmd_vel"].call(twist(0.4, bad))
     bot.run(50)
     assert any(f"command of 'car' is {bad}" in text for text in bot.log)
-    assert bot.model.manager.get('car').limited == (0.4, 0.1)
+    assert bot.model.manager.get("car").limited == (0.4, 0.1)
 
 
 def test_a_second_publisher_makes_it_brake_where_that_is_forbidden(bot):
-    bot.start('base')
-    wire = bot.wires['/bot/base/cmd_vel']
+    bot.start("base")
+    wire = bot.wires["/bot/base/cmd_vel"]
     wire.call(twist(0.4, 0.0))
     bot.run(10)
     wire.connections = 2
     wire.call(twist(0.4, 0.0))
     bot.run(10)
-    assert bot.model.manager.get('base').limited == (0.0, 0.0)
-    assert any('more than one publisher' in text for text in bot.log)
+    assert bot.model.manager.get("base").limited == (0.0, 0.0)
+    assert any("more than one publisher" in text for text in bot.log)
 
 
 def test_claims_of_both_interfaces_are_listed(bot):
-    bot.ask('load_controller', name='car')
-    claims = bot.ask('list_controllers').controller[0].claimed_resources
+    bot.ask("load_controller", name="car")
+    claims = bot.ask("list_controllers").controller[0].claimed_resources
     assert [(c.hardware_interface, c.resources) for c in claims] == [
-        ('hardware_interface::VelocityJointInterface', ['left']),
-        ('hardware_interface::PositionJointInterface', ['arm'])]
+        ("hardware_interface::VelocityJointInterface", ["left"]),
+        ("hardware_interface::PositionJointInterface", ["arm"]),
+    ]
 
 
 def test_too_high_a_rate_is_refused_and_leaves_nothing(bot):
-    assert not bot.ask('load_controller', name='fast').ok
-    assert bot.ask('list_controllers').controller == []
-    assert '/bot/fast/cmd_vel' not in bot.wires and '/bot/fast/odom' not in bot.wires
+    assert not bot.ask("load_controller", name="fast").ok
+    assert bot.ask("list_controllers").controller == []
+    assert "/bot/fast/cmd_vel" not in bot.wires and "/bot/fast/odom" not in bot.wires
 
 
 def test_unload_and_close_withdraw_all_wires(bot):
-    bot.ask('load_controller', name='base')
-    bot.ask('load_controller', name='arm')
-    assert bot.ask('unload_controller', name='base').ok
-    for name in ('/bot/base/cmd_vel', '/bot/base/odom', '/tf', '/bot/base/cmd_vel_out'):
+    bot.ask("load_controller", name="base")
+    bot.ask("load_controller", name="arm")
+    assert bot.ask("unload_controller", name="base").ok
+    for name in ("/bot/base/cmd_vel", "/bot/base/odom", "/tf", "/bot/base/cmd_vel_out"):
         assert bot.wires[name].closed, name
-    assert not bot.wires['/bot/arm/state'].closed
+    assert not bot.wires["/bot/arm/state"].closed
     bot.control.close()
     assert all(wire.closed for wire in bot.wires.values())
     assert all(tuning.closed for tuning in bot.tunings.values())
 
 
-@pytest.mark.parametrize('error', [control.rospy.ROSException('bad name'), OSError('no master')])
+@pytest.mark.parametrize("error", [control.rospy.ROSException("bad name"), OSError("no master")])
 def test_a_controller_whose_topics_fail_leaves_nothing(bot, monkeypatch, error):
     def fail(*_):
         raise error
-    monkeypatch.setattr(control, 'PidTuning', fail)
-    assert not bot.ask('load_controller', name='arm').ok
-    assert bot.ask('list_controllers').controller == []
-    assert bot.wires['/bot/arm/command'].closed and bot.wires['/bot/arm/state'].closed
+
+    monkeypatch.setattr(control, "PidTuning", fail)
+    assert not bot.ask("load_controller", name="arm").ok
+    assert bot.ask("list_controllers").controller == []
+    assert bot.wires["/bot/arm/command"].closed and bot.wires["/bot/arm/state"].closed
     assert any(f"controller 'arm' cannot be made: {error}" in text for text in bot.log)
 
 
 def test_unloading_drops_a_command_that_waits(bot):
-    bot.ask('load_controller', name='push')
-    bot.wires['/bot/push/command'].call(Float64(1.0))
-    assert bot.ask('unload_controller', name='push').ok
+    bot.ask("load_controller", name="push")
+    bot.wires["/bot/push/command"].call(Float64(1.0))
+    assert bot.ask("unload_controller", name="push").ok
     bot.run(1)
-    assert not any('not loaded' in text for text in bot.log)
+    assert not any("not loaded" in text for text in bot.log)
 
 
 def test_reload_libraries_needs_force_to_unload(bot):
-    bot.start('push')
-    assert not bot.ask('reload_controller_libraries', force_kill=False).ok
-    assert bot.ask('reload_controller_libraries', force_kill=True).ok
-    assert bot.ask('list_controllers').controller == []
-    assert bot.ask('reload_controller_libraries', force_kill=False).ok
+    bot.start("push")
+    assert not bot.ask("reload_controller_libraries", force_kill=False).ok
+    assert bot.ask("reload_controller_libraries", force_kill=True).ok
+    assert bot.ask("list_controllers").controller == []
+    assert bot.ask("reload_controller_libraries", force_kill=False).ok
 
 
 def test_ranges_of_tuning_hold_the_gains_that_are_set():
-    usual, wide = config_type(PidGains(1.0)), config_type(PidGains(1.0, d=5000.0,
-                                                                  i_clamp_min=-2e4))
-    assert (usual.max['d'], usual.min['i_clamp_min']) == (1000.0, -1000.0)
-    assert (wide.max['d'], wide.min['i_clamp_min']) == (5000.0, -2e4)
+    usual, wide = config_type(PidGains(1.0)), config_type(PidGains(1.0, d=5000.0, i_clamp_min=-2e4))
+    assert (usual.max["d"], usual.min["i_clamp_min"]) == (1000.0, -1000.0)
+    assert (wide.max["d"], wide.min["i_clamp_min"]) == (5000.0, -2e4)

@@ -1,15 +1,15 @@
 """Arrays and poses <-> messages."""
+
 import io
 import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Pose as PoseMsg
-
 from bullet_bridge.transport import conversions
+from bullet_sim.description.specs import CameraSpec, ImuSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.camera import camera_info_arrays
-from bullet_sim.description.specs import CameraSpec, ImuSpec
+from geometry_msgs.msg import Pose as PoseMsg
 
 
 def packs(message):
@@ -18,9 +18,18 @@ def packs(message):
     return True
 
 
-@pytest.mark.parametrize('time, secs, nsecs', [
-    (0.0, 0, 0), (0.001, 0, 1000000), (0.9999999999, 1, 0), (0.9999999994, 0, 999999999),
-    (1.9999999999, 2, 0), (123.457, 123, 457000000), (4567 * 0.001, 4, 567000000)])
+@pytest.mark.parametrize(
+    "time, secs, nsecs",
+    [
+        (0.0, 0, 0),
+        (0.001, 0, 1000000),
+        (0.9999999999, 1, 0),
+        (0.9999999994, 0, 999999999),
+        (1.9999999999, 2, 0),
+        (123.457, 123, 457000000),
+        (4567 * 0.001, 4, 567000000),
+    ],
+)
 def test_stamp_is_rounded_to_nanoseconds(time, secs, nsecs):
     stamp = conversions.stamp(time)
     assert (stamp.secs, stamp.nsecs) == (secs, nsecs)
@@ -29,8 +38,8 @@ def test_stamp_is_rounded_to_nanoseconds(time, secs, nsecs):
 def test_stamps_of_steps_are_valid_and_exact():
     for step in range(0, 100000, 7):
         stamp = conversions.stamp(step * 0.001)
-        assert 0 <= stamp.nsecs < 10 ** 9
-        assert stamp.to_nsec() == step * 10 ** 6
+        assert 0 <= stamp.nsecs < 10**9
+        assert stamp.to_nsec() == step * 10**6
 
 
 def test_pose_there_and_back():
@@ -53,24 +62,29 @@ def test_twist():
 
 def test_pixels_of_a_view_are_in_row_order():
     rgb = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)[::-1, ::-1]
-    for encoding, expected in (('rgb8', rgb), ('bgr8', rgb[:, :, ::-1])):
+    for encoding, expected in (("rgb8", rgb), ("bgr8", rgb[:, :, ::-1])):
         data = conversions.pixels(rgb, encoding).tobytes()
         assert np.array_equal(np.frombuffer(data, np.uint8).reshape(4, 6, 3), expected)
 
 
 def test_camera_info_sizes():
-    spec = CameraSpec('c', 'l', width=160, height=120, horizontal_fov=1.0, frame_id='f')
+    spec = CameraSpec("c", "l", width=160, height=120, horizontal_fov=1.0, frame_id="f")
     message = conversions.camera_info(spec, camera_info_arrays(160, 120, 1.0))
     assert [len(a) for a in (message.D, message.K, message.R, message.P)] == [5, 9, 9, 12]
-    assert (message.width, message.height, message.header.frame_id) == (160, 120, 'f')
-    assert message.distortion_model == 'plumb_bob'
+    assert (message.width, message.height, message.header.frame_id) == (160, 120, "f")
+    assert message.distortion_model == "plumb_bob"
     assert message.K[0] == pytest.approx(80 / math.tan(0.5)) and message.P[0] == message.K[0]
     assert packs(message)
 
 
 def test_imu_message():
-    message = conversions.imu_message(1.0, ImuSpec('i', 'l', frame_id='imu'),
-                                      (0.0, 0.0, 0.0, 1.0), np.ones(3), np.array([0, 0, 9.81]))
+    message = conversions.imu_message(
+        1.0,
+        ImuSpec("i", "l", frame_id="imu"),
+        (0.0, 0.0, 0.0, 1.0),
+        np.ones(3),
+        np.array([0, 0, 9.81]),
+    )
     assert message.orientation.w == 1.0 and message.linear_acceleration.z == 9.81
-    assert message.angular_velocity.y == 1.0 and message.header.frame_id == 'imu'
+    assert message.angular_velocity.y == 1.0 and message.header.frame_id == "imu"
     assert packs(message)

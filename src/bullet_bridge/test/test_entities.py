@@ -1,45 +1,60 @@
 """Names of the services -> models, links, joints, frames; and what a namespace does to a model."""
+
 import math
 
 import numpy as np
 import pytest
-
 from bullet_bridge.services.entities import find_frame, find_joint, find_link
 from bullet_bridge.services.namespaces import with_robot_namespace
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-LINK = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
-        '</inertial></link>')
-URDF = ('<robot name="r">' + LINK.format('base') + LINK.format('arm') + '<joint name="hinge" '
-        'type="continuous"><origin xyz="1 0 0"/><parent link="base"/><child link="arm"/>'
-        '<axis xyz="0 0 1"/></joint></robot>')
+LINK = (
+    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
+    "</inertial></link>"
+)
+URDF = (
+    '<robot name="r">' + LINK.format("base") + LINK.format("arm") + '<joint name="hinge" '
+    'type="continuous"><origin xyz="1 0 0"/><parent link="base"/><child link="arm"/>'
+    '<axis xyz="0 0 1"/></joint></robot>'
+)
 TURNED = Pose.from_xyz_rpy((1, 2, 3), (0, 0, math.pi / 2))
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
-    world.spawn_urdf('first', URDF, TURNED, str)
-    world.spawn_urdf('second', URDF, Pose((10, 0, 0)), str)
+    world.spawn_urdf("first", URDF, TURNED, str)
+    world.spawn_urdf("second", URDF, Pose((10, 0, 0)), str)
     yield world
     world.close()
 
 
-@pytest.mark.parametrize('find, name, expected', [
-    (find_link, 'second::arm', ('second', 'arm')), (find_link, 'arm', ('first', 'arm')),
-    (find_joint, 'hinge', ('first', 'hinge')), (find_joint, 'second::hinge', ('second', 'hinge'))])
+@pytest.mark.parametrize(
+    "find, name, expected",
+    [
+        (find_link, "second::arm", ("second", "arm")),
+        (find_link, "arm", ("first", "arm")),
+        (find_joint, "hinge", ("first", "hinge")),
+        (find_joint, "second::hinge", ("second", "hinge")),
+    ],
+)
 def test_scoped_and_plain_names(world, find, name, expected):
     model, part = find(world, name)
     assert (model.name, part) == expected
 
 
-@pytest.mark.parametrize('find, name, parts', [
-    (find_link, 'nose', ["link 'nose'", 'first::base', 'second::arm']),
-    (find_link, 'ghost::arm', ["link 'ghost::arm'"]), (find_link, '', ["link ''"]),
-    (find_joint, 'first::arm', ["joint 'first::arm'", 'first::hinge']),
-    (find_frame, 'moon', ["reference frame 'moon'"])])
+@pytest.mark.parametrize(
+    "find, name, parts",
+    [
+        (find_link, "nose", ["link 'nose'", "first::base", "second::arm"]),
+        (find_link, "ghost::arm", ["link 'ghost::arm'"]),
+        (find_link, "", ["link ''"]),
+        (find_joint, "first::arm", ["joint 'first::arm'", "first::hinge"]),
+        (find_frame, "moon", ["reference frame 'moon'"]),
+    ],
+)
 def test_unknown_names_are_told_with_what_there_is(world, find, name, parts):
     with pytest.raises(WorldError) as error:
         find(world, name)
@@ -49,12 +64,12 @@ def test_unknown_names_are_told_with_what_there_is(world, find, name, parts):
 
 def test_a_long_list_of_names_is_cut(world):
     for number in range(20):
-        world.spawn_urdf(f'more{number}', URDF, Pose((0, 0, 10 + number)), str)
-    with pytest.raises(WorldError, match='and 14 more'):
-        find_link(world, 'nose')
+        world.spawn_urdf(f"more{number}", URDF, Pose((0, 0, 10 + number)), str)
+    with pytest.raises(WorldError, match="and 14 more"):
+        find_link(world, "nose")
 
 
-@pytest.mark.parametrize('name', ['', 'world', 'map', '/map'])
+@pytest.mark.parametrize("name", ["", "world", "map", "/map"])
 def test_world_frames(world, name):
     pose, linear, angular = find_frame(world, name).inward(TURNED, np.ones(3), np.zeros(3))
     assert pose.position == TURNED.position and pose.orientation == TURNED.orientation
@@ -62,30 +77,33 @@ def test_world_frames(world, name):
 
 
 def test_frame_of_a_moving_model(world):
-    world.model('first').set_state(TURNED, (0.5, 0, 0), (0, 0, 2.0))
-    frame = find_frame(world, 'first')
+    world.model("first").set_state(TURNED, (0.5, 0, 0), (0, 0, 2.0))
+    frame = find_frame(world, "first")
     pose, linear, angular = frame.inward(Pose((1, 3, 3)), np.array((0.5, 1, 0)), np.zeros(3))
     assert pose.position == pytest.approx((1, 0, 0), abs=1e-6)
-    np.testing.assert_allclose(linear, (1, 0, 0), atol=1e-6)      # along the model's axes
+    np.testing.assert_allclose(linear, (1, 0, 0), atol=1e-6)  # along the model's axes
     np.testing.assert_allclose(angular, (0, 0, -2), atol=1e-6)
-    arm = find_frame(world, 'first::arm')
+    arm = find_frame(world, "first::arm")
     assert arm.pose.position == pytest.approx((1, 3, 3), abs=1e-6)
     np.testing.assert_allclose(arm.linear, (-1.5, 0, 0), atol=1e-6)
 
 
-PLUGINS = ('<robot name="r"><gazebo><plugin name="a"/></gazebo><gazebo reference="l"><sensor>'
-           '<plugin name="b"><robotNamespace>/own</robotNamespace></plugin><plugin name="c"/>'
-           '</sensor></gazebo></robot>')
+PLUGINS = (
+    '<robot name="r"><gazebo><plugin name="a"/></gazebo><gazebo reference="l"><sensor>'
+    '<plugin name="b"><robotNamespace>/own</robotNamespace></plugin><plugin name="c"/>'
+    "</sensor></gazebo></robot>"
+)
 
 
 def test_a_namespace_goes_to_plugins_that_have_none():
-    text = with_robot_namespace(PLUGINS, '/car')
-    assert text.count('<robotNamespace>/car</robotNamespace>') == 2
-    assert text.count('<robotNamespace>/own</robotNamespace>') == 1
-    assert with_robot_namespace('<?xml version="1.0" encoding="utf-8"?>' + PLUGINS, '/car') == text
+    text = with_robot_namespace(PLUGINS, "/car")
+    assert text.count("<robotNamespace>/car</robotNamespace>") == 2
+    assert text.count("<robotNamespace>/own</robotNamespace>") == 1
+    assert with_robot_namespace('<?xml version="1.0" encoding="utf-8"?>' + PLUGINS, "/car") == text
 
 
-@pytest.mark.parametrize('text, namespace', [(PLUGINS, ''), ('<robot', '/car'), ('', '/car'),
-                                             (URDF, '/car')])
+@pytest.mark.parametrize(
+    "text, namespace", [(PLUGINS, ""), ("<robot", "/car"), ("", "/car"), (URDF, "/car")]
+)
 def test_texts_that_stay_as_they_are(text, namespace):
     assert with_robot_namespace(text, namespace) == text

@@ -1,15 +1,15 @@
 """Jobs from other threads run in the owner's thread; results and errors go back."""
+
 import collections
 import signal
 import threading
 import time
 
 import pytest
-
 from bullet_bridge.loop.jobs import Ended, JobQueue
 
 
-@pytest.fixture(name='owned')
+@pytest.fixture(name="owned")
 def owned_queue():
     """(queue, owner thread) with the owner at work."""
     jobs, end = JobQueue(), threading.Event()
@@ -17,6 +17,7 @@ def owned_queue():
     def own():
         while not end.is_set():
             jobs.run_pending(wait=0.01)
+
     owner = threading.Thread(target=own)
     owner.start()
     yield jobs, owner
@@ -37,15 +38,16 @@ def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
 
 
 def test_timeout_when_nobody_runs_the_jobs():
-    with pytest.raises(TimeoutError, match='did not answer within 0.02 s'):
+    with pytest.raises(TimeoutError, match="did not answer within 0.02 s"):
         JobQueue().call(lambda: None, timeout=0.02)
 
 
 def test_jobs_run_in_order():
     jobs, done, callers = JobQueue(), [], []
     for number in range(5):
-        callers.append(threading.Thread(target=jobs.call,
-                                        args=(lambda n=number: done.append(n), 90)))
+        callers.append(
+            threading.Thread(target=jobs.call, args=(lambda n=number: done.append(n), 90))
+        )
         callers[-1].start()
         while jobs.waiting() <= number:
             time.sleep(0.001)
@@ -62,6 +64,7 @@ def test_many_threads_get_their_own_results(owned):
 
     def ask(number):
         results[number] = [jobs.call(lambda k=k: (number, k), timeout=90) for k in range(50)]
+
     callers = [threading.Thread(target=ask, args=(number,)) for number in range(8)]
     for caller in callers:
         caller.start()
@@ -86,6 +89,7 @@ def test_close_frees_who_waits_and_who_comes_later():
             jobs.call(lambda: 1, timeout=90.0)
         except TimeoutError as error:
             errors.append(error)
+
     waiting = threading.Thread(target=ask)
     waiting.start()
     while not jobs.waiting():
@@ -137,8 +141,9 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
     def work():
         begun.set()
         go.wait(90.0)
-        return 'late'
-    assert jobs.call(work, timeout=0.01) == 'late'
+        return "late"
+
+    assert jobs.call(work, timeout=0.01) == "late"
 
 
 def test_what_ends_the_owner_does_not_hold_up_the_caller():
@@ -149,6 +154,7 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
             jobs.call(lambda: (_ for _ in ()).throw(KeyboardInterrupt()), timeout=90.0)
         except Ended as error:
             errors.append(error)
+
     caller = threading.Thread(target=ask)
     caller.start()
     while not jobs.waiting():

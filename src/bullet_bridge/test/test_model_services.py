@@ -1,19 +1,22 @@
 """Services about models, called as rospy calls them, without a ROS master."""
+
 import math
 import threading
 
 import pytest
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.services import answering
+from bullet_bridge.services import model as model_services
+from bullet_bridge.services.model import ModelServices
+from bullet_sim.world import World
 from gazebo_msgs import srv
 from geometry_msgs.msg import Pose as PoseMsg
 
-from bullet_bridge.services import answering, model as model_services
-from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.services.model import ModelServices
-from bullet_sim.world import World
-
-URDF = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-        'izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" type="fixed">'
-        '<parent link="base"/><child link="plate"/></joint></robot>')
+URDF = (
+    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
+    'izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" type="fixed">'
+    '<parent link="base"/><child link="plate"/></joint></robot>'
+)
 
 
 class FakeRobots:
@@ -46,12 +49,16 @@ class Desk:
 
     def __init__(self, monkeypatch):
         self.handlers, self.log = {}, []
-        monkeypatch.setattr(model_services.rospy, 'Service',
-                            lambda name, _kind, handler: self.handlers.update({name: handler}))
-        monkeypatch.setattr(answering.rospy, 'logerr',
-                            lambda text, *rest: self.log.append(text % rest))
+        monkeypatch.setattr(
+            model_services.rospy,
+            "Service",
+            lambda name, _kind, handler: self.handlers.update({name: handler}),
+        )
+        monkeypatch.setattr(
+            answering.rospy, "logerr", lambda text, *rest: self.log.append(text % rest)
+        )
         self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
-        ModelServices('/gazebo', self.world, self.jobs, self.robots, str)
+        ModelServices("/gazebo", self.world, self.jobs, self.robots, str)
 
     def call(self, name, request):
         """Call a handler in another thread; the jobs run in this one."""
@@ -59,9 +66,10 @@ class Desk:
 
         def ask():
             try:
-                results.append(self.handlers[f'/gazebo/{name}'](request))
+                results.append(self.handlers[f"/gazebo/{name}"](request))
             except Exception as error:  # what rospy would tell the caller
                 results.append(error)
+
         caller = threading.Thread(target=ask)
         caller.start()
         while caller.is_alive():
@@ -69,13 +77,17 @@ class Desk:
         caller.join()
         return results[0]
 
-    def spawn(self, name='bot', text=URDF, frame=''):
+    def spawn(self, name="bot", text=URDF, frame=""):
         """Answer to a spawn request."""
-        return self.call('spawn_urdf_model', srv.SpawnModelRequest(
-            model_name=name, model_xml=text, reference_frame=frame, initial_pose=PoseMsg()))
+        return self.call(
+            "spawn_urdf_model",
+            srv.SpawnModelRequest(
+                model_name=name, model_xml=text, reference_frame=frame, initial_pose=PoseMsg()
+            ),
+        )
 
 
-@pytest.fixture(name='desk')
+@pytest.fixture(name="desk")
 def _desk(monkeypatch):
     made = Desk(monkeypatch)
     yield made
@@ -83,38 +95,48 @@ def _desk(monkeypatch):
 
 
 def test_spawn_ask_and_delete(desk):
-    assert desk.spawn().success and desk.robots.names == ['bot']
-    told = desk.call('get_model_properties', srv.GetModelPropertiesRequest('bot'))
-    assert (told.body_names, told.joint_names, told.is_static) == (['base'], [], False)
-    state = desk.call('get_model_state', srv.GetModelStateRequest('bot', 'bot::plate'))
-    assert state.success and state.header.frame_id == 'bot::plate' and state.header.seq == 1
-    assert desk.call('delete_model', srv.DeleteModelRequest('bot')).success
+    assert desk.spawn().success and desk.robots.names == ["bot"]
+    told = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
+    assert (told.body_names, told.joint_names, told.is_static) == (["base"], [], False)
+    state = desk.call("get_model_state", srv.GetModelStateRequest("bot", "bot::plate"))
+    assert state.success and state.header.frame_id == "bot::plate" and state.header.seq == 1
+    assert desk.call("delete_model", srv.DeleteModelRequest("bot")).success
     assert desk.world.models == {} and desk.robots.closed == [True]
 
 
 def test_a_robot_that_cannot_be_connected_does_not_stay(desk):
-    desk.robots.fault = ValueError('no room')
-    assert str(desk.spawn()) == 'no room'
+    desk.robots.fault = ValueError("no room")
+    assert str(desk.spawn()) == "no room"
     assert desk.world.models == {} and desk.robots.names == []
     desk.robots.fault = None
     assert desk.spawn().success
 
 
-@pytest.mark.parametrize('values, part', [
-    (dict(name=''), 'needs a name'), (dict(text='<robot'), 'not well-formed'),
-    (dict(frame='moon'), "reference frame 'moon'")])
+@pytest.mark.parametrize(
+    "values, part",
+    [
+        (dict(name=""), "needs a name"),
+        (dict(text="<robot"), "not well-formed"),
+        (dict(frame="moon"), "reference frame 'moon'"),
+    ],
+)
 def test_a_refused_spawn_says_why_once(desk, values, part):
     answer = desk.spawn(**values)
     assert not answer.success and part in answer.status_message
     assert desk.log == [answer.status_message] and desk.world.models == {}
 
 
-@pytest.mark.parametrize('names, positions, part', [
-    (['weld'], [1.0], "joint 'weld' does not exist or does not move"),
-    (['weld'], [], 'joint_names has 1 entries and joint_positions 0'),
-    (['nose'], [math.nan], "'nose'")])
+@pytest.mark.parametrize(
+    "names, positions, part",
+    [
+        (["weld"], [1.0], "joint 'weld' does not exist or does not move"),
+        (["weld"], [], "joint_names has 1 entries and joint_positions 0"),
+        (["nose"], [math.nan], "'nose'"),
+    ],
+)
 def test_bad_configurations(desk, names, positions, part):
     desk.spawn()
-    answer = desk.call('set_model_configuration', srv.SetModelConfigurationRequest(
-        'bot', '', names, positions))
+    answer = desk.call(
+        "set_model_configuration", srv.SetModelConfigurationRequest("bot", "", names, positions)
+    )
     assert not answer.success and part in answer.status_message

@@ -1,33 +1,39 @@
 """Sensor outputs without a ROS master: messages of depth cameras, bumpers and lidars."""
+
 import io
 import math
 
 import numpy as np
 import pytest
+from bullet_bridge.outputs import depth as depth_outputs
+from bullet_bridge.outputs import sensors as sensor_outputs
+from bullet_bridge.outputs import table as outputs
+from bullet_bridge.outputs import wheels as wheel_outputs
+from bullet_bridge.outputs.contact import ContactOutput
+from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cloud
+from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
+from bullet_bridge.transport import conversions, publishing
+from bullet_sim.controllers.drive.plugin import WheelDrive
+from bullet_sim.description import specs
+from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.pose import Pose
+from bullet_sim.render.request import Frame
+from bullet_sim.sensors import camera
+from bullet_sim.world import World
 from fake_impl import Impl
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import robots
-from bullet_bridge.transport import conversions, publishing
-from bullet_bridge.outputs import depth as depth_outputs, table as outputs, sensors as sensor_outputs, wheels as wheel_outputs
-from bullet_bridge.outputs.contact import ContactOutput
-from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cloud
-from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
-from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.description import specs
-from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
-from bullet_sim.render.request import Frame
-from bullet_sim.sensors import camera
-from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
-from bullet_sim.controllers.drive.plugin import WheelDrive
-from bullet_sim.world import World
 
-BOT = ('<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
-       'iyy="0.02" izz="0.02"/></inertial><collision><geometry><box size="0.4 0.3 0.2"/></geometry>'
-       '</collision></link><link name="bumper"><collision name="rubber"><geometry>'
-       '<box size="0.02 0.3 0.1"/></geometry></collision></link><joint name="j" type="fixed">'
-       '<parent link="base"/><child link="bumper"/><origin xyz="0.21 0 0"/></joint></robot>')
+BOT = (
+    '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
+    'iyy="0.02" izz="0.02"/></inertial><collision><geometry><box size="0.4 0.3 0.2"/></geometry>'
+    '</collision></link><link name="bumper"><collision name="rubber"><geometry>'
+    '<box size="0.02 0.3 0.1"/></geometry></collision></link><joint name="j" type="fixed">'
+    '<parent link="base"/><child link="bumper"/><origin xyz="0.21 0 0"/></joint></robot>'
+)
 
 
 class Topic:
@@ -51,7 +57,7 @@ class Topic:
         self.closed = True
 
 
-@pytest.fixture(name='topics')
+@pytest.fixture(name="topics")
 def _topics(monkeypatch):
     """Topics by name; publishers made from here on are kept there."""
     made = {}
@@ -59,12 +65,13 @@ def _topics(monkeypatch):
     def publisher(name, kind, **_):
         made[name] = Topic(name, kind)
         return made[name]
+
     for module in (sensor_outputs, depth_outputs, wheel_outputs):
-        monkeypatch.setattr(module, 'publisher', publisher)
+        monkeypatch.setattr(module, "publisher", publisher)
     return made
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World()
     world.spawn(sdf.ground_plane())
@@ -72,16 +79,19 @@ def _world():
     world.close()
 
 
-@pytest.fixture(name='bot')
+@pytest.fixture(name="bot")
 def _bot(world):
-    bot = world.spawn_urdf('bot', BOT, Pose((0.0, 0.0, 0.1)), str)
+    bot = world.spawn_urdf("bot", BOT, Pose((0.0, 0.0, 0.1)), str)
     world.step(300)
     return bot
 
 
 def test_every_kind_of_sensor_has_an_output():
-    kinds = {kind for kind in vars(specs).values()
-             if isinstance(kind, type) and kind.__name__.endswith('Spec')}
+    kinds = {
+        kind
+        for kind in vars(specs).values()
+        if isinstance(kind, type) and kind.__name__.endswith("Spec")
+    }
     assert kinds == set(outputs.OUTPUTS)
 
 
@@ -89,59 +99,76 @@ DEPTH = np.array([[1.0, np.nan], [2.0, 3.5]], np.float32)
 
 
 def test_depth_in_metres():
-    message = depth_image(1.5, DepthCameraSpec('d', 'l', frame_id='f'), DEPTH)
-    assert (message.encoding, message.step, message.height) == ('32FC1', 8, 2)
-    np.testing.assert_array_equal(np.frombuffer(message.data, '<f4').reshape(2, 2), DEPTH)
-    assert message.header.stamp.to_sec() == 1.5 and message.header.frame_id == 'f'
+    message = depth_image(1.5, DepthCameraSpec("d", "l", frame_id="f"), DEPTH)
+    assert (message.encoding, message.step, message.height) == ("32FC1", 8, 2)
+    np.testing.assert_array_equal(np.frombuffer(message.data, "<f4").reshape(2, 2), DEPTH)
+    assert message.header.stamp.to_sec() == 1.5 and message.header.frame_id == "f"
 
 
 def test_depth_in_millimetres():
-    message = depth_image(0.0, DepthCameraSpec('d', 'l', millimetres=True), DEPTH)
-    assert (message.encoding, message.step) == ('16UC1', 4)
-    assert np.frombuffer(message.data, '<u2').tolist() == [1000, 0, 2000, 3500]
+    message = depth_image(0.0, DepthCameraSpec("d", "l", millimetres=True), DEPTH)
+    assert (message.encoding, message.step) == ("16UC1", 4)
+    assert np.frombuffer(message.data, "<u2").tolist() == [1000, 0, 2000, 3500]
 
 
 def test_points_carry_place_and_colour():
     k = np.array([[2.0, 0.0, 0.5], [0.0, 2.0, 0.5], [0.0, 0.0, 1.0]])
     rgb = np.zeros((2, 2, 3), np.uint8)
     rgb[1, 1] = (10, 20, 30)
-    message = point_cloud(0.0, DepthCameraSpec('d', 'l'), DEPTH, rgb, k)
+    message = point_cloud(0.0, DepthCameraSpec("d", "l"), DEPTH, rgb, k)
     assert (message.width, message.height, message.point_step, message.row_step) == (2, 2, 32, 64)
     assert len(message.data) == 128 and not message.is_dense
-    floats = np.frombuffer(message.data, '<f4').reshape(2, 2, 8)
+    floats = np.frombuffer(message.data, "<f4").reshape(2, 2, 8)
     np.testing.assert_allclose(floats[1, 1, :3], (0.875, 0.875, 3.5))
     assert np.isnan(floats[0, 1, :3]).all()
-    packed = np.frombuffer(message.data, '<u4').reshape(2, 2, 8)[1, 1, 4]
+    packed = np.frombuffer(message.data, "<u4").reshape(2, 2, 8)[1, 1, 4]
     assert packed == (10 << 16) + (20 << 8) + 30
 
 
 def test_depth_camera_publishes_what_is_listened_to(topics, world, bot):
-    spec = DepthCameraSpec('d', 'bumper', width=2, height=2, topic='/c', info_topic='/i',
-                           depth_topic='/d', depth_info_topic='/di', points_topic='/p',
-                           cutoff=1.5, cutoff_max=3.0)
+    spec = DepthCameraSpec(
+        "d",
+        "bumper",
+        width=2,
+        height=2,
+        topic="/c",
+        info_topic="/i",
+        depth_topic="/d",
+        depth_info_topic="/di",
+        points_topic="/p",
+        cutoff=1.5,
+        cutoff_max=3.0,
+    )
     output = DepthCameraOutput(world, bot, spec, 0)
     assert output.request.depth and output.request.pose[0][0] == pytest.approx(0.21)
-    topics['/d'].listeners = 0
-    output.publish_frame(Frame('d', 0.5, 5, np.zeros((2, 2, 3), np.uint8), DEPTH))
-    assert [len(topics[name].messages) for name in ('/c', '/i', '/di', '/p', '/d')] == [
-        1, 1, 1, 1, 0]
-    cloud = np.frombuffer(topics['/p'].messages[0].data, '<f4').reshape(4, 8)[:, 2]
+    topics["/d"].listeners = 0
+    output.publish_frame(Frame("d", 0.5, 5, np.zeros((2, 2, 3), np.uint8), DEPTH))
+    assert [len(topics[name].messages) for name in ("/c", "/i", "/di", "/p", "/d")] == [
+        1,
+        1,
+        1,
+        1,
+        0,
+    ]
+    cloud = np.frombuffer(topics["/p"].messages[0].data, "<f4").reshape(4, 8)[:, 2]
     assert np.isfinite(cloud).tolist() == [False, False, True, False]
     for name in topics:
         topics[name].listeners = 0
     assert not output.listened()
-    topics['/d'].listeners = 1
+    topics["/d"].listeners = 1
     assert output.listened()
     output.close()
     assert all(topic.closed for topic in topics.values())
 
 
 def test_cameras_of_one_name_have_each_their_own_pictures(topics, world, bot):
-    bot.description.sensors += [CameraSpec('cam', 'base', topic='/a', info_topic='/ai'),
-                                CameraSpec('cam', 'base', topic='/a', info_topic='/ai'),
-                                CameraSpec('cam', 'bumper', topic='/b', info_topic='/bi')]
+    bot.description.sensors += [
+        CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
+        CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
+        CameraSpec("cam", "bumper", topic="/b", info_topic="/bi"),
+    ]
     names = [CameraOutput(world, bot, spec, 0).request.name for spec in bot.description.sensors]
-    assert names == ['bot/base/cam/0', 'bot/base/cam/1', 'bot/bumper/cam/2']
+    assert names == ["bot/base/cam/0", "bot/base/cam/1", "bot/bumper/cam/2"]
 
 
 def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world, bot):
@@ -150,67 +177,88 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     def make(name, kind, **_):
         made.append(Topic(name, kind))
         return made[-1]
-    monkeypatch.setattr(publishing.rospy, 'Publisher', make)
-    monkeypatch.setattr(publishing, 'send_directly', lambda *_: None)
-    spec = RaySpec('l', 'base', samples=1, range_max=1e39, topic='/scan')
+
+    monkeypatch.setattr(publishing.rospy, "Publisher", make)
+    monkeypatch.setattr(publishing, "send_directly", lambda *_: None)
+    spec = RaySpec("l", "base", samples=1, range_max=1e39, topic="/scan")
     bot.description.sensors.append(spec)
     said = []
-    monkeypatch.setattr(robots.rospy, 'logerr', lambda text, *rest: said.append(text % rest))
+    monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: said.append(text % rest))
     robots.Robots(None, world, None, 0)._make_outputs(bot, [])
     assert [topic.closed for topic in made] == [True]
-    assert len(said) == 1 and '/scan is left out' in said[0]
+    assert len(said) == 1 and "/scan is left out" in said[0]
 
 
 def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
-    ContactOutput(world, bot, ContactSpec('c', 'base', topic='/hit'), 0).update(0.3)
-    (state,) = topics['/hit'].messages[0].states
-    assert state.collision1_name == 'bot::base::base_collision'
-    assert state.collision2_name == 'ground_plane::link::collision'
+    ContactOutput(world, bot, ContactSpec("c", "base", topic="/hit"), 0).update(0.3)
+    (state,) = topics["/hit"].messages[0].states
+    assert state.collision1_name == "bot::base::base_collision"
+    assert state.collision2_name == "ground_plane::link::collision"
     assert state.total_wrench.force.z == pytest.approx(2 * 9.81, rel=0.02)
     assert sum(w.force.z for w in state.wrenches) == pytest.approx(state.total_wrench.force.z)
     assert abs(state.total_wrench.torque.x) < 0.05 and abs(state.total_wrench.torque.y) < 0.05
 
 
-@pytest.mark.parametrize('names', [(), ('rubber',), ('base_fixed_joint_lump__rubber',)])
+@pytest.mark.parametrize("names", [(), ("rubber",), ("base_fixed_joint_lump__rubber",)])
 def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, names):
-    output = ContactOutput(world, bot, ContactSpec('c', 'bumper', names, topic='/hit'), 0)
+    output = ContactOutput(world, bot, ContactSpec("c", "bumper", names, topic="/hit"), 0)
     output.update(0.3)
-    assert topics['/hit'].messages[0].states == []
-    world.spawn_sdf('crate', '<model name="c"><link name="k"><inertial><mass>5</mass></inertial>'
-                    '<collision name="side"><geometry><box><size>0.2 0.2 0.2</size></box>'
-                    '</geometry></collision></link></model>', Pose((0.319, 0.0, 0.1)), str)
+    assert topics["/hit"].messages[0].states == []
+    world.spawn_sdf(
+        "crate",
+        '<model name="c"><link name="k"><inertial><mass>5</mass></inertial>'
+        '<collision name="side"><geometry><box><size>0.2 0.2 0.2</size></box>'
+        "</geometry></collision></link></model>",
+        Pose((0.319, 0.0, 0.1)),
+        str,
+    )
     world.step(1)
     output.update(0.301)
-    (state,) = topics['/hit'].messages[1].states
-    assert (state.collision1_name, state.collision2_name) == ('bot::bumper::rubber',
-                                                              'crate::k::side')
+    (state,) = topics["/hit"].messages[1].states
+    assert (state.collision1_name, state.collision2_name) == (
+        "bot::bumper::rubber",
+        "crate::k::side",
+    )
     assert state.contact_normals[0].x == pytest.approx(-1, abs=0.01)
 
 
 def test_bumper_of_an_unknown_collision_is_refused(topics, world, bot):
     with pytest.raises(ModelError, match="'nose'.*rubber"):
-        ContactOutput(world, bot, ContactSpec('c', 'base', ('nose',)), 0)
+        ContactOutput(world, bot, ContactSpec("c", "base", ("nose",)), 0)
     assert topics == {}
 
 
 def test_lidar_pose_counts_once(topics, world, bot):
-    world.spawn_sdf('wall', '<model name="w"><static>1</static><link name="k"><collision name="c">'
-                    '<geometry><box><size>0.2 2 2</size></box></geometry></collision></link>'
-                    '</model>', Pose((3.1, 0.0, 0.0)), str)
-    spec = RaySpec('l', 'bumper', ((0.3, 0.0, 0.0), (0.0, 0.0, 0.0)), samples=1, min_angle=0.0,
-                   max_angle=0.0, topic='/scan')
+    world.spawn_sdf(
+        "wall",
+        '<model name="w"><static>1</static><link name="k"><collision name="c">'
+        "<geometry><box><size>0.2 2 2</size></box></geometry></collision></link>"
+        "</model>",
+        Pose((3.1, 0.0, 0.0)),
+        str,
+    )
+    spec = RaySpec(
+        "l",
+        "bumper",
+        ((0.3, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        samples=1,
+        min_angle=0.0,
+        max_angle=0.0,
+        topic="/scan",
+    )
     LidarOutput(world, bot, spec, 0).update(0.1)
-    assert topics['/scan'].messages[0].ranges[0] == pytest.approx(3.0 - 0.51, abs=0.005)
+    assert topics["/scan"].messages[0].ranges[0] == pytest.approx(3.0 - 0.51, abs=0.005)
 
 
-@pytest.mark.parametrize('rate, first', [(0.0, 1), (1e6, 1), (100.0, 10)])
+@pytest.mark.parametrize("rate, first", [(0.0, 1), (1e6, 1), (100.0, 10)])
 def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
-    output = ContactOutput(world, bot, ContactSpec('c', 'base', rate=rate), 0)
+    output = ContactOutput(world, bot, ContactSpec("c", "base", rate=rate), 0)
     assert output.schedule.next - world.step_count == first
 
 
-@pytest.mark.parametrize('encoding, expected', [('rgb8', [200, 100, 50]),
-                                                ('bgr8', [50, 100, 200]), ('mono8', [124])])
+@pytest.mark.parametrize(
+    "encoding, expected", [("rgb8", [200, 100, 50]), ("bgr8", [50, 100, 200]), ("mono8", [124])]
+)
 def test_encodings(encoding, expected):
     rgb = np.tile(np.array((200, 100, 50), np.uint8), (2, 3, 1))
     pixels = conversions.pixels(rgb, encoding)
@@ -219,25 +267,33 @@ def test_encodings(encoding, expected):
 
 
 def test_stereo_baseline():
-    spec = CameraSpec('c', 'l', width=100, height=80, horizontal_fov=math.pi / 2, baseline=0.07)
+    spec = CameraSpec("c", "l", width=100, height=80, horizontal_fov=math.pi / 2, baseline=0.07)
     info = conversions.camera_info(spec, camera.camera_info_arrays(100, 80, math.pi / 2))
     assert info.P[3] == pytest.approx(-50 * 0.07) and info.P[0] == pytest.approx(50)
 
 
-CART = ('<robot name="cart"><link name="base"><inertial><mass value="3"/><inertia ixx="0.05" '
-        'iyy="0.05" izz="0.05"/></inertial>' + ''.join(
-            f'<collision><origin xyz="{x} 0 -0.06"/><geometry><sphere radius="0.04"/></geometry>'
-            '</collision>' for x in (0.15, -0.15)) + '</link><gazebo reference="base"><mu1>0</mu1>'
-        '<mu2>0</mu2></gazebo>' + ''.join(
-            f'<link name="{side}"><inertial><mass value="0.3"/><inertia ixx="0.001" iyy="0.001" '
-            'izz="0.001"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
-            '<cylinder radius="0.1" length="0.03"/></geometry></collision></link>'
-            f'<joint name="{side}_joint" type="continuous"><parent link="base"/><child '
-            f'link="{side}"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/></joint>'
-            for side, y in (('left', 0.2), ('right', -0.2)))
-        + '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><wheelSeparation>0.4'
-        '</wheelSeparation><wheelDiameter>0.2</wheelDiameter><updateRate>50</updateRate>'
-        '<robotNamespace>n</robotNamespace>{}</plugin></gazebo></robot>')
+CART = (
+    '<robot name="cart"><link name="base"><inertial><mass value="3"/><inertia ixx="0.05" '
+    'iyy="0.05" izz="0.05"/></inertial>'
+    + "".join(
+        f'<collision><origin xyz="{x} 0 -0.06"/><geometry><sphere radius="0.04"/></geometry>'
+        "</collision>"
+        for x in (0.15, -0.15)
+    )
+    + '</link><gazebo reference="base"><mu1>0</mu1>'
+    "<mu2>0</mu2></gazebo>"
+    + "".join(
+        f'<link name="{side}"><inertial><mass value="0.3"/><inertia ixx="0.001" iyy="0.001" '
+        'izz="0.001"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
+        '<cylinder radius="0.1" length="0.03"/></geometry></collision></link>'
+        f'<joint name="{side}_joint" type="continuous"><parent link="base"/><child '
+        f'link="{side}"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/></joint>'
+        for side, y in (("left", 0.2), ("right", -0.2))
+    )
+    + '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><wheelSeparation>0.4'
+    "</wheelSeparation><wheelDiameter>0.2</wheelDiameter><updateRate>50</updateRate>"
+    "<robotNamespace>n</robotNamespace>{}</plugin></gazebo></robot>"
+)
 
 
 class NoArrivals:
@@ -249,61 +305,73 @@ class NoArrivals:
         return Topic(topic, kind)
 
 
-@pytest.mark.parametrize('tags, sign', [('<legacyMode>false</legacyMode>', 1.0), ('', -1.0)])
-@pytest.mark.parametrize('source', ['world', 'encoder'])
+@pytest.mark.parametrize("tags, sign", [("<legacyMode>false</legacyMode>", 1.0), ("", -1.0)])
+@pytest.mark.parametrize("source", ["world", "encoder"])
 def test_diff_drive_turns_and_tells(topics, world, monkeypatch, tags, sign, source):
     said = []
-    monkeypatch.setattr(wheel_outputs.rospy, 'logerr_throttle', lambda _, text: said.append(text))
-    cart = world.spawn_urdf('cart', CART.format(
-        f'{tags}<odometrySource>{source}</odometrySource>'), Pose((0.0, 0.0, 0.1)), str)
+    monkeypatch.setattr(wheel_outputs.rospy, "logerr_throttle", lambda _, text: said.append(text))
+    cart = world.spawn_urdf(
+        "cart",
+        CART.format(f"{tags}<odometrySource>{source}</odometrySource>"),
+        Pose((0.0, 0.0, 0.1)),
+        str,
+    )
     assert cart.description.warnings == []
     output = outputs.OUTPUTS[specs.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
     arrivals = NoArrivals()
     output.attach(arrivals)
-    assert arrivals.topic == '/n/cmd_vel' and output.listened()
+    assert arrivals.topic == "/n/cmd_vel" and output.listened()
     command = Twist()
     command.linear.x, command.angular.z = 0.3, 0.5
     arrivals.take(command)
     for _ in range(100):
         world.step(20)
         output.update(world.time)
-    odometry = topics['/n/odom'].messages[-1]
+    odometry = topics["/n/odom"].messages[-1]
     assert odometry.twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
     assert odometry.twist.twist.angular.z == pytest.approx(
-        0.5 if source == 'encoder' else sign * 0.5, rel=0.08)
-    assert (odometry.header.frame_id, odometry.child_frame_id) == ('odom', 'base_footprint')
-    transform = topics['/tf'].messages[-1].transforms[0]
+        0.5 if source == "encoder" else sign * 0.5, rel=0.08
+    )
+    assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base_footprint")
+    transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
     command.linear.x = math.nan
     arrivals.take(command)
     world.step(20)
     output.update(world.time)
-    assert topics['/n/odom'].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
-    assert len(said) == 1 and '/n/cmd_vel' in said[0] and 'nan' in said[0]
+    assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
+    assert len(said) == 1 and "/n/cmd_vel" in said[0] and "nan" in said[0]
     output.close()
 
 
 def test_wheel_acceleration_is_limited():
-    drive = WheelDrive(specs.WheelDriveSpec('d', 'b', ('l',), ('r',), separation=1.0,
-                                            diameter=1.0, acceleration=2.0))
+    drive = WheelDrive(
+        specs.WheelDriveSpec(
+            "d", "b", ("l",), ("r",), separation=1.0, diameter=1.0, acceleration=2.0
+        )
+    )
     assert drive.wheel_speeds(1.0, 0.0, 0.1) == pytest.approx((0.4, 0.4))
     assert drive.wheel_speeds(1.0, 0.0, 1.0) == pytest.approx((2.0, 2.0))
     assert drive.wheel_speeds(1.0, 1.0, 1.0) == pytest.approx((1.0, 3.0))
 
 
 def test_joint_states_plugin(topics, world):
-    text = CART.format('').replace('</robot>', (
-        '<gazebo><plugin name="j" filename="libgazebo_ros_joint_state_publisher.so"><jointName>'
-        'right_joint, left_joint, nose</jointName></plugin></gazebo></robot>'))
-    cart = world.spawn_urdf('cart', text, Pose((0.0, 0.0, 0.1)), str)
-    assert 'nose' in cart.description.warnings[0]
+    text = CART.format("").replace(
+        "</robot>",
+        (
+            '<gazebo><plugin name="j" filename="libgazebo_ros_joint_state_publisher.so"><jointName>'
+            "right_joint, left_joint, nose</jointName></plugin></gazebo></robot>"
+        ),
+    )
+    cart = world.spawn_urdf("cart", text, Pose((0.0, 0.0, 0.1)), str)
+    assert "nose" in cart.description.warnings[0]
     spec = cart.description.sensors[1]
     outputs.OUTPUTS[type(spec)](world, cart, spec, 0).update(0.2)
-    message = topics['/cart/joint_states'].messages[0]
-    assert message.name == ['right_joint', 'left_joint'] and len(message.velocity) == 2
+    message = topics["/cart/joint_states"].messages[0]
+    assert message.name == ["right_joint", "left_joint"] and len(message.velocity) == 2
 
 
 def test_drive_of_unknown_joints_is_left_out(world):
-    cart = world.spawn_urdf('cart', CART.format('<leftJoint>nose</leftJoint>'), Pose(), str)
+    cart = world.spawn_urdf("cart", CART.format("<leftJoint>nose</leftJoint>"), Pose(), str)
     assert cart.description.sensors == []
-    assert 'nose' in cart.description.warnings[0] and 'left_joint' in cart.description.warnings[0]
+    assert "nose" in cart.description.warnings[0] and "left_joint" in cart.description.warnings[0]

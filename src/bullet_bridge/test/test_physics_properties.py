@@ -1,17 +1,19 @@
 """Physics properties: all or nothing, and what reaches world and server."""
+
 import math
 
 import pytest
-
 from bullet_bridge.services import physics_config, physics_tuning
 from bullet_bridge.services.physics_properties import PhysicsProperties
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-CAR = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-       'izz="0.1"/></inertial></link><gazebo><plugin name="c" '
-       'filename="libgazebo_ros_control.so"/></gazebo></robot>')
+CAR = (
+    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
+    'izz="0.1"/></inertial></link><gazebo><plugin name="c" '
+    'filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
 
 
 class FakeServer:
@@ -29,7 +31,7 @@ class FakeServer:
         self.world.set_time_step(time_step)
 
 
-@pytest.fixture(name='properties')
+@pytest.fixture(name="properties")
 def _properties():
     world = World()
     made = PhysicsProperties(world, FakeServer(world))
@@ -44,31 +46,41 @@ def test_read(properties):
     assert now.gravity == (0.0, 0.0, -9.81)
 
 
-@pytest.mark.parametrize('wanted, factor', [
-    ({'max_update_rate': 0.0}, 0.0), ({'max_update_rate': 250.0}, 0.25),
-    ({'max_update_rate': 500.0, 'time_step': 0.004}, 2.0)])
+@pytest.mark.parametrize(
+    "wanted, factor",
+    [
+        ({"max_update_rate": 0.0}, 0.0),
+        ({"max_update_rate": 250.0}, 0.25),
+        ({"max_update_rate": 500.0, "time_step": 0.004}, 2.0),
+    ],
+)
 def test_pace_is_rate_times_step(properties, wanted, factor):
     properties.change(**wanted)
     assert properties.server.real_time_factor == pytest.approx(factor)
-    assert properties.read().max_update_rate == pytest.approx(wanted['max_update_rate'])
+    assert properties.read().max_update_rate == pytest.approx(wanted["max_update_rate"])
 
 
 def test_gravity_and_iterations_survive_a_reset(properties):
     properties.change(gravity=(1.0, 2.0, 3.0), iterations=20)
-    properties.change(iterations=0)     # as it is
+    properties.change(iterations=0)  # as it is
     properties.world.reset()
     assert (properties.read().gravity, properties.read().iterations) == ((1.0, 2.0, 3.0), 20)
 
 
-@pytest.mark.parametrize('wanted, reason', [
-    ({'time_step': 0.0}, 'time_step is 0.0'), ({'time_step': math.nan}, 'time_step is nan'),
-    ({'gravity': (0.0, math.inf, 0.0)}, 'gravity is .*inf'),
-    ({'max_update_rate': -1.0}, 'max_update_rate is -1.0'),
-    ({'max_update_rate': math.inf}, 'max_update_rate is inf'),
-    ({'iterations': 5000}, 'sor_pgs_iters is 5000'),
-    ({'time_step': 0.002, 'gravity': (0.0, 0.0, 0.0)}, 'time_step cannot change.*car')])
+@pytest.mark.parametrize(
+    "wanted, reason",
+    [
+        ({"time_step": 0.0}, "time_step is 0.0"),
+        ({"time_step": math.nan}, "time_step is nan"),
+        ({"gravity": (0.0, math.inf, 0.0)}, "gravity is .*inf"),
+        ({"max_update_rate": -1.0}, "max_update_rate is -1.0"),
+        ({"max_update_rate": math.inf}, "max_update_rate is inf"),
+        ({"iterations": 5000}, "sor_pgs_iters is 5000"),
+        ({"time_step": 0.002, "gravity": (0.0, 0.0, 0.0)}, "time_step cannot change.*car"),
+    ],
+)
 def test_impossible_values_change_nothing(properties, wanted, reason):
-    properties.world.spawn_urdf('car', CAR, Pose(), str)
+    properties.world.spawn_urdf("car", CAR, Pose(), str)
     before = properties.read()
     with pytest.raises(WorldError, match=reason):
         properties.change(**wanted)
@@ -80,5 +92,7 @@ def test_reconfiguring_asks_only_for_what_differs(properties):
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
     assert physics_tuning.wanted_changes(dict(before), before) == {}
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9)
-    assert physics_tuning.wanted_changes(config, before) == {'gravity': (1.0, 0.0, -9.81),
-                                                             'iterations': 7}
+    assert physics_tuning.wanted_changes(config, before) == {
+        "gravity": (1.0, 0.0, -9.81),
+        "iterations": 7,
+    }

@@ -1,8 +1,8 @@
 """Publishers are withdrawn when what they were made for fails."""
+
 import threading
 
 import pytest
-
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.publishing import all_or_none, publisher
 
@@ -20,33 +20,33 @@ class Wire:
 
 @pytest.fixture(autouse=True)
 def _wires(monkeypatch):
-    monkeypatch.setattr(publishing.rospy, 'Publisher', Wire)
-    monkeypatch.setattr(publishing, 'send_directly', lambda *_: None)
+    monkeypatch.setattr(publishing.rospy, "Publisher", Wire)
+    monkeypatch.setattr(publishing, "send_directly", lambda *_: None)
 
 
 def test_all_stay_when_nothing_fails():
     with all_or_none():
-        wire = publisher('/a', str)
+        wire = publisher("/a", str)
     with pytest.raises(ZeroDivisionError), all_or_none():
         raise ZeroDivisionError
     assert wire.closed == 0
 
 
 def test_a_failure_withdraws_those_made_within():
-    before, wires = publisher('/before', str), []
+    before, wires = publisher("/before", str), []
     with pytest.raises(OverflowError), all_or_none():
-        wires.append(publisher('/a', str))
+        wires.append(publisher("/a", str))
         with all_or_none():
-            wires.append(publisher('/b', str))
-        raise OverflowError('too large')
+            wires.append(publisher("/b", str))
+        raise OverflowError("too large")
     assert [wire.closed for wire in wires] == [1, 1]
-    assert before.closed == 0 and publisher('/after', str).closed == 0
+    assert before.closed == 0 and publisher("/after", str).closed == 0
 
 
 def test_other_threads_are_left_alone():
     wires = []
     with pytest.raises(ValueError), all_or_none():
-        other = threading.Thread(target=lambda: wires.append(publisher('/a', str)))
+        other = threading.Thread(target=lambda: wires.append(publisher("/a", str)))
         other.start()
         other.join()
         raise ValueError

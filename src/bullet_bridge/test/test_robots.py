@@ -1,18 +1,19 @@
 """Outputs and controls of models: who is asked, when, and who is left alone."""
+
 import math
 from types import SimpleNamespace
 
 import pytest
+from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_bridge.robots import Robots
 
 from bullet_bridge import robots as module
-from bullet_bridge.robots import Robots
-from bullet_bridge.loop.schedule import HeardSchedule
 
 
 class Spec(SimpleNamespace):
     """A sensor's specification."""
 
-    topic, link = '/topic', 'base'
+    topic, link = "/topic", "base"
 
 
 class Output:
@@ -20,9 +21,9 @@ class Output:
 
     def __init__(self, world, model, spec, seed):
         if spec.rate is None:
-            raise ValueError('bad sensor')
+            raise ValueError("bad sensor")
         if spec.rate < 0:
-            raise OverflowError('too large')
+            raise OverflowError("too large")
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
         self.schedule = HeardSchedule(spec.rate, 0.001, world.step_count, self.listened)
         self.times, self.heard, self.closed, self.restarts = [], True, False, 0
@@ -57,14 +58,20 @@ class Rig:
         def make(*arguments):
             self.made.append(Output(*arguments))
             return self.made[-1]
-        monkeypatch.setattr(module, 'OUTPUTS', {Spec: make})
-        monkeypatch.setattr(module.rospy, 'logerr', lambda text, *rest: self.errors.append(
-            text % rest))
-        self.world = SimpleNamespace(models={}, step_count=0, time_step=0.001, name='w',
-                                     sources=lambda: [])
+
+        monkeypatch.setattr(module, "OUTPUTS", {Spec: make})
+        monkeypatch.setattr(
+            module.rospy, "logerr", lambda text, *rest: self.errors.append(text % rest)
+        )
+        self.world = SimpleNamespace(
+            models={}, step_count=0, time_step=0.001, name="w", sources=lambda: []
+        )
         self.forgotten = []
-        cameras = SimpleNamespace(set_sources=lambda _: None, take_failures=lambda: ['dark'],
-                                  restart=lambda: self.forgotten.append(True))
+        cameras = SimpleNamespace(
+            set_sources=lambda _: None,
+            take_failures=lambda: ["dark"],
+            restart=lambda: self.forgotten.append(True),
+        )
         self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
 
     def call(self, job):
@@ -74,8 +81,13 @@ class Rig:
 
     def model(self, name, *rates):
         """A model with sensors of these rates [Hz], connected."""
-        model = SimpleNamespace(name=name, manager=None, description=SimpleNamespace(
-            warnings=[], sensors=[Spec(rate=rate, name=f's{rate}') for rate in rates]))
+        model = SimpleNamespace(
+            name=name,
+            manager=None,
+            description=SimpleNamespace(
+                warnings=[], sensors=[Spec(rate=rate, name=f"s{rate}") for rate in rates]
+            ),
+        )
         self.world.models[name] = model
         self.robots.connect(model)
         return model
@@ -90,13 +102,13 @@ class Rig:
         return due
 
 
-@pytest.fixture(name='rig')
+@pytest.fixture(name="rig")
 def _rig(monkeypatch):
     return Rig(monkeypatch)
 
 
 def test_outputs_are_updated_when_due_and_nothing_else_stops_a_batch(rig):
-    rig.model('a', 100, 40)
+    rig.model("a", 100, 40)
     assert rig.run(100) == [10, 20, 25, 30, 40, 50, 60, 70, 75, 80, 90, 100]
     assert rig.made[0].times == pytest.approx([0.01 * k for k in range(1, 11)])
     assert rig.made[1].times == pytest.approx([0.025, 0.05, 0.075, 0.1])
@@ -108,7 +120,7 @@ def test_without_models_nothing_is_due(rig):
 
 
 def test_no_subscriber_no_work(rig):
-    rig.model('a', 100)
+    rig.model("a", 100)
     rig.made[0].heard = False
     rig.robots.refresh()
     rig.run(50)
@@ -117,13 +129,14 @@ def test_no_subscriber_no_work(rig):
     rig.robots.refresh()
     rig.run(100)
     assert rig.made[0].times == pytest.approx([0.06, 0.07, 0.08, 0.09, 0.1])
-    assert rig.robots.sensor_counts() == {'w::a::base::s100': 5}
+    assert rig.robots.sensor_counts() == {"w::a::base::s100": 5}
 
 
 def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_times(
-        rig, monkeypatch):
-    monkeypatch.setattr(module, 'LOOK_GAP', 0.0)
-    rig.model('a', 1000, 30)
+    rig, monkeypatch
+):
+    monkeypatch.setattr(module, "LOOK_GAP", 0.0)
+    rig.model("a", 1000, 30)
     for output in rig.made:
         output.heard = False
     rig.robots.refresh()
@@ -136,8 +149,8 @@ def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_ti
 
 def test_it_is_not_looked_more_often_than_wall_time_asks_for(rig, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(module.wall, 'monotonic', lambda: now[0])
-    rig.model('a', 100)
+    monkeypatch.setattr(module.wall, "monotonic", lambda: now[0])
+    rig.model("a", 100)
     rig.made[0].heard = False
     rig.robots.refresh()
     rig.made[0].heard = True
@@ -148,12 +161,12 @@ def test_it_is_not_looked_more_often_than_wall_time_asks_for(rig, monkeypatch):
 
 
 def test_models_come_and_go(rig):
-    rig.model('a', 100)
+    rig.model("a", 100)
     rig.run(20)
-    rig.model('b', 50)
+    rig.model("b", 50)
     rig.run(40)
-    del rig.world.models['a']
-    gone = rig.robots.disconnect('a')
+    del rig.world.models["a"]
+    gone = rig.robots.disconnect("a")
     assert gone == [rig.made[0]]
     rig.run(100)
     assert len(rig.made[0].times) == 4
@@ -161,32 +174,34 @@ def test_models_come_and_go(rig):
 
 
 def test_a_sensor_that_cannot_work_is_left_out(rig):
-    rig.model('a', None, 50)
+    rig.model("a", None, 50)
     assert rig.run(20) == [20] and len(rig.made) == 1
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
 
 
 def test_a_number_out_of_range_leaves_out_the_sensor_alone(rig):
-    rig.model('a', -1, 50)
+    rig.model("a", -1, 50)
     assert len(rig.made) == 1 and rig.robots.next_due() == 20
     assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
 
 
-@pytest.mark.parametrize('error', [OSError('no master'), KeyboardInterrupt()])
+@pytest.mark.parametrize("error", [OSError("no master"), KeyboardInterrupt()])
 def test_a_failed_spawn_leaves_nothing(rig, error):
     def refuse():
         raise error
+
     rig.before_register = refuse
     with pytest.raises(type(error)):
-        rig.model('a', 50, 100)
+        rig.model("a", 50, 100)
     assert [output.closed for output in rig.made] == [True, True]
 
 
 def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch):
     def refuse(_self, _arrivals):
-        raise ValueError('bad topic')
-    monkeypatch.setattr(Output, 'attach', refuse)
-    rig.model('a', 50)
+        raise ValueError("bad topic")
+
+    monkeypatch.setattr(Output, "attach", refuse)
+    rig.model("a", 50)
     rig.run(50)
     assert rig.made[0].times == []
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad topic"]
@@ -194,24 +209,24 @@ def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch)
 
 def test_a_model_that_was_deleted_meanwhile_leaves_nothing(rig):
     rig.before_register = rig.world.models.clear
-    rig.model('a', 50, 100)
+    rig.model("a", 50, 100)
     assert [output.closed for output in rig.made] == [True, True]
     rig.run(50)
     assert [output.times for output in rig.made] == [[], []]
 
 
 def test_seeds_depend_on_model_and_place_and_stay(rig):
-    rig.model('a', 50, 100)
-    rig.model('b', 50)
+    rig.model("a", 50, 100)
+    rig.model("b", 50)
     seeds = [output.seed for output in rig.made]
     assert len(set(seeds)) == 3
-    rig.robots.disconnect('a')
-    rig.model('a', 50, 100)
+    rig.robots.disconnect("a")
+    rig.model("a", 50, 100)
     assert [output.seed for output in rig.made[3:]] == seeds[:2]
 
 
 def test_restart_reaches_all_and_starts_the_schedules_over(rig):
-    rig.model('a', 50)
+    rig.model("a", 50)
     rig.run(110)
     rig.world.step_count = 0
     rig.robots.restart()
@@ -220,15 +235,15 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
 
 
 def test_a_restart_drops_the_counts_of_commands(rig):
-    rig.robots.arrivals.add('/cmd')
-    rig.robots.arrivals.report('/cmd')
+    rig.robots.arrivals.add("/cmd")
+    rig.robots.arrivals.report("/cmd")
     rig.robots.restart()
-    with pytest.raises(TimeoutError, match='/cmd: 0 of 1'):
-        rig.robots.arrivals.take({'/cmd': 1}, 0.0)
+    with pytest.raises(TimeoutError, match="/cmd: 0 of 1"):
+        rig.robots.arrivals.take({"/cmd": 1}, 0.0)
 
 
 def test_failures_of_pictures_are_handed_on(rig):
-    assert rig.robots.take_failures() == ['dark']
+    assert rig.robots.take_failures() == ["dark"]
 
 
 class Control:
@@ -254,46 +269,52 @@ class Control:
         self.withdrawn = True
 
 
-@pytest.fixture(name='spawn')
+@pytest.fixture(name="spawn")
 def _spawn(rig, monkeypatch):
     """Function that spawns a model with controllers in the namespace /n."""
-    monkeypatch.setattr(module, 'RobotControl', Control)
-    monkeypatch.setattr(Control, 'meanwhile', None)
+    monkeypatch.setattr(module, "RobotControl", Control)
+    monkeypatch.setattr(Control, "meanwhile", None)
 
     def spawn(name):
-        model = SimpleNamespace(name=name, manager=True, description=SimpleNamespace(
-            warnings=[], sensors=[], control_namespace=''))
+        model = SimpleNamespace(
+            name=name,
+            manager=True,
+            description=SimpleNamespace(warnings=[], sensors=[], control_namespace=""),
+        )
         rig.world.models[name] = model
-        rig.robots.connect(model, '/n/')
+        rig.robots.connect(model, "/n/")
+
     return spawn
 
 
 def test_of_two_spawns_at_a_time_in_one_namespace_the_second_has_no_controllers(rig, spawn):
-    Control.meanwhile = lambda: spawn('second')
-    spawn('first')
-    assert list(rig.robots._controls) == ['first']
+    Control.meanwhile = lambda: spawn("second")
+    spawn("first")
+    assert list(rig.robots._controls) == ["first"]
     assert len(rig.errors) == 1 and "model 'second' has no controllers: 'first'" in rig.errors[0]
 
 
 def test_a_namespace_is_free_again_after_a_deletion_or_a_failed_spawn(rig, spawn):
-    spawn('a')
-    del rig.world.models['a']
-    (gone,) = rig.robots.disconnect('a')
+    spawn("a")
+    del rig.world.models["a"]
+    (gone,) = rig.robots.disconnect("a")
     assert gone.closed
     rig.before_register = rig.world.models.clear
-    spawn('b')
+    spawn("b")
     rig.before_register = lambda: None
 
     def refuse():
-        raise OSError('no master')
+        raise OSError("no master")
+
     Control.meanwhile = refuse
     with pytest.raises(OSError):
-        spawn('c')
+        spawn("c")
 
     def taken():
-        raise module.rospy.ServiceException('taken')
+        raise module.rospy.ServiceException("taken")
+
     Control.meanwhile = taken
-    spawn('d')
+    spawn("d")
     assert rig.errors == ["model 'd' has no controllers: taken"]
-    spawn('e')
-    assert list(rig.robots._controls) == ['e'] and len(rig.errors) == 1
+    spawn("e")
+    assert list(rig.robots._controls) == ["e"] and len(rig.errors) == 1

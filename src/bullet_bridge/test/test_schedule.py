@@ -1,9 +1,9 @@
 """Due steps: exact mean rate, no drift."""
+
 import math
 
 import numpy as np
 import pytest
-
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.schedule import Schedule
 
@@ -20,7 +20,7 @@ def test_30_hz_at_1_ms_gives_30_in_every_second():
     assert set(np.diff(steps)) == {33, 34}
 
 
-@pytest.mark.parametrize('rate, period', [(1000.0, 1), (50.0, 20), (200.0, 5), (1.0, 1000)])
+@pytest.mark.parametrize("rate, period", [(1000.0, 1), (50.0, 20), (200.0, 5), (1.0, 1000)])
 def test_a_rate_that_divides_has_one_period(rate, period):
     assert due_steps(Schedule(rate, 0.001), 0, 5000) == list(range(period, 5000, period))
 
@@ -43,13 +43,13 @@ def test_a_missed_step_is_made_up_for_once():
     assert due_steps(schedule, 57, 85) == [57, 60, 70, 80]
 
 
-@pytest.mark.parametrize('rate', [1001.0, 0.0, -5.0, math.nan, math.inf])
+@pytest.mark.parametrize("rate", [1001.0, 0.0, -5.0, math.nan, math.inf])
 def test_an_impossible_rate_is_an_error_with_the_value(rate):
-    with pytest.raises(ValueError, match=f'rate is {rate} Hz.*at most 1000 Hz'):
+    with pytest.raises(ValueError, match=f"rate is {rate} Hz.*at most 1000 Hz"):
         Schedule(rate, 0.001)
 
 
-@pytest.mark.parametrize('steps, expected', [(0, 110), (1, 110), (10, 110), (11, 120), (35, 140)])
+@pytest.mark.parametrize("steps, expected", [(0, 110), (1, 110), (10, 110), (11, 120), (35, 140)])
 def test_skip_leaves_out_what_is_too_soon(steps, expected):
     schedule = Schedule(100.0, 0.001)
     assert schedule.due(100)

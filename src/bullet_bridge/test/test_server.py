@@ -1,12 +1,12 @@
 """The loop against a wall clock that only moves when somebody waits or works."""
+
 import math
 
 import pytest
-
+from bullet_bridge.config import Config
 from bullet_bridge.loop import clock as clock_module
 from bullet_bridge.loop import server as module
 from bullet_bridge.loop.clock import SimClock
-from bullet_bridge.config import Config
 from bullet_bridge.loop.schedule import Schedule
 from bullet_bridge.loop.server import Server
 from bullet_sim.errors import WorldError
@@ -47,11 +47,11 @@ class World:
 
     def arrange(self):
         """Remember it."""
-        self.calls.append('arrange')
+        self.calls.append("arrange")
 
     def reset(self, time):
         """Start over."""
-        self.calls.append(('reset', time))
+        self.calls.append(("reset", time))
         if time:
             self.step_count = 0
 
@@ -110,10 +110,15 @@ class Rig:
         self.wall = Wall()
         self.world, self.robots = World(self.wall, cost), Robots(rate)
         self.told = []
-        clock = SimClock(clock_rate, 0.001, lambda time: self.told.append(
-            (time, self.wall.time)))
-        self.server = Server(self.world, Jobs(self.wall), self.robots,
-                             Config(clock_rate=clock_rate, **config), clock, self.wall.now)
+        clock = SimClock(clock_rate, 0.001, lambda time: self.told.append((time, self.wall.time)))
+        self.server = Server(
+            self.world,
+            Jobs(self.wall),
+            self.robots,
+            Config(clock_rate=clock_rate, **config),
+            clock,
+            self.wall.now,
+        )
 
     def run(self, seconds):
         """Turn for some wall time."""
@@ -127,33 +132,33 @@ class Rig:
             if steps.done.is_set():
                 return
             self.server.turn()
-        raise AssertionError('the steps are never made')
+        raise AssertionError("the steps are never made")
 
 
-@pytest.mark.parametrize('factor', [0.1, 0.5, 1.0, 4.0, 20.0])
+@pytest.mark.parametrize("factor", [0.1, 0.5, 1.0, 4.0, 20.0])
 def test_the_real_time_factor_is_kept(factor):
     rig = Rig(real_time_factor=factor)
     rig.run(10.0)
     assert rig.world.time == pytest.approx(10.0 * factor, rel=1e-3)
     statistics = rig.server.statistics()
-    assert statistics['real_time_factor'] == pytest.approx(factor, rel=0.01)
-    assert 0 <= statistics['lateness_p50'] <= statistics['lateness_max'] < 0.002
+    assert statistics["real_time_factor"] == pytest.approx(factor, rel=0.01)
+    assert 0 <= statistics["lateness_p50"] <= statistics["lateness_max"] < 0.002
 
 
 def test_without_a_factor_it_runs_as_fast_as_the_steps_go():
     rig = Rig(real_time_factor=0.0, cost=2e-5)
     rig.run(3.0)
     assert rig.world.time == pytest.approx(3.0 * 0.001 / 2e-5, rel=1e-3)
-    assert rig.server.statistics()['real_time_factor'] == pytest.approx(50, rel=0.01)
-    assert rig.server.statistics()['batches'] == 0
+    assert rig.server.statistics()["real_time_factor"] == pytest.approx(50, rel=0.01)
+    assert rig.server.statistics()["batches"] == 0
 
 
 def test_a_world_that_is_too_slow_runs_as_fast_as_it_can_and_says_how_late():
     rig = Rig(real_time_factor=1.0, cost=0.002)
     rig.run(5.0)
     assert rig.world.time == pytest.approx(2.5, rel=0.01)
-    assert rig.server.statistics()['real_time_factor'] == pytest.approx(0.5, rel=0.01)
-    assert 0.2 < rig.server.statistics()['lateness_max'] < 0.3
+    assert rig.server.statistics()["real_time_factor"] == pytest.approx(0.5, rel=0.01)
+    assert 0.2 < rig.server.statistics()["lateness_max"] < 0.3
 
 
 def test_after_a_hold_up_the_pace_starts_anew():
@@ -165,8 +170,8 @@ def test_after_a_hold_up_the_pace_starts_anew():
     assert rig.world.time - before == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize('factor', [0.1, 1.0, 4.0, 0.0])
-@pytest.mark.parametrize('rate', [30.0, 50.0, 1000.0])
+@pytest.mark.parametrize("factor", [0.1, 1.0, 4.0, 0.0])
+@pytest.mark.parametrize("rate", [30.0, 50.0, 1000.0])
 def test_due_steps_are_exact_at_any_pace(factor, rate):
     rig = Rig(real_time_factor=factor, rate=rate)
     while rig.world.time < 2.0:
@@ -179,15 +184,20 @@ def test_clock_at_a_pace_comes_at_its_rate():
     rig = Rig(real_time_factor=1.0)
     rig.run(1.0)
     assert [round(time, 9) for time, _ in rig.told[:100]] == [
-        pytest.approx(0.005 * k) for k in range(1, 101)]
+        pytest.approx(0.005 * k) for k in range(1, 101)
+    ]
 
 
-@pytest.mark.parametrize('cost, least, most', [
-    (1e-3, 200, 200),       # real time: every one
-    (1e-2, 200, 200),       # slower: every one
-    (5e-5, 25, 25),         # 20 times as fast: every 40 ms
-    (1e-6, 25, 25),         # 1000 times as fast: by CLOCK_STRIDE, at the end of a batch
-    (2e-4, 95, 100)])       # 5 times as fast: 500 a wall second are allowed
+@pytest.mark.parametrize(
+    "cost, least, most",
+    [
+        (1e-3, 200, 200),  # real time: every one
+        (1e-2, 200, 200),  # slower: every one
+        (5e-5, 25, 25),  # 20 times as fast: every 40 ms
+        (1e-6, 25, 25),  # 1000 times as fast: by CLOCK_STRIDE, at the end of a batch
+        (2e-4, 95, 100),
+    ],
+)  # 5 times as fast: 500 a wall second are allowed
 def test_clock_running_free_is_thinned_by_wall_time(cost, least, most):
     rig = Rig(real_time_factor=0.0, cost=cost)
     while rig.world.time < 5.0:
@@ -207,46 +217,51 @@ def test_paused_time_stands_still_and_is_not_caught_up():
     assert rig.world.time == pytest.approx(1.0, abs=0.01)
     rig.server.set_paused(True)
     assert rig.told[-1][0] == pytest.approx(rig.world.time)
-    assert rig.server.statistics()['real_time_factor'] == 0.0
+    assert rig.server.statistics()["real_time_factor"] == 0.0
 
 
-@pytest.mark.parametrize('count', [1, 7, 20, 1234])
+@pytest.mark.parametrize("count", [1, 7, 20, 1234])
 def test_steps_on_request_are_counted_exactly(count):
     rig = Rig(paused=True, rate=50.0)
     steps = rig.server.begin_steps(count)
     rig.run_steps(steps)
     rig.run(0.2)
-    assert rig.world.step_count == count and steps.error == ''
+    assert rig.world.step_count == count and steps.error == ""
     assert rig.robots.seen == list(range(20, count + 1, 20))
     assert rig.told[-1][0] == pytest.approx(0.001 * count)
     assert [round(time, 6) for time, _ in rig.told[:-1]] == [
-        round(0.005 * k, 6) for k in range(1, count // 5 + 1)]
+        round(0.005 * k, 6) for k in range(1, count // 5 + 1)
+    ]
 
 
 def test_commands_are_taken_before_the_first_step():
     rig = Rig(paused=True)
     order = []
-    rig.robots.deliver = lambda: order.append(('deliver', rig.world.step_count))
+    rig.robots.deliver = lambda: order.append(("deliver", rig.world.step_count))
     rig.run_steps(rig.server.begin_steps(1))
-    assert order == [('deliver', 0)]
+    assert order == [("deliver", 0)]
 
 
 def test_steps_are_refused_while_it_runs_or_steps_already():
     rig = Rig()
-    with pytest.raises(WorldError, match='pause it before stepping'):
+    with pytest.raises(WorldError, match="pause it before stepping"):
         rig.server.begin_steps(1)
     rig.server.set_paused(True)
     steps = rig.server.begin_steps(5)
-    with pytest.raises(WorldError, match='5 steps of another call'):
+    with pytest.raises(WorldError, match="5 steps of another call"):
         rig.server.begin_steps(1)
     rig.run_steps(steps)
     assert rig.world.step_count == 5
 
 
-@pytest.mark.parametrize('interrupt, reason', [
-    (lambda server: server.reset(True), 'was reset'),
-    (lambda server: server.set_paused(False), 'set going'),
-    (lambda server: server.set_paused(True), 'paused')])
+@pytest.mark.parametrize(
+    "interrupt, reason",
+    [
+        (lambda server: server.reset(True), "was reset"),
+        (lambda server: server.set_paused(False), "set going"),
+        (lambda server: server.set_paused(True), "paused"),
+    ],
+)
 def test_steps_that_are_interrupted_say_why(interrupt, reason):
     rig = Rig(paused=True)
     steps = rig.server.begin_steps(10000)
@@ -257,30 +272,31 @@ def test_steps_that_are_interrupted_say_why(interrupt, reason):
 
 def test_pictures_that_are_missing_make_the_step_fail():
     rig = Rig(paused=True)
-    rig.robots.failures = ['from before']
+    rig.robots.failures = ["from before"]
     steps = rig.server.begin_steps(1)
-    rig.robots.failures = ['no picture of cam', 'at all']
+    rig.robots.failures = ["no picture of cam", "at all"]
     rig.run_steps(steps)
-    assert steps.error == 'no picture of cam; at all'
+    assert steps.error == "no picture of cam; at all"
 
 
 def test_lockstep_refuses_to_run_by_itself():
     rig = Rig(paused=True, lockstep=True)
-    with pytest.raises(WorldError, match='only by /gazebo/step'):
+    with pytest.raises(WorldError, match="only by /gazebo/step"):
         rig.server.set_paused(False)
     rig.server.set_paused(True)
     rig.run(1.0)
     assert rig.world.step_count == 0
 
 
-@pytest.mark.parametrize('time, monotonic, expected', [
-    (True, False, True), (False, False, False), (True, True, False)])
+@pytest.mark.parametrize(
+    "time, monotonic, expected", [(True, False, True), (False, False, False), (True, True, False)]
+)
 def test_reset(time, monotonic, expected):
     rig = Rig(monotonic_clock=monotonic)
     rig.run(1.0)
     before = rig.world.time
     rig.server.reset(time=time)
-    assert rig.world.calls == ['arrange', ('reset', expected)]
+    assert rig.world.calls == ["arrange", ("reset", expected)]
     assert rig.robots.restarts == 1
     assert rig.told[-1][0] == pytest.approx(0.0 if expected else before)
     rig.run(1.0)
@@ -324,7 +340,7 @@ def test_the_process_keeps_the_time_it_tells(monkeypatch):
     clock = SimClock(200.0, 0.001, told.append, own.append)
     clock.tell(1.25)
     assert [time.to_sec() for time in own] == [1.25] == told
-    monkeypatch.setattr(clock_module.rospy.rostime, '_rostime_initialized', True)
-    monkeypatch.setattr(clock_module.rospy.rostime, '_rostime_current', None)
+    monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_initialized", True)
+    monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_current", None)
     clock_module.set_own_time(own[0])
     assert clock_module.rospy.get_time() == 1.25

@@ -1,17 +1,19 @@
 """State topics: when they are due, who gets them, what they say."""
+
 import math
 
 import pytest
-
 from bullet_bridge.outputs import states as state_topics
 from bullet_bridge.outputs.states import METRICS_PERIOD, PerformanceTopic, StateTopics
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-URDF = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
-        'iyy="0.1" izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" '
-        'type="fixed"><parent link="base"/><child link="plate"/></joint></robot>')
+URDF = (
+    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
+    'iyy="0.1" izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" '
+    'type="fixed"><parent link="base"/><child link="plate"/></joint></robot>'
+)
 
 
 class Topic:
@@ -32,14 +34,14 @@ class Topic:
         return self.listeners
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world(monkeypatch):
     Topic.made = {}
-    monkeypatch.setattr(state_topics, 'publisher', Topic)
+    monkeypatch.setattr(state_topics, "publisher", Topic)
     world = World(gravity=(0.0, 0.0, 0.0))
     world.spawn(sdf.ground_plane())
-    world.spawn_urdf('bot', URDF, Pose((1, 2, 3)), str)
-    world.model('bot').set_state(Pose((1, 2, 3)), (0.1, 0, 0), (0, 0, 0.2))
+    world.spawn_urdf("bot", URDF, Pose((1, 2, 3)), str)
+    world.model("bot").set_state(Pose((1, 2, 3)), (0.1, 0, 0), (0, 0, 0.2))
     yield world
     world.close()
 
@@ -53,25 +55,25 @@ def run(world, reporter, steps):
 
 
 def test_nobody_listens(world):
-    topics = StateTopics('/gazebo', world, 100.0)
+    topics = StateTopics("/gazebo", world, 100.0)
     assert topics.next_due() == math.inf
     run(world, topics, 100)
     assert all(not topic.sent for topic in Topic.made.values())
 
 
-@pytest.mark.parametrize('rate, expected', [(100.0, 50), (30.0, 15), (5000.0, 500)])
+@pytest.mark.parametrize("rate, expected", [(100.0, 50), (30.0, 15), (5000.0, 500)])
 def test_rate_is_kept_and_never_more_than_one_a_step(world, rate, expected):
-    topics = StateTopics('/gazebo', world, rate)
-    Topic.made['/gazebo/model_states'].listeners = 1
+    topics = StateTopics("/gazebo", world, rate)
+    Topic.made["/gazebo/model_states"].listeners = 1
     run(world, topics, 500)
-    assert len(Topic.made['/gazebo/model_states'].sent) == expected
-    assert not Topic.made['/gazebo/link_states'].sent
+    assert len(Topic.made["/gazebo/model_states"].sent) == expected
+    assert not Topic.made["/gazebo/link_states"].sent
 
 
 def test_what_they_say(world):
     models, links = state_topics.model_states(world), state_topics.link_states(world)
-    assert models.name == ['ground_plane', 'bot']
-    assert links.name == ['ground_plane::link', 'bot::base']     # the plate is merged
+    assert models.name == ["ground_plane", "bot"]
+    assert links.name == ["ground_plane::link", "bot::base"]  # the plate is merged
     for message in (models, links):
         place, speed = message.pose[1].position, message.twist[1]
         assert (place.x, place.y, place.z) == pytest.approx((1, 2, 3))
@@ -80,36 +82,36 @@ def test_what_they_say(world):
 
 
 def test_a_restart_goes_on_from_the_new_time(world):
-    topics = StateTopics('/gazebo', world, 100.0)
-    Topic.made['/gazebo/link_states'].listeners = 1
+    topics = StateTopics("/gazebo", world, 100.0)
+    Topic.made["/gazebo/link_states"].listeners = 1
     run(world, topics, 105)
     world.reset()
     topics.restart()
     assert topics.next_due() == 10
     run(world, topics, 25)
-    assert len(Topic.made['/gazebo/link_states'].sent) == 10 + 2
+    assert len(Topic.made["/gazebo/link_states"].sent) == 10 + 2
 
 
 def test_performance(world):
     now, counts = [50.0], {}
-    topic = PerformanceTopic('/gazebo', world, lambda: counts, lambda: now[0])
-    wire = Topic.made['/gazebo/performance_metrics']
+    topic = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0])
+    wire = Topic.made["/gazebo/performance_metrics"]
     assert topic.next_due() == math.inf
     wire.listeners = 1
     world.step(100)
-    counts['w::bot::base::imu'] = 5
+    counts["w::bot::base::imu"] = 5
     now[0] += METRICS_PERIOD / 2
     topic.publish(world.step_count, world.time)
     assert not wire.sent
     world.step(100)
-    counts['w::bot::base::imu'] = 20
+    counts["w::bot::base::imu"] = 20
     now[0] += METRICS_PERIOD / 2
     topic.publish(world.step_count, world.time)
     message = wire.sent[0]
     assert message.real_time_factor == pytest.approx(0.2 / METRICS_PERIOD)
     sensor = message.sensors[0]
-    assert (sensor.name, sensor.sim_update_rate) == ('w::bot::base::imu', pytest.approx(100))
+    assert (sensor.name, sensor.sim_update_rate) == ("w::bot::base::imu", pytest.approx(100))
     assert sensor.real_update_rate == pytest.approx(20 / METRICS_PERIOD)
     now[0] += METRICS_PERIOD
-    topic.publish(world.step_count, world.time)     # no simulated time has passed
+    topic.publish(world.step_count, world.time)  # no simulated time has passed
     assert len(wire.sent) == 1

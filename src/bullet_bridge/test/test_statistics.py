@@ -1,4 +1,5 @@
 """The loop's figures as a service."""
+
 import json
 import threading
 
@@ -23,7 +24,7 @@ class Server:
 
 
 def test_figures_come_as_json(monkeypatch):
-    monkeypatch.setattr(module.rospy, 'Service', lambda *_: None)
+    monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
     jobs, answers = JobQueue(), []
     service = module.StatisticsService(jobs, Server())
     asker = threading.Thread(target=lambda: answers.append(service.handle(None)))
@@ -31,14 +32,14 @@ def test_figures_come_as_json(monkeypatch):
     while asker.is_alive():
         jobs.run_pending(wait=0.01)
     values = json.loads(answers[0].message)
-    assert answers[0].success and values['batches'] == 3
-    assert abs(values['lateness_p50'] - 0.003) < 1e-9 and abs(values['lateness_max'] - 1.0) < 1e-9
-    assert abs(values['real_time_factor'] - 0.5) < 1e-9
+    assert answers[0].success and values["batches"] == 3
+    assert abs(values["lateness_p50"] - 0.003) < 1e-9 and abs(values["lateness_max"] - 1.0) < 1e-9
+    assert abs(values["real_time_factor"] - 0.5) < 1e-9
 
 
 def test_when_the_simulation_has_ended_it_says_so(monkeypatch):
-    monkeypatch.setattr(module.rospy, 'Service', lambda *_: None)
+    monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
     jobs = JobQueue()
     jobs.close()
     answer = module.StatisticsService(jobs, Server()).handle(None)
-    assert not answer.success and 'has ended' in answer.message
+    assert not answer.success and "has ended" in answer.message

@@ -1,10 +1,9 @@
 """The step service: what it asks for, waits for and refuses."""
+
 import re
 import threading
 
 import pytest
-from bullet_bridge.srv import StepRequest
-
 from bullet_bridge.loop import arrivals as arrivals_module
 from bullet_bridge.loop import step as module
 from bullet_bridge.loop.arrivals import Arrivals
@@ -12,17 +11,19 @@ from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.server import Steps
 from bullet_sim.errors import WorldError
 
+from bullet_bridge.srv import StepRequest
+
 
 class Server:
     """Makes steps at once, with a given error."""
 
     def __init__(self):
-        self.paused, self.error, self.made = True, '', []
+        self.paused, self.error, self.made = True, "", []
 
     def begin_steps(self, count):
         """Make them."""
-        if self.made and self.made[-1] == 'busy':
-            raise WorldError('busy')
+        if self.made and self.made[-1] == "busy":
+            raise WorldError("busy")
         self.made.append(count)
         steps = Steps(0)
         steps.error = self.error
@@ -34,12 +35,12 @@ class Rig:
     """The service with an owner thread behind it."""
 
     def __init__(self, monkeypatch):
-        monkeypatch.setattr(module.rospy, 'Service', lambda *_: None)
-        monkeypatch.setattr(module.rospy, 'logerr', lambda *_: None)
-        monkeypatch.setattr(arrivals_module.rospy, 'is_shutdown', lambda: False)
+        monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
+        monkeypatch.setattr(module.rospy, "logerr", lambda *_: None)
+        monkeypatch.setattr(arrivals_module.rospy, "is_shutdown", lambda: False)
         self.server, self.arrivals, self.jobs = Server(), Arrivals(), JobQueue()
-        self.arrivals.add('/car/command')
-        self.arrivals.add('/cmd_vel')
+        self.arrivals.add("/car/command")
+        self.arrivals.add("/cmd_vel")
         self.service = module.StepService(self.jobs, self.server, self.arrivals, 0.05)
         self.end = threading.Event()
         self.owner = threading.Thread(target=self.own)
@@ -55,7 +56,7 @@ class Rig:
         return self.service.handle(StepRequest(n, list(topics), list(counts)))
 
 
-@pytest.fixture(name='rig')
+@pytest.fixture(name="rig")
 def _rig(monkeypatch):
     rig = Rig(monkeypatch)
     yield rig
@@ -65,26 +66,31 @@ def _rig(monkeypatch):
 
 def test_steps_without_topics(rig):
     answer = rig.ask(5)
-    assert (answer.success, answer.status_message, rig.server.made) == (True, '', [5])
+    assert (answer.success, answer.status_message, rig.server.made) == (True, "", [5])
 
 
 def test_steps_after_the_messages_came(rig):
     for _ in range(2):
-        rig.arrivals.report('/car/command')
-    assert rig.ask(3, ['/car/command', 'cmd_vel'], [2, 0]).success
-    answer = rig.ask(3, ['/car/command'], [1])
+        rig.arrivals.report("/car/command")
+    assert rig.ask(3, ["/car/command", "cmd_vel"], [2, 0]).success
+    answer = rig.ask(3, ["/car/command"], [1])
     assert not answer.success and rig.server.made == [3]
-    assert answer.status_message == ('not all commands came within 0.05 s: '
-                                     '/car/command: 0 of 1')
+    assert answer.status_message == ("not all commands came within 0.05 s: /car/command: 0 of 1")
 
 
-@pytest.mark.parametrize('request_, text', [
-    ({'n': 0}, 'n is 0, must be at least 1'),
-    ({'topics': ['/cmd_vel'], 'counts': []}, '1 topics and 0 counts'),
-    ({'topics': ['/cmd_vel', 'cmd_vel'], 'counts': [1, 1]}, "'/cmd_vel' is given twice"),
-    ({'topics': [''], 'counts': [1]}, 'without a name'),
-    ({'topics': ['/wrong'], 'counts': [1]}, "'/wrong' is not subscribed .*/car/command, /cmd_vel"),
-])
+@pytest.mark.parametrize(
+    "request_, text",
+    [
+        ({"n": 0}, "n is 0, must be at least 1"),
+        ({"topics": ["/cmd_vel"], "counts": []}, "1 topics and 0 counts"),
+        ({"topics": ["/cmd_vel", "cmd_vel"], "counts": [1, 1]}, "'/cmd_vel' is given twice"),
+        ({"topics": [""], "counts": [1]}, "without a name"),
+        (
+            {"topics": ["/wrong"], "counts": [1]},
+            "'/wrong' is not subscribed .*/car/command, /cmd_vel",
+        ),
+    ],
+)
 def test_wrong_requests_are_refused_with_the_reason(rig, request_, text):
     answer = rig.ask(**request_)
     assert not answer.success and rig.server.made == []
@@ -93,24 +99,24 @@ def test_wrong_requests_are_refused_with_the_reason(rig, request_, text):
 
 def test_a_running_simulation_is_not_stepped_and_takes_no_messages(rig):
     rig.server.paused = False
-    rig.arrivals.report('/cmd_vel')
-    assert 'pause it' in rig.ask(1, ['/cmd_vel'], [1]).status_message
+    rig.arrivals.report("/cmd_vel")
+    assert "pause it" in rig.ask(1, ["/cmd_vel"], [1]).status_message
     rig.server.paused = True
-    assert rig.ask(1, ['/cmd_vel'], [1]).success
+    assert rig.ask(1, ["/cmd_vel"], [1]).success
 
 
 def test_errors_on_the_way_are_told(rig):
-    rig.server.error = 'no picture'
+    rig.server.error = "no picture"
     answer = rig.ask()
-    assert not answer.success and answer.status_message == 'no picture'
-    rig.server.made.append('busy')
-    assert rig.ask().status_message == 'busy'
+    assert not answer.success and answer.status_message == "no picture"
+    rig.server.made.append("busy")
+    assert rig.ask().status_message == "busy"
 
 
 def test_messages_of_a_step_that_did_not_begin_count_for_the_next(rig):
-    rig.arrivals.report('/cmd_vel')
-    rig.server.made.append('busy')
-    assert rig.ask(1, ['/cmd_vel'], [1]).status_message == 'busy'
+    rig.arrivals.report("/cmd_vel")
+    rig.server.made.append("busy")
+    assert rig.ask(1, ["/cmd_vel"], [1]).status_message == "busy"
     rig.server.made.clear()
-    assert rig.ask(1, ['/cmd_vel'], [1]).success
-    assert not rig.ask(1, ['/cmd_vel'], [1]).success
+    assert rig.ask(1, ["/cmd_vel"], [1]).success
+    assert not rig.ask(1, ["/cmd_vel"], [1]).success

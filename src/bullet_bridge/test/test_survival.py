@@ -1,31 +1,36 @@
 """The loop survives what cannot be: bodies that are nowhere, gains and paces without measure."""
+
 import math
 from types import SimpleNamespace
 
 import pytest
 import rospy
+from bullet_bridge.control.pid_tuning import NAMES, PidTuning
+from bullet_bridge.loop import server
+from bullet_bridge.outputs import sensors as sensor_outputs
+from bullet_bridge.outputs import table as outputs
+from bullet_bridge.outputs import wheels as wheel_outputs
+from bullet_bridge.robots import Robots
+from bullet_bridge.services.physics_properties import Properties
+from bullet_sim.controllers.pid import PidGains
+from bullet_sim.description import specs
+from bullet_sim.errors import ControllerError, WorldError
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
 from dynamic_reconfigure.encoding import encode_config
 from geometry_msgs.msg import Twist
 from test_outputs import CART, NoArrivals, Topic
 from test_server import Rig as Loop
 
 from bullet_bridge import robots
-from bullet_bridge.outputs import table as outputs, sensors as sensor_outputs, wheels as wheel_outputs
-from bullet_bridge.loop import server
-from bullet_bridge.services.physics_properties import Properties
-from bullet_bridge.control.pid_tuning import NAMES, PidTuning
-from bullet_bridge.robots import Robots
-from bullet_sim.description import specs
-from bullet_sim.errors import ControllerError, WorldError
-from bullet_sim.controllers.pid import PidGains
-from bullet_sim.pose import Pose
-from bullet_sim.world import World
 
-IMU = ('<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-       'izz="0.1"/></inertial></link><gazebo reference="base"><sensor name="i" type="imu">'
-       '<update_rate>100</update_rate><plugin name="p" filename="libgazebo_ros_imu_sensor.so">'
-       '<topicName>{0}</topicName><updateRateHZ>100</updateRateHZ></plugin></sensor></gazebo>'
-       '</robot>')
+IMU = (
+    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
+    'izz="0.1"/></inertial></link><gazebo reference="base"><sensor name="i" type="imu">'
+    '<update_rate>100</update_rate><plugin name="p" filename="libgazebo_ros_imu_sensor.so">'
+    "<topicName>{0}</topicName><updateRateHZ>100</updateRateHZ></plugin></sensor></gazebo>"
+    "</robot>"
+)
 
 
 class Wires(dict):
@@ -38,22 +43,24 @@ class Wires(dict):
         def publisher(name, kind, **_):
             self[name] = Topic(name, kind)
             return self[name]
+
         for module in (sensor_outputs, wheel_outputs):
-            monkeypatch.setattr(module, 'publisher', publisher)
-        monkeypatch.setattr(rospy, 'logerr_throttle', self._say)
-        monkeypatch.setattr(rospy, 'logerr', lambda text, *rest: self.said.append(
-            text % rest if rest else text))
+            monkeypatch.setattr(module, "publisher", publisher)
+        monkeypatch.setattr(rospy, "logerr_throttle", self._say)
+        monkeypatch.setattr(
+            rospy, "logerr", lambda text, *rest: self.said.append(text % rest if rest else text)
+        )
 
     def _say(self, period, text, *_):
         self.said.append((period, text))
 
 
-@pytest.fixture(name='wires')
+@pytest.fixture(name="wires")
 def _wires(monkeypatch):
     return Wires(monkeypatch)
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
     yield world
@@ -63,23 +70,24 @@ def _world():
 def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, wires):
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
-    for number, name in enumerate(('lost', 'well')):
-        made.connect(world.spawn_urdf(name, IMU.format(f'/{name}'), Pose((3.0 * number, 0, 0)),
-                                      str))
-    world.engine.set_base_pose(world.model('lost').body, (math.nan,) * 3, (math.nan,) * 4)
+    for number, name in enumerate(("lost", "well")):
+        made.connect(
+            world.spawn_urdf(name, IMU.format(f"/{name}"), Pose((3.0 * number, 0, 0)), str)
+        )
+    world.engine.set_base_pose(world.model("lost").body, (math.nan,) * 3, (math.nan,) * 4)
     world.step_count = 10
     made.publish(10, 0.01)
-    assert (len(wires['/lost/lost'].messages), len(wires['/well/well'].messages)) == (0, 1)
+    assert (len(wires["/lost/lost"].messages), len(wires["/well/well"].messages)) == (0, 1)
     assert len(wires.said) == 1 and wires.said[0][0] == 5.0
-    assert all(part in wires.said[0][1] for part in ("'lost'", '/lost/lost', 'nan'))
+    assert all(part in wires.said[0][1] for part in ("'lost'", "/lost/lost", "nan"))
     assert made.next_due() == 20
-    world.model('lost').set_state(Pose((9.0, 0.0, 0.0)))
+    world.model("lost").set_state(Pose((9.0, 0.0, 0.0)))
     made.publish(20, 0.02)
-    assert (len(wires['/lost/lost'].messages), len(wires['/well/well'].messages)) == (1, 2)
+    assert (len(wires["/lost/lost"].messages), len(wires["/well/well"].messages)) == (1, 2)
     assert len(wires.said) == 1
 
 
-@pytest.mark.parametrize('error', [ValueError('no rotation'), OverflowError('too much')])
+@pytest.mark.parametrize("error", [ValueError("no rotation"), OverflowError("too much")])
 def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monkeypatch, error):
     published = []
 
@@ -98,17 +106,21 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monk
 
         def publish(self, step, _time):
             """As said."""
-            if self.name == 'a':
+            if self.name == "a":
                 raise error
             published.append(step)
-    monkeypatch.setattr(robots, 'RobotControl', Control)
+
+    monkeypatch.setattr(robots, "RobotControl", Control)
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
-    for name in ('a', 'b'):
-        model = SimpleNamespace(name=name, manager=True, description=SimpleNamespace(
-            warnings=[], sensors=[], control_namespace=name))
+    for name in ("a", "b"):
+        model = SimpleNamespace(
+            name=name,
+            manager=True,
+            description=SimpleNamespace(warnings=[], sensors=[], control_namespace=name),
+        )
         world.models[name] = model
-        monkeypatch.setattr(World, 'sources', lambda _: [])
+        monkeypatch.setattr(World, "sources", lambda _: [])
         made.connect(model)
     made.publish(10, 0.01)
     assert published == [10] and made.next_due() == 20
@@ -119,18 +131,19 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monk
 def test_errors_of_the_program_itself_are_not_hidden(world, wires):
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
-    made.connect(world.spawn_urdf('bot', IMU.format('/imu'), Pose(), str))
+    made.connect(world.spawn_urdf("bot", IMU.format("/imu"), Pose(), str))
 
     def fail(_):
-        raise TypeError('wrong')
-    wires['/bot/imu'].publish = fail
+        raise TypeError("wrong")
+
+    wires["/bot/imu"].publish = fail
     with pytest.raises(TypeError):
         made.publish(10, 0.01)
 
 
-@pytest.mark.parametrize('value', [1.7e308, -1.1e9, math.inf])
+@pytest.mark.parametrize("value", [1.7e308, -1.1e9, math.inf])
 def test_a_wheel_plugin_keeps_its_last_good_command(world, wires, value):
-    cart = world.spawn_urdf('cart', CART.format(''), Pose(), str)
+    cart = world.spawn_urdf("cart", CART.format(""), Pose(), str)
     output = outputs.OUTPUTS[specs.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
     arrivals = NoArrivals()
     output.attach(arrivals)
@@ -138,7 +151,7 @@ def test_a_wheel_plugin_keeps_its_last_good_command(world, wires, value):
     for command.angular.z in (0.5, value):
         arrivals.take(command)
     assert output._command == (0.0, 0.5)
-    assert len(wires.said) == 1 and str(value) in wires.said[0][1] and '1e+09' in wires.said[0][1]
+    assert len(wires.said) == 1 and str(value) in wires.said[0][1] and "1e+09" in wires.said[0][1]
 
 
 # tuning -------------------------------------------------------------------------------------------
@@ -147,10 +160,10 @@ class Tuned:
 
     def __init__(self, monkeypatch):
         self.taken, self.parameters, self.fault = [], {}, None
-        monkeypatch.setattr(rospy, 'Publisher', lambda name, kind, **_: Topic(name, kind))
-        monkeypatch.setattr(rospy, 'Service', lambda *_: None)
-        monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
-        self.tuning = PidTuning('/bot/arm/pid', PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
+        monkeypatch.setattr(rospy, "Publisher", lambda name, kind, **_: Topic(name, kind))
+        monkeypatch.setattr(rospy, "Service", lambda *_: None)
+        monkeypatch.setattr(rospy, "set_param", self.parameters.__setitem__)
+        self.tuning = PidTuning("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
 
     def apply(self, gains):
         """As told."""
@@ -164,55 +177,57 @@ class Tuned:
         return {row.name: row.value for row in answer.doubles}
 
 
-@pytest.fixture(name='tuned')
+@pytest.fixture(name="tuned")
 def _tuned(monkeypatch, wires):
     tuned = Tuned(monkeypatch)
     tuned.said = wires.said
     return tuned
 
 
-@pytest.mark.parametrize('name', NAMES[:-1])
+@pytest.mark.parametrize("name", NAMES[:-1])
 def test_a_gain_that_is_no_number_is_refused(tuned, name):
-    assert tuned.ask(p=3.0)['p'] == 3.0
+    assert tuned.ask(p=3.0)["p"] == 3.0
     before = dict(tuned.parameters)
-    answer = tuned.ask(**{'p': 7.0, name: math.nan})
-    assert answer == {'p': 3.0, 'i': 0.5, 'd': 0.1, 'i_clamp_min': -1.0, 'i_clamp_max': 1.0}
+    answer = tuned.ask(**{"p": 7.0, name: math.nan})
+    assert answer == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
     assert tuned.taken == [PidGains(3.0, 0.5, 0.1, -1.0, 1.0)]
     assert tuned.parameters == before
-    assert tuned.said == [f'/bot/arm/pid: {name} is nan, must be a finite number; the gains stay '
-                          'as they are']
-    assert tuned.ask(p=4.0)['p'] == 4.0 and tuned.taken[-1].p == 4.0
+    assert tuned.said == [
+        f"/bot/arm/pid: {name} is nan, must be a finite number; the gains stay as they are"
+    ]
+    assert tuned.ask(p=4.0)["p"] == 4.0 and tuned.taken[-1].p == 4.0
 
 
 def test_gains_that_the_simulation_refuses_are_not_shown_as_set(tuned):
-    tuned.fault = ControllerError('gone')
-    assert tuned.ask(p=5.0)['p'] == 2.0 and tuned.said == ['/bot/arm/pid: gone']
+    tuned.fault = ControllerError("gone")
+    assert tuned.ask(p=5.0)["p"] == 2.0 and tuned.said == ["/bot/arm/pid: gone"]
 
 
 # time ---------------------------------------------------------------------------------------------
-@pytest.mark.parametrize('factor', [1e-5, 1e-13, 1e-320])
+@pytest.mark.parametrize("factor", [1e-5, 1e-13, 1e-320])
 def test_a_slow_pace_waits_in_short_pieces(factor):
     loop = Loop(real_time_factor=factor)
-    loop.run(0.01)      # the first step is due at once
+    loop.run(0.01)  # the first step is due at once
     waits, jobs = [], loop.server._jobs
     pending = jobs.run_pending
 
     def run_pending(wait=0.0):
         waits.append(wait)
         return pending(wait)
+
     jobs.run_pending = run_pending
     loop.run(2.0)
     assert 0 < max(waits) <= server.IDLE_WAIT and loop.world.step_count <= 2
 
 
 def test_slow_steps_come_at_their_times():
-    loop = Loop(real_time_factor=0.002)     # a step each half second
+    loop = Loop(real_time_factor=0.002)  # a step each half second
     loop.run(10.2)
     assert loop.world.step_count == pytest.approx(21, abs=1)
 
 
 def test_the_least_step():
     for step in (1e-12, 9.9e-7, 0.0, 1.0, math.nan):
-        with pytest.raises(WorldError, match=f'time_step is {step} s.*from 1e-06 to below 1'):
+        with pytest.raises(WorldError, match=f"time_step is {step} s.*from 1e-06 to below 1"):
             Properties(step, 1000.0, (0.0, 0.0, 0.0), 50).check()
     Properties(1e-6, 1000.0, (0.0, 0.0, 0.0), 50).check()

@@ -7,22 +7,21 @@ import threading
 import time
 
 import pytest
-
-from bullet_bridge.outputs import viewer_link
 from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.outputs import viewer_link
 from bullet_bridge.outputs.viewer_link import ViewerLink, missing_display
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.world import World
 
-DEADLINE = 90.0     # [s] of wall time
-CLIENT = '''
+DEADLINE = 90.0  # [s] of wall time
+CLIENT = """
 import sys
 from multiprocessing.connection import Connection
 link = Connection(int(sys.argv[1]))
 def ask(*message):
     link.send(message)
     return link.recv()
-'''
+"""
 SAY = "\nopen({path!r}, 'w').write(repr(said))\n"
 
 
@@ -34,10 +33,10 @@ class Server:
 
     def set_paused(self, paused):
         self.paused = paused
-        self.calls.append(('paused', paused))
+        self.calls.append(("paused", paused))
 
     def reset(self, time):
-        self.calls.append(('reset', time))
+        self.calls.append(("reset", time))
 
     def begin_steps(self, count):
         assert self.paused
@@ -48,10 +47,11 @@ class Rig:
     """A world with a simulation thread, and viewers made of a few lines of Python."""
 
     def __init__(self, monkeypatch):
-        monkeypatch.setenv('QT_QPA_PLATFORM', 'offscreen')
+        monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
         self.warnings = []
-        monkeypatch.setattr(viewer_link.rospy, 'logwarn',
-                            lambda text, *values: self.warnings.append(text % values))
+        monkeypatch.setattr(
+            viewer_link.rospy, "logwarn", lambda text, *values: self.warnings.append(text % values)
+        )
         self.world = World()
         self.world.spawn(sdf.ground_plane())
         self.jobs, self.server = JobQueue(), Server(self.world)
@@ -65,14 +65,15 @@ class Rig:
             self.jobs.run_pending(wait=0.01)
 
     def start(self, script):
-        self.link = ViewerLink(self.jobs, self.world, self.server, 'tiny',
-                               (sys.executable, '-c', script))
+        self.link = ViewerLink(
+            self.jobs, self.world, self.server, "tiny", (sys.executable, "-c", script)
+        )
         return self.link.open()
 
     def wait_closed(self):
         end = time.monotonic() + DEADLINE
         while self.link.is_open():
-            assert time.monotonic() < end, 'the viewer did not end'
+            assert time.monotonic() < end, "the viewer did not end"
             time.sleep(0.01)
 
     def alive(self):
@@ -87,7 +88,7 @@ class Rig:
         self.world.close()
 
 
-@pytest.fixture(name='rig')
+@pytest.fixture(name="rig")
 def _rig(monkeypatch):
     rig = Rig(monkeypatch)
     yield rig
@@ -96,55 +97,74 @@ def _rig(monkeypatch):
 
 def run(rig, script, tmp_path):
     """Has a viewer run a script that leaves its findings in `said`; returns them as text."""
-    path = tmp_path / 'said'
-    assert rig.start(CLIENT + script + SAY.format(path=str(path))) == ''
+    path = tmp_path / "said"
+    assert rig.start(CLIENT + script + SAY.format(path=str(path))) == ""
     rig.wait_closed()
     assert rig.warnings == []
     return path.read_text()
 
 
 def test_a_look_gives_the_world(rig, tmp_path):
-    said = run(rig, '''
+    said = run(
+        rig,
+        """
 kind, view = ask('look')
 again = ask('look')[1]
 said = kind, [m.name for m in view.models], len(view.sources), again.sources, sys.argv[2]
-''', tmp_path)
+""",
+        tmp_path,
+    )
     assert said == "('view', ['ground_plane'], 1, None, 'tiny')"
 
 
 def test_buttons_reach_the_server(rig, tmp_path):
-    run(rig, '''
+    run(
+        rig,
+        """
 for word in ('pause', 'unpause', 'reset'):
     link.send((word,))
 said = ask('look')[0]
-''', tmp_path)
-    assert rig.server.calls == [('paused', True), ('paused', False), ('reset', True)]
+""",
+        tmp_path,
+    )
+    assert rig.server.calls == [("paused", True), ("paused", False), ("reset", True)]
 
 
-@pytest.mark.parametrize('count', [1, 100, 333])
+@pytest.mark.parametrize("count", [1, 100, 333])
 def test_step_pauses_and_advances_exactly(rig, tmp_path, count):
-    said = run(rig, f'''
+    said = run(
+        rig,
+        f"""
 link.send(('step', {count}))
 view = ask('look')[1]
 said = view.snapshot.step, view.paused
-''', tmp_path)
-    assert said == f'({count}, True)'
+""",
+        tmp_path,
+    )
+    assert said == f"({count}, True)"
 
 
 def test_an_error_is_told_and_the_viewer_stays(rig, tmp_path):
     def refuse(time):
-        raise viewer_link.SimError('no reset today')
+        raise viewer_link.SimError("no reset today")
+
     rig.server.reset = refuse
-    assert run(rig, "said = ask('reset'), ask('look')[0]", tmp_path) == \
-        "(('trouble', 'no reset today'), 'view')"
+    assert (
+        run(rig, "said = ask('reset'), ask('look')[0]", tmp_path)
+        == "(('trouble', 'no reset today'), 'view')"
+    )
 
 
-@pytest.mark.parametrize('script, word', [
-    ("raise RuntimeError('no screen')", 'no screen'),
-    ('import os; os.abort()', 'signal 6'),
-    ('import sys; sys.exit(3)', 'exit code 3')])
+@pytest.mark.parametrize(
+    "script, word",
+    [
+        ("raise RuntimeError('no screen')", "no screen"),
+        ("import os; os.abort()", "signal 6"),
+        ("import sys; sys.exit(3)", "exit code 3"),
+    ],
+)
 def test_a_viewer_that_fails_is_one_warning(rig, script, word):
-    assert rig.start(script) == ''
+    assert rig.start(script) == ""
     rig.wait_closed()
     assert len(rig.warnings) == 1 and word in rig.warnings[0]
     assert rig.alive()
@@ -154,25 +174,28 @@ def test_a_killed_viewer_is_one_warning_and_can_be_opened_again(rig, tmp_path):
     rig.start(CLIENT + "while True: ask('look')")
     os.kill(rig.link.process.pid, signal.SIGKILL)
     rig.wait_closed()
-    assert len(rig.warnings) == 1 and 'signal 9' in rig.warnings[0]
+    assert len(rig.warnings) == 1 and "signal 9" in rig.warnings[0]
     assert rig.alive()
     first = rig.link.process.pid
-    assert rig.link.open() == '' and rig.link.process.pid != first
+    assert rig.link.open() == "" and rig.link.process.pid != first
 
 
 def test_opening_twice_keeps_the_one(rig):
-    rig.start(CLIENT + 'link.recv()')
+    rig.start(CLIENT + "link.recv()")
     pid = rig.link.process.pid
-    assert rig.link.open() == '' and rig.link.process.pid == pid
+    assert rig.link.open() == "" and rig.link.process.pid == pid
 
 
 def test_closing_ends_the_viewer_without_a_word(rig):
-    rig.start(CLIENT + '''
+    rig.start(
+        CLIENT
+        + """
 try:
     link.recv()
 except EOFError:
     pass
-''')
+"""
+    )
     rig.link.close()
     assert rig.link.process.poll() == 0
     assert rig.warnings == []
@@ -186,28 +209,35 @@ def test_the_end_of_the_simulation_ends_the_viewer(rig):
 
 
 def test_without_a_display_one_warning_and_no_process(rig, monkeypatch):
-    for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM'):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
-    assert 'no display' in rig.start('raise SystemExit(9)')
+    assert "no display" in rig.start("raise SystemExit(9)")
     assert rig.link.process is None and len(rig.warnings) == 1
 
 
-@pytest.mark.parametrize('environment, can', [
-    ({}, False), ({'DISPLAY': ''}, False), ({'DISPLAY': ':0'}, True),
-    ({'WAYLAND_DISPLAY': 'wayland-0'}, True), ({'QT_QPA_PLATFORM': 'offscreen'}, True)])
+@pytest.mark.parametrize(
+    "environment, can",
+    [
+        ({}, False),
+        ({"DISPLAY": ""}, False),
+        ({"DISPLAY": ":0"}, True),
+        ({"WAYLAND_DISPLAY": "wayland-0"}, True),
+        ({"QT_QPA_PLATFORM": "offscreen"}, True),
+    ],
+)
 def test_display(environment, can):
-    assert (missing_display(environment) == '') is can
+    assert (missing_display(environment) == "") is can
 
 
 def test_a_program_that_is_missing_is_told(rig):
-    rig.link = ViewerLink(rig.jobs, rig.world, rig.server, 'tiny', ('/no/such/viewer',))
-    assert '/no/such/viewer' in rig.link.open()
+    rig.link = ViewerLink(rig.jobs, rig.world, rig.server, "tiny", ("/no/such/viewer",))
+    assert "/no/such/viewer" in rig.link.open()
     assert not rig.link.is_open()
 
 
 def test_the_real_viewer_opens_and_closes(rig):
-    rig.link = ViewerLink(rig.jobs, rig.world, rig.server, 'tiny')
-    assert rig.link.open() == ''
+    rig.link = ViewerLink(rig.jobs, rig.world, rig.server, "tiny")
+    assert rig.link.open() == ""
     observed = []
     look = viewer_link.Observer.look
     end = time.monotonic() + DEADLINE
@@ -215,6 +245,7 @@ def test_the_real_viewer_opens_and_closes(rig):
     def spy(observer, paused):
         observed.append(paused)
         return look(observer, paused)
+
     viewer_link.Observer.look = spy
     try:
         while not observed:

@@ -1,10 +1,10 @@
 """Shared memory for pictures."""
+
 import os
 
 import numpy as np
-from test_render import request
-
 from bullet_sim.render.arena import ALIGNMENT, Arena, Banks, places
+from test_render import request
 
 
 def test_another_process_sees_what_is_written():
@@ -31,7 +31,7 @@ def test_arrays_outlive_growth_and_end():
 
 
 def test_places_do_not_overlap():
-    cameras = [request('a', 3, 5, depth=True), request('b', 7, 1), request('c', 2, 2, depth=True)]
+    cameras = [request("a", 3, 5, depth=True), request("b", 7, 1), request("c", 2, 2, depth=True)]
     found, size = places(cameras)
     parts = []
     for camera, (colours, distances) in zip(cameras, found):
@@ -49,18 +49,24 @@ def test_banks_take_turns_and_never_share_memory():
     arena = Arena()
     banks = Banks(arena)
     written = {}
-    orders = [[request('a', 8, 8)], [request('a', 8, 8), request('b', 64, 64)],
-              [request('b', 64, 64)], [request('a', 8, 8)]] * 2
+    orders = [
+        [request("a", 8, 8)],
+        [request("a", 8, 8), request("b", 64, 64)],
+        [request("b", 64, 64)],
+        [request("a", 8, 8)],
+    ] * 2
     before = None
     for number, cameras in enumerate(orders):
         found = banks.take(cameras)
         for camera, (offset, _) in zip(cameras, found):
             arena.array(offset, (camera.height, camera.width, 3), np.uint8)[:] = number
-        if before:      # the pictures of the order before are whole
+        if before:  # the pictures of the order before are whole
             for array, value in before:
                 assert (array == value).all()
-        before = [(arena.array(offset, (camera.height, camera.width, 3), np.uint8), number)
-                  for camera, (offset, _) in zip(cameras, found)]
+        before = [
+            (arena.array(offset, (camera.height, camera.width, 3), np.uint8), number)
+            for camera, (offset, _) in zip(cameras, found)
+        ]
         written[number] = os.fstat(arena.fd).st_size
-    assert written[3] == written[7], 'as much memory as the largest orders need, no more'
+    assert written[3] == written[7], "as much memory as the largest orders need, no more"
     arena.close()

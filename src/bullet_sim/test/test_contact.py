@@ -1,25 +1,27 @@
 """Contacts: forces that carry weights, and which shape of a merged link is meant."""
+
 import numpy as np
 import pytest
-
-from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.description.specs import ContactSpec
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched_links
-from bullet_sim.description.specs import ContactSpec
-from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.world import World
 
 MASS = '<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
-ROBOT = (f'<robot name="r"><link name="base">{MASS}<collision><geometry><box size="0.4 0.2 0.1"/>'
-         '</geometry></collision></link><link name="bumper"><collision><geometry>'
-         '<box size="0.02 0.2 0.1"/></geometry></collision><collision><origin xyz="0 0 0.2"/>'
-         '<geometry><sphere radius="0.05"/></geometry></collision></link>'
-         '<joint name="j" type="fixed"><parent link="base"/><child link="bumper"/>'
-         '<origin xyz="0.21 0 0"/></joint></robot>')
+ROBOT = (
+    f'<robot name="r"><link name="base">{MASS}<collision><geometry><box size="0.4 0.2 0.1"/>'
+    '</geometry></collision></link><link name="bumper"><collision><geometry>'
+    '<box size="0.02 0.2 0.1"/></geometry></collision><collision><origin xyz="0 0 0.2"/>'
+    '<geometry><sphere radius="0.05"/></geometry></collision></link>'
+    '<joint name="j" type="fixed"><parent link="base"/><child link="bumper"/>'
+    '<origin xyz="0.21 0 0"/></joint></robot>'
+)
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World()
     world.spawn(sdf.ground_plane())
@@ -28,9 +30,9 @@ def _world():
 
 
 def test_contact_forces_carry_the_weight(world):
-    model = world.spawn_urdf('r', ROBOT, Pose((0.0, 0.0, 0.05)), str)
+    model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 0.05)), str)
     world.step(500)
-    contacts = world.engine.contacts(model.body, model.carrier('base')[0])
+    contacts = world.engine.contacts(model.body, model.carrier("base")[0])
     total = sum(contact.force for contact in contacts)
     assert total == pytest.approx((0, 0, 2 * 9.81), abs=0.2)
     for contact in contacts:
@@ -40,45 +42,57 @@ def test_contact_forces_carry_the_weight(world):
 
 
 def test_friction_acts_against_the_motion(world):
-    model = world.spawn_urdf('r', ROBOT, Pose((0.0, 0.0, 0.05)), str)
+    model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 0.05)), str)
     world.step(200)
     model.set_state(model.pose, (1.0, 0.0, 0.0))
     world.step(5)
-    contacts = world.engine.contacts(model.body, model.carrier('base')[0])
+    contacts = world.engine.contacts(model.body, model.carrier("base")[0])
     assert sum(contact.force for contact in contacts)[0] < -1.0
 
 
 def test_no_contact_in_the_air(world):
-    model = world.spawn_urdf('r', ROBOT, Pose((0.0, 0.0, 2.0)), str)
+    model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 2.0)), str)
     world.step(10)
     assert world.engine.contacts(model.body, -1) == []
 
 
-@pytest.mark.parametrize('names, expected', [
-    ((), {('bumper', '')}),
-    (('base_collision',), {('base', 'base_collision')}),
-    (('r::base::base_collision',), {('base', 'base_collision')}),
-    (('bumper_collision_1',), {('bumper', 'bumper_collision_1')}),
-    (('base_fixed_joint_lump__bumper_collision_1',), {('bumper', '')}),
-    (('base_fixed_joint_lump__bumper_collision_7', 'base_collision'),
-     {('bumper', ''), ('base', 'base_collision')})])
+@pytest.mark.parametrize(
+    "names, expected",
+    [
+        ((), {("bumper", "")}),
+        (("base_collision",), {("base", "base_collision")}),
+        (("r::base::base_collision",), {("base", "base_collision")}),
+        (("bumper_collision_1",), {("bumper", "bumper_collision_1")}),
+        (("base_fixed_joint_lump__bumper_collision_1",), {("bumper", "")}),
+        (
+            ("base_fixed_joint_lump__bumper_collision_7", "base_collision"),
+            {("bumper", ""), ("base", "base_collision")},
+        ),
+    ],
+)
 def test_names_of_collisions(names, expected):
-    assert watched_links(ContactSpec('s', 'bumper', names), parse_urdf(ROBOT, str)) == expected
+    assert watched_links(ContactSpec("s", "bumper", names), parse_urdf(ROBOT, str)) == expected
 
 
 def test_unknown_collision_lists_what_there_is():
     with pytest.raises(ModelError) as error:
-        watched_links(ContactSpec('s', 'base', ('nose',)), parse_urdf(ROBOT, str))
-    for word in ("'nose'", "'s'", 'base_collision, bumper_collision, bumper_collision_1'):
+        watched_links(ContactSpec("s", "base", ("nose",)), parse_urdf(ROBOT, str))
+    for word in ("'nose'", "'s'", "base_collision, bumper_collision, bumper_collision_1"):
         assert word in str(error.value)
 
 
-@pytest.mark.parametrize('point, name', [
-    ((0.221, 0.0, 0.0), 'bumper_collision'), ((-0.2, 0.05, 0.0), 'base_collision'),
-    ((0.21, 0.0, 0.251), 'bumper_collision_1'), ((0.0, 0.0, -0.05), 'base_collision')])
+@pytest.mark.parametrize(
+    "point, name",
+    [
+        ((0.221, 0.0, 0.0), "bumper_collision"),
+        ((-0.2, 0.05, 0.0), "base_collision"),
+        ((0.21, 0.0, 0.251), "bumper_collision_1"),
+        ((0.0, 0.0, -0.05), "base_collision"),
+    ],
+)
 def test_point_belongs_to_the_shape_it_is_on(world, point, name):
-    model = world.spawn_urdf('r', ROBOT, Pose((0.0, 0.0, 1.0)), str)
-    link, shapes = model.collisions_at(model.carrier('bumper')[0])
+    model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 1.0)), str)
+    link, shapes = model.collisions_at(model.carrier("bumper")[0])
     shape = nearest(shapes, point)
-    assert link == 'base' and shape.name == name
+    assert link == "base" and shape.name == name
     assert distance(shape, point) < 0.0011

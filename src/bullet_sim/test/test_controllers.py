@@ -1,25 +1,25 @@
 """Controllers: their configuration and their life cycles, on fake joints."""
+
 import math
 
 import pytest
-
 from bullet_sim.controllers import KINDS, parse_controller
-from bullet_sim.description.parts import Joint, ModelDescription
-from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.controllers.pid import parse_pid
+from bullet_sim.description.parts import Joint, ModelDescription
+from bullet_sim.errors import CommandError, ControllerError
 
-STATE = 'joint_state_controller/JointStateController'
-VELOCITY = 'velocity_controllers/JointVelocityController'
-GROUP = 'velocity_controllers/JointGroupVelocityController'
-POSITION = 'position_controllers/JointPositionController'
-EFFORT = 'effort_controllers/JointEffortController'
-EFFORT_GROUP = 'effort_controllers/JointGroupEffortController'
-EFFORT_POSITION = 'effort_controllers/JointPositionController'
-EFFORT_GROUP_POSITION = 'effort_controllers/JointGroupPositionController'
-EFFORT_VELOCITY = 'effort_controllers/JointVelocityController'
-VELOCITY_POSITION = 'velocity_controllers/JointPositionController'
-JOINTS = ('left', 'right')
+STATE = "joint_state_controller/JointStateController"
+VELOCITY = "velocity_controllers/JointVelocityController"
+GROUP = "velocity_controllers/JointGroupVelocityController"
+POSITION = "position_controllers/JointPositionController"
+EFFORT = "effort_controllers/JointEffortController"
+EFFORT_GROUP = "effort_controllers/JointGroupEffortController"
+EFFORT_POSITION = "effort_controllers/JointPositionController"
+EFFORT_GROUP_POSITION = "effort_controllers/JointGroupPositionController"
+EFFORT_VELOCITY = "effort_controllers/JointVelocityController"
+VELOCITY_POSITION = "velocity_controllers/JointPositionController"
+JOINTS = ("left", "right")
 
 
 class FakeJoints:
@@ -30,7 +30,7 @@ class FakeJoints:
     def __init__(self):
         self.calls = []
 
-    limits = {name: Joint(name, 'continuous', 'base', name) for name in JOINTS}
+    limits = {name: Joint(name, "continuous", "base", name) for name in JOINTS}
 
     def positions_of(self, names):
         """Where the joints are."""
@@ -46,33 +46,33 @@ class FakeJoints:
 
     def apply_efforts(self, efforts):
         """Note it."""
-        self.calls.append(('effort', dict(efforts)))
+        self.calls.append(("effort", dict(efforts)))
 
     def drive_velocities(self, names, values):
         """Note it."""
-        self.calls.append(('velocity', tuple(names), tuple(values)))
+        self.calls.append(("velocity", tuple(names), tuple(values)))
 
     def drive_positions(self, names, values):
         """Note it."""
-        self.calls.append(('position', tuple(names), tuple(values)))
+        self.calls.append(("position", tuple(names), tuple(values)))
 
     def release(self, names):
         """Note it."""
-        self.calls.append(('release', tuple(names)))
+        self.calls.append(("release", tuple(names)))
 
 
-@pytest.fixture(name='joints')
+@pytest.fixture(name="joints")
 def _joints():
     return FakeJoints()
 
 
-@pytest.fixture(name='manager')
+@pytest.fixture(name="manager")
 def _manager(joints):
     manager = Manager(joints)
-    manager.load('speed', {'type': VELOCITY, 'joint': 'left'})
-    manager.load('angle', {'type': POSITION, 'joint': 'left'})
-    manager.load('other', {'type': VELOCITY, 'joint': 'right'})
-    manager.load('state', {'type': STATE, 'publish_rate': 10})
+    manager.load("speed", {"type": VELOCITY, "joint": "left"})
+    manager.load("angle", {"type": POSITION, "joint": "left"})
+    manager.load("other", {"type": VELOCITY, "joint": "right"})
+    manager.load("state", {"type": STATE, "publish_rate": 10})
     return manager
 
 
@@ -82,148 +82,163 @@ def states(manager):
 
 
 BAD = [
-    (None, ['None', 'mapping']),
+    (None, ["None", "mapping"]),
     ({}, ["type 'None'", VELOCITY]),
-    ({'type': 'x/Y'}, ["type 'x/Y'", 'must be one of', STATE, GROUP]),
-    ({'type': ['x']}, ["type '['x']'", 'must be one of']),
-    ({'type': VELOCITY}, ['joint None', 'a joint name']),
-    ({'type': VELOCITY, 'joint': 'nose'}, ["joint 'nose'", 'joints are left, right']),
-    ({'type': GROUP, 'joints': 'left'}, ["joints 'left'", 'a list']),
-    ({'type': GROUP, 'joints': []}, ['joints []', 'a list']),
-    ({'type': GROUP, 'joints': ['left', 'nose']}, ["joint 'nose'"]),
-    ({'type': VELOCITY, 'joint': 'left', 'interface_name': 'effort'}, ["'effort'", "'velocity'"]),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': 3}, ['pid is 3', 'mapping']),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': {'i': 1}}, ['no p']),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 'high'}}, ["pid p is 'high'", 'finite']),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1, 'd': math.nan}}, ['pid d is nan']),
-    ({'type': STATE, 'publish_rate': 0}, ['publish_rate 0', 'above 0']),
-    ({'type': STATE, 'publish_rate': 'fast'}, ["publish_rate 'fast'"]),
-    ({'type': STATE, 'publish_rate': True}, ['publish_rate True']),
-    ({'type': STATE, 'joints': ['nose']}, ["joint 'nose'"]),
-    ({'type': STATE, 'extra_joints': 3}, ['extra_joints 3', 'a list']),
-    ({'type': STATE, 'extra_joints': [{'position': 1}]}, ['extra_joints #0', 'name None']),
-    ({'type': GROUP, 'joints': ['left', 'right', 'left']}, ["joint 'left' twice"]),
-    ({'type': EFFORT_GROUP, 'joints': ['left', 'left']}, ["joint 'left' twice"]),
-    ({'type': EFFORT_POSITION, 'joint': 'left'}, ['has no pid', EFFORT_POSITION]),
-    ({'type': EFFORT_VELOCITY, 'joint': 'left', 'pid': {'i': 1}}, ['no p']),
-    ({'type': VELOCITY_POSITION, 'joint': 'left', 'pid': {'p': '1.x'}}, ["pid p is '1.x'"]),
-    ({'type': EFFORT_POSITION, 'joint': 'left', 'pid': {'p': 1, 'antiwindup': 3}},
-     ['antiwindup is 3', 'true or false']),
-    ({'type': EFFORT_GROUP_POSITION, 'joints': ['left', 'right'], 'left': {'pid': {'p': 1}}},
-     ["controller 'c' right has no pid"]),
-    ({'type': STATE, 'joints': 3}, ['joints 3', 'a list']),
+    ({"type": "x/Y"}, ["type 'x/Y'", "must be one of", STATE, GROUP]),
+    ({"type": ["x"]}, ["type '['x']'", "must be one of"]),
+    ({"type": VELOCITY}, ["joint None", "a joint name"]),
+    ({"type": VELOCITY, "joint": "nose"}, ["joint 'nose'", "joints are left, right"]),
+    ({"type": GROUP, "joints": "left"}, ["joints 'left'", "a list"]),
+    ({"type": GROUP, "joints": []}, ["joints []", "a list"]),
+    ({"type": GROUP, "joints": ["left", "nose"]}, ["joint 'nose'"]),
+    ({"type": VELOCITY, "joint": "left", "interface_name": "effort"}, ["'effort'", "'velocity'"]),
+    ({"type": VELOCITY, "joint": "left", "pid": 3}, ["pid is 3", "mapping"]),
+    ({"type": VELOCITY, "joint": "left", "pid": {"i": 1}}, ["no p"]),
+    ({"type": VELOCITY, "joint": "left", "pid": {"p": "high"}}, ["pid p is 'high'", "finite"]),
+    ({"type": VELOCITY, "joint": "left", "pid": {"p": 1, "d": math.nan}}, ["pid d is nan"]),
+    ({"type": STATE, "publish_rate": 0}, ["publish_rate 0", "above 0"]),
+    ({"type": STATE, "publish_rate": "fast"}, ["publish_rate 'fast'"]),
+    ({"type": STATE, "publish_rate": True}, ["publish_rate True"]),
+    ({"type": STATE, "joints": ["nose"]}, ["joint 'nose'"]),
+    ({"type": STATE, "extra_joints": 3}, ["extra_joints 3", "a list"]),
+    ({"type": STATE, "extra_joints": [{"position": 1}]}, ["extra_joints #0", "name None"]),
+    ({"type": GROUP, "joints": ["left", "right", "left"]}, ["joint 'left' twice"]),
+    ({"type": EFFORT_GROUP, "joints": ["left", "left"]}, ["joint 'left' twice"]),
+    ({"type": EFFORT_POSITION, "joint": "left"}, ["has no pid", EFFORT_POSITION]),
+    ({"type": EFFORT_VELOCITY, "joint": "left", "pid": {"i": 1}}, ["no p"]),
+    ({"type": VELOCITY_POSITION, "joint": "left", "pid": {"p": "1.x"}}, ["pid p is '1.x'"]),
+    (
+        {"type": EFFORT_POSITION, "joint": "left", "pid": {"p": 1, "antiwindup": 3}},
+        ["antiwindup is 3", "true or false"],
+    ),
+    (
+        {"type": EFFORT_GROUP_POSITION, "joints": ["left", "right"], "left": {"pid": {"p": 1}}},
+        ["controller 'c' right has no pid"],
+    ),
+    ({"type": STATE, "joints": 3}, ["joints 3", "a list"]),
 ]
 
 
-@pytest.mark.parametrize('config, parts', BAD, ids=[' '.join(p) for _, p in BAD])
+@pytest.mark.parametrize("config, parts", BAD, ids=[" ".join(p) for _, p in BAD])
 def test_bad_configurations_are_refused_by_name(config, parts):
     with pytest.raises(ControllerError) as error:
-        parse_controller('c', config, JOINTS)
+        parse_controller("c", config, JOINTS)
     for part in ["controller 'c'", *parts]:
         assert part in str(error.value)
 
 
 UNKNOWN = [
-    ({'type': VELOCITY, 'joint': 'left', 'gain': 1}, "controller 'c' has key 'gain'"),
-    ({'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1, 'q': 1}}, "pid has key 'q'"),
-    ({'type': STATE, 1: 2}, "key '1'"),
-    ({'type': STATE, 'joint': 'left'}, "key 'joint'"),
-    ({'type': STATE, 'extra_joints': [{'name': 'x', 'speed': 1}]}, "#0 has key 'speed'"),
-    ({'type': EFFORT_GROUP_POSITION, 'joints': ['left'],
-      'left': {'pid': {'p': 1}, 'gear': 2}}, "controller 'c' left has key 'gear'"),
+    ({"type": VELOCITY, "joint": "left", "gain": 1}, "controller 'c' has key 'gain'"),
+    ({"type": VELOCITY, "joint": "left", "pid": {"p": 1, "q": 1}}, "pid has key 'q'"),
+    ({"type": STATE, 1: 2}, "key '1'"),
+    ({"type": STATE, "joint": "left"}, "key 'joint'"),
+    ({"type": STATE, "extra_joints": [{"name": "x", "speed": 1}]}, "#0 has key 'speed'"),
+    (
+        {"type": EFFORT_GROUP_POSITION, "joints": ["left"], "left": {"pid": {"p": 1}, "gear": 2}},
+        "controller 'c' left has key 'gear'",
+    ),
 ]
 
 
-@pytest.mark.parametrize('config, text', UNKNOWN, ids=[text for _, text in UNKNOWN])
+@pytest.mark.parametrize("config, text", UNKNOWN, ids=[text for _, text in UNKNOWN])
 def test_unknown_keys_are_one_warning_each_and_the_rest_counts(config, text):
-    spec = parse_controller('c', config, JOINTS)
+    spec = parse_controller("c", config, JOINTS)
     assert len(spec.warnings) == 1 and text in spec.warnings[0]
 
 
-@pytest.mark.parametrize('values, bounds', [
-    ({'p': 1}, (0, 0)),
-    ({'p': '1e0', 'i_clamp': '2.5e1'}, (-25, 25)),
-    ({'p': 1, 'i_clamp': 4, 'i_clamp_min': 0}, (0, 4)),
-    ({'p': 1, 'i': 2, 'd': 3, 'i_clamp': 4}, (-4, 4)),
-    ({'p': 1, 'i_clamp_min': -5, 'i_clamp_max': 6, 'antiwindup': True}, (-5, 6)),
-    ({'p': 1.5, 'publish_state': True}, (0, 0)),
-])
+@pytest.mark.parametrize(
+    "values, bounds",
+    [
+        ({"p": 1}, (0, 0)),
+        ({"p": "1e0", "i_clamp": "2.5e1"}, (-25, 25)),
+        ({"p": 1, "i_clamp": 4, "i_clamp_min": 0}, (0, 4)),
+        ({"p": 1, "i": 2, "d": 3, "i_clamp": 4}, (-4, 4)),
+        ({"p": 1, "i_clamp_min": -5, "i_clamp_max": 6, "antiwindup": True}, (-5, 6)),
+        ({"p": 1.5, "publish_state": True}, (0, 0)),
+    ],
+)
 def test_pid_keys(values, bounds):
-    gains = parse_pid(values, 'c')
-    assert (gains.p, gains.i, gains.d) == (float(values['p']), values.get('i', 0),
-                                           values.get('d', 0))
+    gains = parse_pid(values, "c")
+    assert (gains.p, gains.i, gains.d) == (
+        float(values["p"]),
+        values.get("i", 0),
+        values.get("d", 0),
+    )
     assert (gains.i_clamp_min, gains.i_clamp_max) == bounds
-    assert gains.antiwindup is values.get('antiwindup', False)
+    assert gains.antiwindup is values.get("antiwindup", False)
 
 
 def test_unused_pid_is_said():
-    spec = parse_controller('c', {'type': VELOCITY, 'joint': 'left', 'pid': {'p': 1}}, JOINTS)
+    spec = parse_controller("c", {"type": VELOCITY, "joint": "left", "pid": {"p": 1}}, JOINTS)
     assert spec.gains == () and "controller 'c': pid is accepted and not used" in spec.notes[0]
 
 
 def test_types_and_interfaces():
     assert Manager.types() == list(KINDS)
-    assert KINDS[VELOCITY].hardware_interface == 'hardware_interface::VelocityJointInterface'
+    assert KINDS[VELOCITY].hardware_interface == "hardware_interface::VelocityJointInterface"
 
 
 def test_list_keeps_the_order_of_loading(manager):
-    assert list(states(manager)) == ['speed', 'angle', 'other', 'state']
+    assert list(states(manager)) == ["speed", "angle", "other", "state"]
     assert set(states(manager).values()) == {INITIALIZED}
 
 
 def test_loading_twice_is_refused_and_the_first_stays(manager):
     with pytest.raises(ControllerError, match="'speed' is loaded already"):
-        manager.load('speed', {'type': POSITION, 'joint': 'right'})
+        manager.load("speed", {"type": POSITION, "joint": "right"})
     assert manager.list()[0][0].kind.type == VELOCITY
 
 
 def test_failed_load_leaves_nothing(manager):
     with pytest.raises(ControllerError):
-        manager.load('bad', {'type': 'x'})
-    assert 'bad' not in states(manager)
+        manager.load("bad", {"type": "x"})
+    assert "bad" not in states(manager)
 
 
 def test_unload(manager):
-    manager.switch(['speed'], [])
+    manager.switch(["speed"], [])
     with pytest.raises(ControllerError, match="'speed' is running"):
-        manager.unload('speed')
+        manager.unload("speed")
     with pytest.raises(ControllerError, match="'gone' is not loaded; loaded are speed"):
-        manager.unload('gone')
-    manager.switch([], ['speed'])
-    manager.unload('speed')
-    assert 'speed' not in states(manager)
+        manager.unload("gone")
+    manager.switch([], ["speed"])
+    manager.unload("speed")
+    assert "speed" not in states(manager)
 
 
 def test_start_and_stop(manager, joints):
-    manager.switch(['speed', 'state'], [])
-    assert joints.calls == [('velocity', ('left',), (0,))]
-    assert [spec.name for spec in manager.running_state_controllers()] == ['state']
-    manager.switch([], ['speed'])
-    assert joints.calls[-1] == ('release', ('left',))
-    assert states(manager)['speed'] == STOPPED
+    manager.switch(["speed", "state"], [])
+    assert joints.calls == [("velocity", ("left",), (0,))]
+    assert [spec.name for spec in manager.running_state_controllers()] == ["state"]
+    manager.switch([], ["speed"])
+    assert joints.calls[-1] == ("release", ("left",))
+    assert states(manager)["speed"] == STOPPED
 
 
 def test_position_controller_starts_where_the_joint_is(manager, joints):
-    manager.switch(['angle'], [])
-    assert joints.calls == [('position', ('left',), (0.25,))]
+    manager.switch(["angle"], [])
+    assert joints.calls == [("position", ("left",), (0.25,))]
 
 
 def test_swap_of_two_controllers_on_one_joint(manager, joints):
-    manager.switch(['speed'], [])
+    manager.switch(["speed"], [])
     joints.calls.clear()
-    assert manager.switch(['angle'], ['speed']) == []
-    assert (states(manager)['speed'], states(manager)['angle']) == (STOPPED, RUNNING)
-    assert joints.calls == [('release', ('left',)), ('position', ('left',), (0.25,))]
+    assert manager.switch(["angle"], ["speed"]) == []
+    assert (states(manager)["speed"], states(manager)["angle"]) == (STOPPED, RUNNING)
+    assert joints.calls == [("release", ("left",)), ("position", ("left",), (0.25,))]
 
 
-@pytest.mark.parametrize('start, stop, reason', [
-    (['other', 'angle'], [], "'angle' cannot start: joint 'left' is claimed by 'speed'"),
-    (['other', 'gone'], ['speed'], "'gone' is not loaded"),
-    (['other'], ['speed', 'angle'], "'angle' is not running"),
-    (['other', 'speed'], [], "'speed' is running already"),
-])
+@pytest.mark.parametrize(
+    "start, stop, reason",
+    [
+        (["other", "angle"], [], "'angle' cannot start: joint 'left' is claimed by 'speed'"),
+        (["other", "gone"], ["speed"], "'gone' is not loaded"),
+        (["other"], ["speed", "angle"], "'angle' is not running"),
+        (["other", "speed"], [], "'speed' is running already"),
+    ],
+)
 def test_strict_switch_refuses_all_with_a_reason(manager, joints, start, stop, reason):
-    manager.switch(['speed'], [])
+    manager.switch(["speed"], [])
     before, calls = states(manager), list(joints.calls)
     with pytest.raises(ControllerError, match=reason):
         manager.switch(start, stop, strict=True)
@@ -232,155 +247,172 @@ def test_strict_switch_refuses_all_with_a_reason(manager, joints, start, stop, r
 
 def test_two_rivals_in_one_switch_are_refused(manager):
     with pytest.raises(ControllerError, match="claimed by 'speed'"):
-        manager.switch(['speed', 'angle'], [])
+        manager.switch(["speed", "angle"], [])
     assert RUNNING not in states(manager).values()
 
 
 def test_best_effort_switch_leaves_out_what_does_not_fit(manager):
-    manager.switch(['speed'], [])
-    reasons = manager.switch(['angle', 'other', 'gone'], ['state'], strict=False)
-    assert states(manager) == {'speed': RUNNING, 'angle': INITIALIZED, 'other': RUNNING,
-                               'state': INITIALIZED}
+    manager.switch(["speed"], [])
+    reasons = manager.switch(["angle", "other", "gone"], ["state"], strict=False)
+    assert states(manager) == {
+        "speed": RUNNING,
+        "angle": INITIALIZED,
+        "other": RUNNING,
+        "state": INITIALIZED,
+    }
     assert len(reasons) == 3
-    for name in ('angle', 'gone', 'state'):
+    for name in ("angle", "gone", "state"):
         assert any(f"'{name}'" in reason for reason in reasons)
 
 
-@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_command_that_is_no_number_keeps_the_last(manager, joints, value):
-    manager.switch(['speed'], [])
-    manager.command('speed', [3.0])
+    manager.switch(["speed"], [])
+    manager.command("speed", [3.0])
     calls = list(joints.calls)
     with pytest.raises(CommandError, match="'speed' is -?(nan|inf), must be a finite number"):
-        manager.command('speed', [value])
-    assert joints.calls == calls and calls[-1] == ('velocity', ('left',), (3.0,))
+        manager.command("speed", [value])
+    assert joints.calls == calls and calls[-1] == ("velocity", ("left",), (3.0,))
 
 
 def test_commands_of_the_wrong_length_to_nobody_and_to_a_stopped_one(manager, joints):
-    with pytest.raises(CommandError, match='has 2 values, must have 1'):
-        manager.command('speed', [1, 2])
+    with pytest.raises(CommandError, match="has 2 values, must have 1"):
+        manager.command("speed", [1, 2])
     with pytest.raises(ControllerError, match="'gone' is not loaded"):
-        manager.command('gone', [1])
-    manager.command('speed', [1])
+        manager.command("gone", [1])
+    manager.command("speed", [1])
     assert joints.calls == []
 
 
 def test_group_drives_its_joints_in_its_order(joints):
     manager = Manager(joints)
-    manager.load('all', {'type': GROUP, 'joints': ['right', 'left']})
-    manager.switch(['all'], [])
-    manager.command('all', [1, 2])
-    assert joints.calls[-1] == ('velocity', ('right', 'left'), (1, 2))
+    manager.load("all", {"type": GROUP, "joints": ["right", "left"]})
+    manager.switch(["all"], [])
+    manager.command("all", [1, 2])
+    assert joints.calls[-1] == ("velocity", ("right", "left"), (1, 2))
 
 
 def test_restart_forgets_commands(manager, joints):
-    manager.switch(['speed'], [])
-    manager.command('speed', [5])
+    manager.switch(["speed"], [])
+    manager.command("speed", [5])
     manager.restart()
-    assert joints.calls[-1] == ('velocity', ('left',), (0,))
-    assert states(manager)['speed'] == RUNNING
+    assert joints.calls[-1] == ("velocity", ("left",), (0,))
+    assert states(manager)["speed"] == RUNNING
 
 
 def test_effort_is_given_before_every_step_until_the_stop(joints):
     manager = Manager(joints)
-    manager.load('push', {'type': EFFORT, 'joint': 'left'})
+    manager.load("push", {"type": EFFORT, "joint": "left"})
     assert not manager.periodic
-    manager.switch(['push'], [])
-    assert manager.periodic and joints.calls == [('release', ('left',))]
-    manager.command('push', [4.0])
+    manager.switch(["push"], [])
+    assert manager.periodic and joints.calls == [("release", ("left",))]
+    manager.command("push", [4.0])
     manager.update(0.001)
     manager.update(0.001)
-    assert joints.calls[-2:] == [('effort', {'left': 4.0})] * 2
-    manager.command('push', [40.0])
+    assert joints.calls[-2:] == [("effort", {"left": 4.0})] * 2
+    manager.command("push", [40.0])
     manager.update(0.001)
-    assert joints.calls[-1] == ('effort', {'left': 10.0})
-    manager.switch([], ['push'])
-    assert not manager.periodic and joints.calls[-1] == ('release', ('left',))
+    assert joints.calls[-1] == ("effort", {"left": 10.0})
+    manager.switch([], ["push"])
+    assert not manager.periodic and joints.calls[-1] == ("release", ("left",))
 
 
-@pytest.mark.parametrize('kind, command, effort', [
-    (EFFORT_POSITION, 0.75, 2.0 * (0.75 - 0.25)),
-    (EFFORT_VELOCITY, 3.0, 2.0 * 3.0),
-])
+@pytest.mark.parametrize(
+    "kind, command, effort",
+    [
+        (EFFORT_POSITION, 0.75, 2.0 * (0.75 - 0.25)),
+        (EFFORT_VELOCITY, 3.0, 2.0 * 3.0),
+    ],
+)
 def test_pid_controllers_give_gain_times_error(joints, kind, command, effort):
     manager = Manager(joints)
-    manager.load('arm', {'type': kind, 'joint': 'left', 'pid': {'p': 2.0}})
-    manager.switch(['arm'], [])
+    manager.load("arm", {"type": kind, "joint": "left", "pid": {"p": 2.0}})
+    manager.switch(["arm"], [])
     manager.update(0.001)
-    assert joints.calls[-1] == ('effort', {'left': 0.0})
-    manager.command('arm', [command])
+    assert joints.calls[-1] == ("effort", {"left": 0.0})
+    manager.command("arm", [command])
     manager.update(0.001)
-    assert joints.calls[-1][1]['left'] == pytest.approx(effort)
-    sample = manager.get('arm').sample
+    assert joints.calls[-1][1]["left"] == pytest.approx(effort)
+    sample = manager.get("arm").sample
     assert (sample.set_point, sample.time, sample.period) == (command, 0.001, 0.001)
 
 
 def test_velocity_from_a_position_pid(joints):
     manager = Manager(joints)
-    manager.load('arm', {'type': VELOCITY_POSITION, 'joint': 'left', 'pid': {'p': 2.0}})
-    manager.switch(['arm'], [])
-    manager.command('arm', [0.75])
+    manager.load("arm", {"type": VELOCITY_POSITION, "joint": "left", "pid": {"p": 2.0}})
+    manager.switch(["arm"], [])
+    manager.command("arm", [0.75])
     manager.update(0.001)
-    assert ('velocity', ('left',), (1.0,)) in joints.calls
+    assert ("velocity", ("left",), (1.0,)) in joints.calls
 
 
 def test_group_of_position_pids_has_gains_a_joint(joints):
     manager = Manager(joints)
-    manager.load('arms', {'type': EFFORT_GROUP_POSITION, 'joints': ['right', 'left'],
-                          'right': {'pid': {'p': 1.0}}, 'left': {'pid': {'p': 3.0}}})
-    manager.switch(['arms'], [])
-    manager.command('arms', [1.25, 1.25])
+    manager.load(
+        "arms",
+        {
+            "type": EFFORT_GROUP_POSITION,
+            "joints": ["right", "left"],
+            "right": {"pid": {"p": 1.0}},
+            "left": {"pid": {"p": 3.0}},
+        },
+    )
+    manager.switch(["arms"], [])
+    manager.command("arms", [1.25, 1.25])
     manager.update(0.001)
-    assert joints.calls[-1] == ('effort', {'right': 1.0, 'left': 3.0})
+    assert joints.calls[-1] == ("effort", {"right": 1.0, "left": 3.0})
 
 
 def test_control_period_updates_seldom_and_holds_the_effort(joints):
-    description = ModelDescription('bot', control_period=0.004)
+    description = ModelDescription("bot", control_period=0.004)
     manager = Manager(joints, description)
-    manager.load('arm', {'type': EFFORT_VELOCITY, 'joint': 'left', 'pid': {'p': 1.0}})
-    manager.switch(['arm'], [])
+    manager.load("arm", {"type": EFFORT_VELOCITY, "joint": "left", "pid": {"p": 1.0}})
+    manager.switch(["arm"], [])
     times = []
     for step in range(9):
-        manager.command('arm', [float(step)])
+        manager.command("arm", [float(step)])
         manager.update(0.001)
-        times.append((manager.get('arm').sample.time, joints.calls[-1][1]['left']))
+        times.append((manager.get("arm").sample.time, joints.calls[-1][1]["left"]))
     held = [(0.0, 0.0)] * 4 + [(0.004, 4.0)] * 4 + [(0.008, 8.0)]
     assert [(round(t, 9), effort) for t, effort in times] == held
-    assert manager.get('arm').sample.period == pytest.approx(0.004)
+    assert manager.get("arm").sample.period == pytest.approx(0.004)
 
 
 def test_gains_of_a_joint_turn_its_velocity_command_into_an_effort(joints, manager):
-    manager.hardware.set_gains('left', parse_pid({'p': 0.5}, 'gains'))
-    manager.switch(['speed', 'other'], [])
-    manager.command('speed', [3.0])
+    manager.hardware.set_gains("left", parse_pid({"p": 0.5}, "gains"))
+    manager.switch(["speed", "other"], [])
+    manager.command("speed", [3.0])
     manager.update(0.001)
-    assert joints.calls[-1] == ('effort', {'left': 1.5})
-    assert ('velocity', ('right',), (0.0,)) in joints.calls
-    assert not [call for call in joints.calls if call[:2] == ('velocity', ('left',))]
-    manager.switch([], ['speed'])
-    assert not manager.periodic and joints.calls[-1] == ('release', ('left',))
+    assert joints.calls[-1] == ("effort", {"left": 1.5})
+    assert ("velocity", ("right",), (0.0,)) in joints.calls
+    assert not [call for call in joints.calls if call[:2] == ("velocity", ("left",))]
+    manager.switch([], ["speed"])
+    assert not manager.periodic and joints.calls[-1] == ("release", ("left",))
 
 
 def test_gains_of_no_joint_are_refused(manager):
     with pytest.raises(ControllerError, match="joint 'nose', which does not exist.* left, right"):
-        manager.hardware.set_gains('nose', parse_pid({'p': 1}, 'gains'))
+        manager.hardware.set_gains("nose", parse_pid({"p": 1}, "gains"))
 
 
 def test_interfaces_of_transmissions(joints):
-    description = ModelDescription('bot', transmissions={'left': ('effort',)})
+    description = ModelDescription("bot", transmissions={"left": ("effort",)})
     manager = Manager(joints, description)
-    with pytest.raises(ControllerError, match="'v' needs the velocity interface of joint 'left', "
-                                              'whose <transmission> offers effort'):
-        manager.load('v', {'type': VELOCITY, 'joint': 'left'})
+    with pytest.raises(
+        ControllerError,
+        match="'v' needs the velocity interface of joint 'left', "
+        "whose <transmission> offers effort",
+    ):
+        manager.load("v", {"type": VELOCITY, "joint": "left"})
     assert manager.list() == []
-    assert manager.load('e', {'type': EFFORT, 'joint': 'left'}).warnings == ()
-    warnings = manager.load('g', {'type': EFFORT_GROUP, 'joints': ['left', 'right']}).warnings
-    assert len(warnings) == 1 and 'no <transmission> names right' in warnings[0]
+    assert manager.load("e", {"type": EFFORT, "joint": "left"}).warnings == ()
+    warnings = manager.load("g", {"type": EFFORT_GROUP, "joints": ["left", "right"]}).warnings
+    assert len(warnings) == 1 and "no <transmission> names right" in warnings[0]
 
 
 def test_a_name_given_twice_in_a_switch_counts_once(manager, joints):
-    manager.switch(['speed', 'speed'], [])
-    assert states(manager)['speed'] == RUNNING
-    manager.switch([], ['speed', 'speed'])
-    assert states(manager)['speed'] == STOPPED
-    assert joints.calls.count(('release', ('left',))) == 1
+    manager.switch(["speed", "speed"], [])
+    assert states(manager)["speed"] == RUNNING
+    manager.switch([], ["speed", "speed"])
+    assert states(manager)["speed"] == STOPPED
+    assert joints.calls.count(("release", ("left",))) == 1

@@ -1,37 +1,44 @@
 """Depth pictures: the buffer's arithmetic, and a box at a known distance, in both processes."""
+
 import numpy as np
 import pytest
-
+from bullet_sim.description.specs import CameraSpec, DepthCameraSpec
 from bullet_sim.engine import Engine
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
-from bullet_sim.description.specs import CameraSpec, DepthCameraSpec
 
 SCENE = """<robot name="s"><link name="base"><visual><origin xyz="3 0 0"/><geometry>
 <box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>
 </link></robot>"""
-FAR, FACE = 20.0, 2.5       # [m] far clip; the box's near face
+FAR, FACE = 20.0, 2.5  # [m] far clip; the box's near face
 SNAPSHOT = Snapshot(0.007, 7, (BodyState(0, (0, 0, 0), (0, 0, 0, 1), ()),))
 
 
 def request(**changes):
     """A depth camera at the origin that looks along +x."""
-    values = dict(pose=((0, 0, 0), (0, 0, 0)), width=120, height=90, horizontal_fov=1.2,
-                  near=0.1, far=FAR, depth=True)
+    values = dict(
+        pose=((0, 0, 0), (0, 0, 0)),
+        width=120,
+        height=90,
+        horizontal_fov=1.2,
+        near=0.1,
+        far=FAR,
+        depth=True,
+    )
     values.update(changes)
-    return CameraRequest('eye', 0, 0, **values)
+    return CameraRequest("eye", 0, 0, **values)
 
 
-@pytest.fixture(name='source')
+@pytest.fixture(name="source")
 def _source(tmp_path):
-    (tmp_path / 's.urdf').write_text(SCENE)
-    return BodySource(0, str(tmp_path / 's.urdf'), True)
+    (tmp_path / "s.urdf").write_text(SCENE)
+    return BodySource(0, str(tmp_path / "s.urdf"), True)
 
 
-@pytest.mark.parametrize('near, far', [(0.02, 100.0), (0.1, 8.0), (0.5, 300.0)])
+@pytest.mark.parametrize("near, far", [(0.02, 100.0), (0.1, 8.0), (0.5, 300.0)])
 def test_buffer_is_the_inverse_of_the_projection(near, far):
     matrix = np.reshape(camera.projection_matrix(1.0, 1.3, near, far), (4, 4)).T
     for distance in np.geomspace(near, far, 7):
@@ -41,7 +48,7 @@ def test_buffer_is_the_inverse_of_the_projection(near, far):
 
 
 def test_points_of_a_picture():
-    k = camera.intrinsics(4, 3, np.pi / 2)       # focal length 2 px, middle (1.5, 1)
+    k = camera.intrinsics(4, 3, np.pi / 2)  # focal length 2 px, middle (1.5, 1)
     depth = np.full((3, 4), 2.0, np.float32)
     depth[0, 0] = np.nan
     points = camera.points(depth, k)
@@ -62,9 +69,9 @@ def check_scene(depth, rgb):
     red = rgb[:, :, 0].astype(int) > 2 * rgb[:, :, 1:].max(axis=2).astype(int)
     inner = np.zeros_like(red)
     half = int(0.5 / FACE * k[0, 0]) - 2
-    inner[44 - half:46 + half, 59 - half:61 + half] = True
+    inner[44 - half : 46 + half, 59 - half : 61 + half] = True
     assert red[inner].all()
-    np.testing.assert_allclose(depth[inner], FACE, atol=0.005)      # [m]
+    np.testing.assert_allclose(depth[inner], FACE, atol=0.005)  # [m]
     assert (depth[:5] == np.float32(FAR)).all()
     points = camera.points(depth, k)[inner]
     assert np.abs(points[:, :2]).max() <= 0.5
@@ -72,7 +79,7 @@ def check_scene(depth, rgb):
 
 def test_mirror_measures_a_box(source):
     engine = Engine()
-    mirror = Mirror(engine, engine.start_renderer('tiny'))
+    mirror = Mirror(engine, engine.start_renderer("tiny"))
     mirror.sync_sources([source])
     mirror.apply(SNAPSHOT)
     rgb, depth = mirror.render_with_depth(request())
@@ -81,12 +88,12 @@ def test_mirror_measures_a_box(source):
     check_scene(depth, rgb)
 
 
-@pytest.mark.parametrize('kind', ['tiny', 'auto'])
+@pytest.mark.parametrize("kind", ["tiny", "auto"])
 def test_worker_sends_depth_to_those_who_ask(source, kind):
     with RenderClient() as client:
         client.start(kind)
         client.set_sources([source])
-        plain = CameraRequest(**{**vars(request(depth=False)), 'name': 'plain'})
+        plain = CameraRequest(**{**vars(request(depth=False)), "name": "plain"})
         deep, flat = client.render_sync(SNAPSHOT, [request(), plain], 30.0)
     assert flat.depth is None and deep.step == 7
     check_scene(deep.depth, deep.rgb)
@@ -94,9 +101,9 @@ def test_worker_sends_depth_to_those_who_ask(source, kind):
 
 
 def test_requests_of_specs():
-    assert CameraRequest.from_spec(DepthCameraSpec('a', 'l'), 1, 0).depth
-    assert not CameraRequest.from_spec(CameraSpec('a', 'l', noise_mean=0.1), 1, 0).depth
-    assert CameraRequest.from_spec(CameraSpec('a', 'l', noise_mean=0.1), 1, 0).noise_mean == 0.1
+    assert CameraRequest.from_spec(DepthCameraSpec("a", "l"), 1, 0).depth
+    assert not CameraRequest.from_spec(CameraSpec("a", "l", noise_mean=0.1), 1, 0).depth
+    assert CameraRequest.from_spec(CameraSpec("a", "l", noise_mean=0.1), 1, 0).noise_mean == 0.1
 
 
 def test_noise_has_its_mean():

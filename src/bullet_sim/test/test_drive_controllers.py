@@ -1,37 +1,47 @@
 """diff_drive and ackermann_steering: configuration, limits, time-out, odometry in closed form."""
+
 import math
 
 import pytest
-
 from bullet_sim.controllers import parse_controller
-from bullet_sim.errors import ControllerError
-from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.drive.odometry import Odometry
 from bullet_sim.controllers.drive.speed_limiter import SpeedLimiter
+from bullet_sim.controllers.manager import Manager
+from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 
-DIFF = 'diff_drive_controller/DiffDriveController'
-ACKERMANN = 'ackermann_steering_controller/AckermannSteeringController'
-STEP = 0.001    # [s]
-RADIUS, SEPARATION, WHEELBASE = 0.1, 0.4, 0.5    # [m]
+DIFF = "diff_drive_controller/DiffDriveController"
+ACKERMANN = "ackermann_steering_controller/AckermannSteeringController"
+STEP = 0.001  # [s]
+RADIUS, SEPARATION, WHEELBASE = 0.1, 0.4, 0.5  # [m]
 
 
-def _joint(name, kind, xyz, parent='axle'):
-    shape = ('<collision><geometry><cylinder radius="0.1" length="0.05"/></geometry></collision>'
-             if kind == 'continuous' else '')
-    return (f'<link name="{name}_link">{shape}</link><joint name="{name}" type="{kind}">'
-            f'<origin xyz="{xyz}"/><parent link="{parent}"/><child link="{name}_link"/>'
-            '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="50"/></joint>')
+def _joint(name, kind, xyz, parent="axle"):
+    shape = (
+        '<collision><geometry><cylinder radius="0.1" length="0.05"/></geometry></collision>'
+        if kind == "continuous"
+        else ""
+    )
+    return (
+        f'<link name="{name}_link">{shape}</link><joint name="{name}" type="{kind}">'
+        f'<origin xyz="{xyz}"/><parent link="{parent}"/><child link="{name}_link"/>'
+        '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="50"/></joint>'
+    )
 
 
 # The wheels hang on links of their own, so only the whole chain tells where they are.
 DESCRIPTION = parse_urdf(
     '<robot name="bot"><link name="base"/><link name="axle"/><joint name="f" type="fixed">'
     '<origin xyz="-0.2 0 0"/><parent link="base"/><child link="axle"/></joint>'
-    + _joint('left', 'continuous', '0 0.2 0') + _joint('right', 'continuous', '0 -0.2 0')
-    + _joint('bare', 'revolute', '0 0 0') + _joint('steer', 'revolute', '0.3 0 0', 'base')
-    + '</robot>', str, 'bot')
-NAMES = ('left', 'right', 'bare', 'steer')
+    + _joint("left", "continuous", "0 0.2 0")
+    + _joint("right", "continuous", "0 -0.2 0")
+    + _joint("bare", "revolute", "0 0 0")
+    + _joint("steer", "revolute", "0.3 0 0", "base")
+    + "</robot>",
+    str,
+    "bot",
+)
+NAMES = ("left", "right", "bare", "steer")
 
 
 class Wheels:
@@ -74,15 +84,15 @@ class Base:
     def __init__(self, **config):
         self.wheels = Wheels()
         self.manager = Manager(self.wheels, DESCRIPTION)
-        self.manager.load('base', config)
-        self.manager.switch(['base'], [])
-        self.controller = self.manager.get('base')
+        self.manager.load("base", config)
+        self.manager.switch(["base"], [])
+        self.controller = self.manager.get("base")
 
     def run(self, seconds, command=None):
         """Simulate; a command is sent anew every 0.1 s."""
         for step in range(round(seconds / STEP)):
             if command is not None and step % 100 == 0:
-                self.manager.command('base', command)
+                self.manager.command("base", command)
             self.manager.update(STEP)
             for name, speed in self.wheels.speeds.items():
                 self.wheels.angles[name] += speed * STEP
@@ -92,16 +102,16 @@ class Base:
 
 def diff(**config):
     """A diff drive base, its sizes from the description."""
-    return Base(type=DIFF, left_wheel='left', right_wheel=['right'], **config)
+    return Base(type=DIFF, left_wheel="left", right_wheel=["right"], **config)
 
 
 def ackermann(**config):
     """An Ackermann base."""
-    return Base(type=ACKERMANN, rear_wheel='left', front_steer='steer', **config)
+    return Base(type=ACKERMANN, rear_wheel="left", front_steer="steer", **config)
 
 
 # arcs ---------------------------------------------------------------------------------------------
-@pytest.mark.parametrize('speed, rate', [(0.5, 0.0), (0.5, 0.8), (-0.3, 1.1), (0.0, -1.0)])
+@pytest.mark.parametrize("speed, rate", [(0.5, 0.0), (0.5, 0.8), (-0.3, 1.1), (0.0, -1.0)])
 def test_diff_drive_odometry_of_arcs(speed, rate):
     odometry = diff().run(2.0, (speed, rate))
     turn = rate * 2.0
@@ -114,28 +124,30 @@ def test_diff_drive_odometry_of_arcs(speed, rate):
 def test_diff_drive_wheel_speeds():
     base = diff()
     base.run(0.01, (0.6, 0.5))
-    assert base.wheels.speeds['left'] == pytest.approx((0.6 - 0.5 * SEPARATION / 2) / RADIUS)
-    assert base.wheels.speeds['right'] == pytest.approx((0.6 + 0.5 * SEPARATION / 2) / RADIUS)
+    assert base.wheels.speeds["left"] == pytest.approx((0.6 - 0.5 * SEPARATION / 2) / RADIUS)
+    assert base.wheels.speeds["right"] == pytest.approx((0.6 + 0.5 * SEPARATION / 2) / RADIUS)
 
 
-@pytest.mark.parametrize('angle', [0.0, 0.3, -0.6])
+@pytest.mark.parametrize("angle", [0.0, 0.3, -0.6])
 def test_ackermann_odometry_of_arcs(angle):
     base = ackermann()
     odometry = base.run(2.0, (0.4, angle))
     rate = 0.4 * math.tan(angle) / WHEELBASE
-    assert base.wheels.speeds['left'] == pytest.approx(0.4 / RADIUS)
-    assert base.wheels.angles['steer'] == pytest.approx(angle)
+    assert base.wheels.speeds["left"] == pytest.approx(0.4 / RADIUS)
+    assert base.wheels.angles["steer"] == pytest.approx(angle)
     assert odometry.heading == pytest.approx(2.0 * rate, abs=1e-3)
     if angle:
         radius = WHEELBASE / math.tan(angle)
         assert math.hypot(odometry.x, odometry.y - radius) == pytest.approx(abs(radius), rel=1e-3)
 
 
-@pytest.mark.parametrize('make, command, rate', [
-    (diff, (0.5, 0.7), 0.7), (ackermann, (0.5, 0.3), 0.5 * math.tan(0.3) / WHEELBASE)])
+@pytest.mark.parametrize(
+    "make, command, rate",
+    [(diff, (0.5, 0.7), 0.7), (ackermann, (0.5, 0.3), 0.5 * math.tan(0.3) / WHEELBASE)],
+)
 def test_open_loop_trusts_the_command(make, command, rate):
     base = make(open_loop=True)
-    base.wheels.drive_velocities = lambda names, values: None       # the wheels are stuck
+    base.wheels.drive_velocities = lambda names, values: None  # the wheels are stuck
     assert base.run(1.0, command).heading == pytest.approx(rate, rel=0.01)
 
 
@@ -156,9 +168,9 @@ def test_observing_twice_at_one_time_changes_nothing():
 
 def test_starting_where_the_wheels_stand_is_no_jump():
     base = diff()
-    base.manager.switch([], ['base'])
+    base.manager.switch([], ["base"])
     base.wheels.angles.update(left=50.0, right=70.0)
-    base.manager.switch(['base'], [])
+    base.manager.switch(["base"], [])
     odometry = base.run(0.1)
     assert (odometry.x, odometry.y, odometry.heading) == (0.0, 0.0, 0.0)
 
@@ -168,37 +180,44 @@ def test_restart_is_at_the_origin():
     base.run(1.0, (0.5, 0.5))
     base.manager.restart()
     odometry = base.run(0.05)
-    assert (odometry.x, odometry.heading, base.wheels.speeds['left']) == (0.0, 0.0, 0.0)
+    assert (odometry.x, odometry.heading, base.wheels.speeds["left"]) == (0.0, 0.0, 0.0)
 
 
 # commands -----------------------------------------------------------------------------------------
-@pytest.mark.parametrize('timeout', [0.25, 0.5])
+@pytest.mark.parametrize("timeout", [0.25, 0.5])
 def test_a_command_counts_until_the_time_out(timeout):
     base = diff(cmd_vel_timeout=timeout)
-    base.manager.command('base', (0.5, 0.0))
+    base.manager.command("base", (0.5, 0.0))
     base.run(timeout - 0.01)
-    assert base.wheels.speeds['left'] == pytest.approx(5.0)
+    assert base.wheels.speeds["left"] == pytest.approx(5.0)
     base.run(0.02)
-    assert base.wheels.speeds['left'] == 0.0
+    assert base.wheels.speeds["left"] == 0.0
 
 
 def test_stopping_releases_the_wheels():
     base = diff()
     base.run(0.1, (0.5, 0.0))
-    base.manager.switch([], ['base'])
-    assert base.wheels.speeds['left'] == 0.0 and not base.manager.periodic
+    base.manager.switch([], ["base"])
+    assert base.wheels.speeds["left"] == 0.0 and not base.manager.periodic
 
 
-LIMITS = {'has_velocity_limits': True, 'max_velocity': 1.0, 'min_velocity': -0.5,
-          'has_acceleration_limits': True, 'max_acceleration': 2.0}
+LIMITS = {
+    "has_velocity_limits": True,
+    "max_velocity": 1.0,
+    "min_velocity": -0.5,
+    "has_acceleration_limits": True,
+    "max_acceleration": 2.0,
+}
 
 
-@pytest.mark.parametrize('wanted, seconds, speed', [
-    (9.0, 0.25, 0.5), (9.0, 1.0, 1.0), (-9.0, 0.1, -0.2), (-9.0, 1.0, -0.5)])
+@pytest.mark.parametrize(
+    "wanted, seconds, speed",
+    [(9.0, 0.25, 0.5), (9.0, 1.0, 1.0), (-9.0, 0.1, -0.2), (-9.0, 1.0, -0.5)],
+)
 def test_velocity_and_acceleration_limits(wanted, seconds, speed):
-    base = diff(linear={'x': LIMITS})
+    base = diff(linear={"x": LIMITS})
     base.run(seconds, (wanted, 0.0))
-    assert base.wheels.speeds['left'] * RADIUS == pytest.approx(speed, abs=2e-3)
+    assert base.wheels.speeds["left"] * RADIUS == pytest.approx(speed, abs=2e-3)
 
 
 def test_jerk_limit_makes_a_parabola():
@@ -206,64 +225,89 @@ def test_jerk_limit_makes_a_parabola():
     limiter, speeds = SpeedLimiter(jerk=(-3.0, 3.0)), [0.0, 0.0]
     for _ in range(500):
         speeds.append(limiter.limit(9.0, speeds[-1], speeds[-2], STEP))
-    assert speeds[-1] == pytest.approx(3.0 * 0.5 ** 2, rel=0.01)
+    assert speeds[-1] == pytest.approx(3.0 * 0.5**2, rel=0.01)
 
 
 # configuration ------------------------------------------------------------------------------------
 def parse(**config):
     """ControllerSpec of a configuration with the description's sizes."""
-    return parse_controller('base', config, NAMES, DESCRIPTION)
+    return parse_controller("base", config, NAMES, DESCRIPTION)
 
 
 def test_sizes_come_from_the_description_and_multipliers_apply():
-    drive = parse(type=DIFF, left_wheel='left', right_wheel='right', wheel_separation_multiplier=2,
-                  left_wheel_radius_multiplier=0.5).drive
+    drive = parse(
+        type=DIFF,
+        left_wheel="left",
+        right_wheel="right",
+        wheel_separation_multiplier=2,
+        left_wheel_radius_multiplier=0.5,
+    ).drive
     assert drive.separation == pytest.approx(2 * SEPARATION)
     assert drive.radii == pytest.approx((RADIUS / 2, RADIUS))
-    drive = parse(type=ACKERMANN, rear_wheel='left', front_steer='steer',
-                  wheel_radius_multiplier=1.1).drive
+    drive = parse(
+        type=ACKERMANN, rear_wheel="left", front_steer="steer", wheel_radius_multiplier=1.1
+    ).drive
     assert drive.separation == pytest.approx(WHEELBASE)
     assert drive.radii == pytest.approx((1.1 * RADIUS, RADIUS))
 
 
 def test_claims():
-    spec = parse(type=ACKERMANN, rear_wheel='left', front_steer='steer')
-    assert spec.claims == (('velocity', ('left',)), ('position', ('steer',)))
-    assert parse(type=DIFF, left_wheel='left', right_wheel='right').claims == (
-        ('velocity', ('left', 'right')),)
+    spec = parse(type=ACKERMANN, rear_wheel="left", front_steer="steer")
+    assert spec.claims == (("velocity", ("left",)), ("position", ("steer",)))
+    assert parse(type=DIFF, left_wheel="left", right_wheel="right").claims == (
+        ("velocity", ("left", "right")),
+    )
 
 
 def test_numbers_that_yaml_takes_for_text_and_keys_without_effect():
-    spec = parse(type=DIFF, left_wheel='left', right_wheel='right', publish_rate='5e1', use_imu=1,
-                 pose_covariance_diagonal=[0, 0, '1.0e6', '1e6', 1e6, 0.1],
-                 publish_wheel_joint_controller_state=True)
+    spec = parse(
+        type=DIFF,
+        left_wheel="left",
+        right_wheel="right",
+        publish_rate="5e1",
+        use_imu=1,
+        pose_covariance_diagonal=[0, 0, "1.0e6", "1e6", 1e6, 0.1],
+        publish_wheel_joint_controller_state=True,
+    )
     assert spec.publish_rate == 50.0 and spec.drive.pose_covariance[2] == 1e6
-    assert len(spec.notes) == 1 and 'publish_wheel_joint_controller_state' in spec.notes[0]
+    assert len(spec.notes) == 1 and "publish_wheel_joint_controller_state" in spec.notes[0]
     assert len(spec.warnings) == 1 and "key 'use_imu'" in spec.warnings[0]
 
 
 BAD = [
-    ({'left_wheel': 'left'}, 'right_wheel None'),
-    ({'left_wheel': [], 'right_wheel': 'right'}, r'left_wheel \[\]'),
-    ({'left_wheel': ['left', 'bare'], 'right_wheel': 'right'}, '2 left and 1 right'),
-    ({'left_wheel': 'nose', 'right_wheel': 'right'}, "joint 'nose'"),
-    ({'left_wheel': 'left', 'right_wheel': 'left', 'wheel_separation': 1}, "'left' twice"),
-    ({'left_wheel': 'bare', 'right_wheel': 'right'}, 'no wheel_radius, and.*bare_link'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'wheel_radius': 0}, 'wheel_radius 0'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'wheel_radius': 'big'}, "'big'"),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'publish_rate': -1}, 'publish_rate -1'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'open_loop': 'no'}, "open_loop 'no'"),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'linear': 3}, 'linear is 3'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'linear': {'x': {
-        'has_velocity_limits': True}}}, 'linear x has has_velocity_limits without max_velocity'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'angular': {'z': {
-        'has_jerk_limits': True, 'max_jerk': -1}}}, '0 must lie between'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'twist_covariance_diagonal': [1, 2]}, 'six'),
-    ({'left_wheel': 'left', 'right_wheel': 'right', 'base_frame_id': ''}, 'base_frame_id'),
+    ({"left_wheel": "left"}, "right_wheel None"),
+    ({"left_wheel": [], "right_wheel": "right"}, r"left_wheel \[\]"),
+    ({"left_wheel": ["left", "bare"], "right_wheel": "right"}, "2 left and 1 right"),
+    ({"left_wheel": "nose", "right_wheel": "right"}, "joint 'nose'"),
+    ({"left_wheel": "left", "right_wheel": "left", "wheel_separation": 1}, "'left' twice"),
+    ({"left_wheel": "bare", "right_wheel": "right"}, "no wheel_radius, and.*bare_link"),
+    ({"left_wheel": "left", "right_wheel": "right", "wheel_radius": 0}, "wheel_radius 0"),
+    ({"left_wheel": "left", "right_wheel": "right", "wheel_radius": "big"}, "'big'"),
+    ({"left_wheel": "left", "right_wheel": "right", "publish_rate": -1}, "publish_rate -1"),
+    ({"left_wheel": "left", "right_wheel": "right", "open_loop": "no"}, "open_loop 'no'"),
+    ({"left_wheel": "left", "right_wheel": "right", "linear": 3}, "linear is 3"),
+    (
+        {
+            "left_wheel": "left",
+            "right_wheel": "right",
+            "linear": {"x": {"has_velocity_limits": True}},
+        },
+        "linear x has has_velocity_limits without max_velocity",
+    ),
+    (
+        {
+            "left_wheel": "left",
+            "right_wheel": "right",
+            "angular": {"z": {"has_jerk_limits": True, "max_jerk": -1}},
+        },
+        "0 must lie between",
+    ),
+    ({"left_wheel": "left", "right_wheel": "right", "twist_covariance_diagonal": [1, 2]}, "six"),
+    ({"left_wheel": "left", "right_wheel": "right", "base_frame_id": ""}, "base_frame_id"),
 ]
 
 
-@pytest.mark.parametrize('config, text', BAD, ids=[text for _, text in BAD])
+@pytest.mark.parametrize("config, text", BAD, ids=[text for _, text in BAD])
 def test_bad_configuration_is_refused_by_name(config, text):
     with pytest.raises(ControllerError, match=f"controller 'base'.*{text}"):
         parse(type=DIFF, **config)
@@ -271,4 +315,4 @@ def test_bad_configuration_is_refused_by_name(config, text):
 
 def test_missing_joints_of_an_ackermann_base_are_named():
     with pytest.raises(ControllerError, match="joint 'rear_wheel_joint' is not"):
-        parse(type=ACKERMANN, front_steer='steer')
+        parse(type=ACKERMANN, front_steer="steer")

@@ -1,54 +1,86 @@
 """A four-wheeled car with Ackermann steering drives where kinematics says it does."""
+
 import math
 
 import numpy as np
 import pytest
-
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
 BASE, TRACK_FRONT, TRACK_REAR, RADIUS = 0.163974, 0.159202, 0.1621, 0.03
-REAR = -0.081663        # x of the rear axle
-WHEELS = {'left_rear': (0.0, TRACK_REAR / 2), 'right_rear': (0.0, -TRACK_REAR / 2),
-          'left_front': (BASE, TRACK_FRONT / 2), 'right_front': (BASE, -TRACK_FRONT / 2)}
-HINGES = ('left_hinge', 'right_hinge')
+REAR = -0.081663  # x of the rear axle
+WHEELS = {
+    "left_rear": (0.0, TRACK_REAR / 2),
+    "right_rear": (0.0, -TRACK_REAR / 2),
+    "left_front": (BASE, TRACK_FRONT / 2),
+    "right_front": (BASE, -TRACK_FRONT / 2),
+}
+HINGES = ("left_hinge", "right_hinge")
 
 
-def link(name, mass, moments, collision='', mu=''):
+def link(name, mass, moments, collision="", mu=""):
     """URDF of a link; a mu becomes a <gazebo> block."""
     x, y, z = moments
-    text = (f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{x}" ixy="0" '
-            f'ixz="0" iyy="{y}" iyz="0" izz="{z}"/></inertial>{collision}</link>')
+    text = (
+        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{x}" ixy="0" '
+        f'ixz="0" iyy="{y}" iyz="0" izz="{z}"/></inertial>{collision}</link>'
+    )
     if mu:
         text += f'<gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2></gazebo>'
     return text
 
 
-def joint(name, kind, parent, child, xyz, axis, limits=''):
+def joint(name, kind, parent, child, xyz, axis, limits=""):
     """URDF of a joint."""
-    return (f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/>'
-            f'<child link="{child}"/><axis xyz="{axis}"/>'
-            f'<limit effort="10" velocity="100" {limits}/></joint>')
+    return (
+        f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/>'
+        f'<child link="{child}"/><axis xyz="{axis}"/>'
+        f'<limit effort="10" velocity="100" {limits}/></joint>'
+    )
 
 
 def car_urdf():
     """DeepRacer's numbers; the hubs' different heights tilt its kingpins by 1.4 degrees."""
-    cylinder = ('<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder '
-                f'radius="{RADIUS}" length="0.025"/></geometry></collision>')
-    parts = [link('chassis', 1.9068, (0.004151895, 0.010379737, 0.010379737))]
-    for side in ('left', 'right'):
-        front, rear = WHEELS[side + '_front'], WHEELS[side + '_rear']
+    cylinder = (
+        '<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder '
+        f'radius="{RADIUS}" length="0.025"/></geometry></collision>'
+    )
+    parts = [link("chassis", 1.9068, (0.004151895, 0.010379737, 0.010379737))]
+    for side in ("left", "right"):
+        front, rear = WHEELS[side + "_front"], WHEELS[side + "_rear"]
         parts += [
-            link(side + '_hinge', 0.05, (1e-5, 1e-5, 1e-5)),
-            joint(side + '_hinge', 'revolute', 'chassis', side + '_hinge',
-                  f'{REAR + BASE} {front[1]} 0.011759', '0 0 1', 'lower="-1.05" upper="1.05"'),
-            joint(side + '_front', 'continuous', side + '_hinge', side + '_front_wheel',
-                  '0 0 0', '0 1 0'),
-            joint(side + '_rear', 'continuous', 'chassis', side + '_rear_wheel',
-                  f'{REAR} {rear[1]} 0.01575', '0 1 0')]
-        parts += [link(side + end, 0.042222, (6.11771e-5, 9.44606e-5, 6.11771e-5), cylinder, 0.5)
-                  for end in ('_front_wheel', '_rear_wheel')]
+            link(side + "_hinge", 0.05, (1e-5, 1e-5, 1e-5)),
+            joint(
+                side + "_hinge",
+                "revolute",
+                "chassis",
+                side + "_hinge",
+                f"{REAR + BASE} {front[1]} 0.011759",
+                "0 0 1",
+                'lower="-1.05" upper="1.05"',
+            ),
+            joint(
+                side + "_front",
+                "continuous",
+                side + "_hinge",
+                side + "_front_wheel",
+                "0 0 0",
+                "0 1 0",
+            ),
+            joint(
+                side + "_rear",
+                "continuous",
+                "chassis",
+                side + "_rear_wheel",
+                f"{REAR} {rear[1]} 0.01575",
+                "0 1 0",
+            ),
+        ]
+        parts += [
+            link(side + end, 0.042222, (6.11771e-5, 9.44606e-5, 6.11771e-5), cylinder, 0.5)
+            for end in ("_front_wheel", "_rear_wheel")
+        ]
     plugin = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>'
     return f'<robot name="car">{"".join(parts)}{plugin}</robot>'
 
@@ -59,14 +91,16 @@ class Car:
     def __init__(self):
         self.world = World()
         self.world.spawn(sdf.ground_plane())
-        self.model = self.world.spawn_urdf('car', car_urdf(), Pose((0, 0, 0.0145)), str)
+        self.model = self.world.spawn_urdf("car", car_urdf(), Pose((0, 0, 0.0145)), str)
 
     def engage(self):
         """Start a controller on every joint, and settle."""
-        kinds = [(name, 'velocity') for name in WHEELS] + [(name, 'position') for name in HINGES]
+        kinds = [(name, "velocity") for name in WHEELS] + [(name, "position") for name in HINGES]
         for name, kind in kinds:
-            self.model.manager.load(name, {
-                'type': f'{kind}_controllers/Joint{kind.capitalize()}Controller', 'joint': name})
+            self.model.manager.load(
+                name,
+                {"type": f"{kind}_controllers/Joint{kind.capitalize()}Controller", "joint": name},
+            )
         self.model.manager.switch([name for name, _ in kinds], [])
         self.run(0.3)
 
@@ -85,8 +119,9 @@ class Car:
             along, across = speed * (1 - curvature * y), speed * curvature * x
             self.model.manager.command(name, [math.hypot(along, across) / RADIUS])
             if x:
-                self.model.manager.command(name.replace('front', 'hinge'),
-                                           [math.atan2(across, along)])
+                self.model.manager.command(
+                    name.replace("front", "hinge"), [math.atan2(across, along)]
+                )
 
 
 @pytest.fixture
@@ -99,7 +134,7 @@ def car():
 def fit_circle(points):
     """Centre (2,) and radius of the circle through points (n, 2), least squares."""
     rows = np.c_[2 * points, np.ones(len(points))]
-    x, y, rest = np.linalg.lstsq(rows, (points ** 2).sum(axis=1), rcond=None)[0]
+    x, y, rest = np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0]
     return np.array([x, y]), math.sqrt(rest + x * x + y * y)
 
 
@@ -116,8 +151,9 @@ def test_straight(car):
     assert abs(math.degrees(car.model.pose.rpy[2])) < 0.2
 
 
-@pytest.mark.parametrize('degrees, speed', [
-    (5, 1.0), (-10, 1.0), (10, 0.5), (20, 0.5), (-20, 1.0), (30, 0.5)])
+@pytest.mark.parametrize(
+    "degrees, speed", [(5, 1.0), (-10, 1.0), (10, 0.5), (20, 0.5), (-20, 1.0), (30, 0.5)]
+)
 def test_circle_radius_and_drift(car, degrees, speed):
     curvature = math.tan(math.radians(degrees)) / BASE
     lap = 2 * math.pi / abs(speed * curvature)
@@ -125,16 +161,18 @@ def test_circle_radius_and_drift(car, degrees, speed):
     car.drive(speed, curvature)
     car.run(0.5)
     points = []
-    for _ in range(40):     # two laps
+    for _ in range(40):  # two laps
         car.run(lap / 20)
         points.append(car.rear_axle)
-    (first, radius), (second, _) = fit_circle(np.array(points[:20])), fit_circle(
-        np.array(points[20:]))
+    (first, radius), (second, _) = (
+        fit_circle(np.array(points[:20])),
+        fit_circle(np.array(points[20:])),
+    )
     assert radius * abs(curvature) == pytest.approx(1.0, rel=0.01)
     assert np.linalg.norm(second - first) < 0.01 * radius
 
 
-@pytest.mark.parametrize('engaged', [True, False])
+@pytest.mark.parametrize("engaged", [True, False])
 def test_stays_where_it_stands(car, engaged):
     if engaged:
         car.engage()

@@ -1,9 +1,9 @@
 """Wrenches and efforts move things as Newton says, for as long as they were told."""
+
 import math
 
 import numpy as np
 import pytest
-
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import CommandError, ModelError
 from bullet_sim.models.forces import span
@@ -12,14 +12,16 @@ from bullet_sim.world import World
 
 MASS, MOMENTS = 2.0, (0.02, 0.03, 0.04)
 TURNED = Pose.from_xyz_rpy((1, 2, 3), (0.3, -0.4, 1.1))
-ARM = ('<robot name="arm"><link name="world_part"><inertial><mass value="1000"/><inertia '
-       'ixx="1000" iyy="1000" izz="1000"/></inertial></link><link name="arm"><inertial><mass '
-       'value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>'
-       '<joint name="axle" type="continuous"><parent link="world_part"/><child link="arm"/>'
-       '<axis xyz="0 0 1"/><limit effort="{effort}" velocity="1000"/></joint></robot>')
+ARM = (
+    '<robot name="arm"><link name="world_part"><inertial><mass value="1000"/><inertia '
+    'ixx="1000" iyy="1000" izz="1000"/></inertial></link><link name="arm"><inertial><mass '
+    'value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>'
+    '<joint name="axle" type="continuous"><parent link="world_part"/><child link="arm"/>'
+    '<axis xyz="0 0 1"/><limit effort="{effort}" velocity="1000"/></joint></robot>'
+)
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
     yield world
@@ -28,61 +30,66 @@ def _world():
 
 def body(world, pose=TURNED, centre=(0.0, 0.0, 0.0)):
     """A free body with three different moments of inertia."""
-    link = Link('link', MASS, np.array(centre), np.diag(MOMENTS))
-    link.collisions.append(Shape(Geometry('box', (0.1, 0.1, 0.1))))
-    return world.spawn(ModelDescription('body', {'link': link}, root='link'), pose)
+    link = Link("link", MASS, np.array(centre), np.diag(MOMENTS))
+    link.collisions.append(Shape(Geometry("box", (0.1, 0.1, 0.1))))
+    return world.spawn(ModelDescription("body", {"link": link}, root="link"), pose)
 
 
-@pytest.mark.parametrize('start, duration, expected', [
-    (0.0, 0.1, (50, 150)),          # what is past means now
-    (0.2, 0.1, (200, 300)),
-    (0.2004, 0.001, (201, 202)),    # not before its time
-    (0.0, 0.0001, (50, 51)),        # shorter than a step: one step
-    (0.0, 0.0, (50, 50)),           # nothing
-    (0.0, -1.0, (50, math.inf)),
-    (0.3, -1.0, (300, math.inf)),
-])
+@pytest.mark.parametrize(
+    "start, duration, expected",
+    [
+        (0.0, 0.1, (50, 150)),  # what is past means now
+        (0.2, 0.1, (200, 300)),
+        (0.2004, 0.001, (201, 202)),  # not before its time
+        (0.0, 0.0001, (50, 51)),  # shorter than a step: one step
+        (0.0, 0.0, (50, 50)),  # nothing
+        (0.0, -1.0, (50, math.inf)),
+        (0.3, -1.0, (300, math.inf)),
+    ],
+)
 def test_span(start, duration, expected):
     assert span(50, 0.001, start, duration) == expected
 
 
-@pytest.mark.parametrize('start, duration', [(math.nan, 1.0), (0.0, math.inf), (0.0, math.nan)])
+@pytest.mark.parametrize("start, duration", [(math.nan, 1.0), (0.0, math.inf), (0.0, math.nan)])
 def test_span_of_what_is_no_time(start, duration):
-    with pytest.raises(CommandError, match='must be finite'):
+    with pytest.raises(CommandError, match="must be finite"):
         span(0, 0.001, start, duration)
 
 
 def test_impulse_of_a_force_is_force_times_duration(world):
     model = body(world, centre=(0.05, 0.0, 0.0))
-    world.forces.push(model, 'link', (3.0, -1.0, 2.0), (0, 0, 0), span(0, 0.001, 0.0, 0.1))
+    world.forces.push(model, "link", (3.0, -1.0, 2.0), (0, 0, 0), span(0, 0.001, 0.0, 0.1))
     world.step(50)
-    _, linear, angular = model.link_state('link')
+    _, linear, angular = model.link_state("link")
     np.testing.assert_allclose(linear, np.array((3.0, -1.0, 2.0)) * 0.05 / MASS, rtol=1e-6)
-    np.testing.assert_allclose(angular, 0.0, atol=1e-9)     # at the centre of mass
+    np.testing.assert_allclose(angular, 0.0, atol=1e-9)  # at the centre of mass
     world.step(200)
-    np.testing.assert_allclose(model.link_state('link')[1],
-                               np.array((3.0, -1.0, 2.0)) * 0.1 / MASS, rtol=1e-6)
+    np.testing.assert_allclose(
+        model.link_state("link")[1], np.array((3.0, -1.0, 2.0)) * 0.1 / MASS, rtol=1e-6
+    )
     assert not world.forces.active
 
 
 def test_torque_along_world_axes_turns_by_the_inertia(world):
     model, torque = body(world), np.array((0.01, 0.02, -0.03))
-    world.forces.push(model, 'link', (0, 0, 0), torque, span(0, 0.001, 0.0, 0.001))
+    world.forces.push(model, "link", (0, 0, 0), torque, span(0, 0.001, 0.0, 0.001))
     world.step(3)
     inertia = TURNED.matrix @ np.diag(MOMENTS) @ TURNED.matrix.T
-    np.testing.assert_allclose(model.link_state('link')[2],
-                               np.linalg.solve(inertia, torque) * 0.001, rtol=1e-3)
+    np.testing.assert_allclose(
+        model.link_state("link")[2], np.linalg.solve(inertia, torque) * 0.001, rtol=1e-3
+    )
 
 
 def test_forces_add_up_begin_late_and_end_when_cleared(world):
     model = body(world)
-    world.forces.push(model, 'link', (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.0, -1.0))
-    world.forces.push(model, 'link', (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.1, -1.0))
+    world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.0, -1.0))
+    world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.1, -1.0))
     world.step(200)
-    assert model.link_state('link')[1][0] == pytest.approx((0.2 + 0.1) / MASS)
-    assert world.forces.clear_link(model, 'link') == 2
+    assert model.link_state("link")[1][0] == pytest.approx((0.2 + 0.1) / MASS)
+    assert world.forces.clear_link(model, "link") == 2
     world.step(100)
-    assert model.link_state('link')[1][0] == pytest.approx(0.3 / MASS)
+    assert model.link_state("link")[1][0] == pytest.approx(0.3 / MASS)
 
 
 def test_one_batch_of_steps_is_the_same_as_single_steps():
@@ -90,7 +97,7 @@ def test_one_batch_of_steps_is_the_same_as_single_steps():
     for batches in ([400], [1] * 400, [399, 1]):
         world = World(gravity=(0.0, 0.0, 0.0))
         model = body(world)
-        world.forces.push(model, 'link', (1, 2, 3), (0.1, 0, 0), span(0, 0.001, 0.05, 0.2))
+        world.forces.push(model, "link", (1, 2, 3), (0.1, 0, 0), span(0, 0.001, 0.05, 0.2))
         for count in batches:
             world.step(count)
         ends.append(model.pose)
@@ -98,28 +105,31 @@ def test_one_batch_of_steps_is_the_same_as_single_steps():
     assert ends[0] == ends[1] == ends[2]
 
 
-@pytest.mark.parametrize('effort, limit, acting', [(0.2, 0, 0.2), (0.2, 0.05, 0.05),
-                                                   (-0.2, 0.05, -0.05)])
+@pytest.mark.parametrize(
+    "effort, limit, acting", [(0.2, 0, 0.2), (0.2, 0.05, 0.05), (-0.2, 0.05, -0.05)]
+)
 def test_effort_on_a_joint_within_its_limit(world, effort, limit, acting):
-    model = world.spawn_urdf('arm', ARM.format(effort=limit), Pose(), str)
-    assert world.forces.drive(model, 'axle', effort, span(0, 0.001, 0.0, 0.5)) == acting
+    model = world.spawn_urdf("arm", ARM.format(effort=limit), Pose(), str)
+    assert world.forces.drive(model, "axle", effort, span(0, 0.001, 0.0, 0.5)) == acting
     world.step(700)
     assert model.joints.read()[1][0] == pytest.approx(acting * 0.5 / 0.1, rel=1e-3)
-    assert world.forces.clear_joint(model, 'axle') == 0
+    assert world.forces.clear_joint(model, "axle") == 0
 
 
 def test_bad_wrenches_are_named(world):
     model = body(world)
-    fixed = world.spawn(ModelDescription('wall', {'w': Link('w')}, root='w', static=True))
+    fixed = world.spawn(ModelDescription("wall", {"w": Link("w")}, root="w", static=True))
     steps = (0, math.inf)
     for call, reason in (
-            (lambda: world.forces.push(model, 'nose', (1, 0, 0), (0, 0, 0), steps),
-             "no link 'nose'"),
-            (lambda: world.forces.push(model, 'link', (math.nan, 0, 0), (0, 0, 0), steps),
-             "'link' of 'body' has nan"),
-            (lambda: world.forces.push(fixed, 'w', (1, 0, 0), (0, 0, 0), steps), 'is static'),
-            (lambda: world.forces.drive(model, 'nose', 1.0, steps), "joint 'nose' does not exist"),
-            (lambda: world.forces.drive(model, 'nose', math.inf, steps), 'has inf')):
+        (lambda: world.forces.push(model, "nose", (1, 0, 0), (0, 0, 0), steps), "no link 'nose'"),
+        (
+            lambda: world.forces.push(model, "link", (math.nan, 0, 0), (0, 0, 0), steps),
+            "'link' of 'body' has nan",
+        ),
+        (lambda: world.forces.push(fixed, "w", (1, 0, 0), (0, 0, 0), steps), "is static"),
+        (lambda: world.forces.drive(model, "nose", 1.0, steps), "joint 'nose' does not exist"),
+        (lambda: world.forces.drive(model, "nose", math.inf, steps), "has inf"),
+    ):
         with pytest.raises((CommandError, ModelError), match=reason):
             call()
     assert not world.forces.active
@@ -127,10 +137,10 @@ def test_bad_wrenches_are_named(world):
 
 def test_deleting_and_resetting_end_what_pushes(world):
     model = body(world)
-    for end in (lambda: world.delete('body'), world.reset):
-        if 'body' not in world.models:
+    for end in (lambda: world.delete("body"), world.reset):
+        if "body" not in world.models:
             model = body(world)
-        world.forces.push(model, 'link', (1, 0, 0), (0, 0, 0), (0, math.inf))
+        world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), (0, math.inf))
         end()
         assert not world.forces.active
         world.step(10)

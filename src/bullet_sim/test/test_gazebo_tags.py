@@ -1,32 +1,42 @@
 """<gazebo> elements: sensors with their plugins' names, surfaces, colours, warnings."""
+
 import math
 
 import pytest
-
-from bullet_sim.formats.colors import gazebo_color
+from bullet_sim.description.specs import (
+    CameraSpec,
+    ContactSpec,
+    DepthCameraSpec,
+    GroundTruthSpec,
+    ImuSpec,
+    RaySpec,
+)
 from bullet_sim.errors import ModelError
-from bullet_sim.description.specs import (CameraSpec, ContactSpec, DepthCameraSpec, GroundTruthSpec, ImuSpec,
-                              RaySpec)
+from bullet_sim.formats.colors import gazebo_color
 from bullet_sim.formats.urdf import parse_urdf
 
-LINKS = ('<link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual><collision>'
-         '<geometry><box size="1 1 1"/></geometry></collision></link><link name="head"/>'
-         '<joint name="neck" type="fixed"><parent link="base"/><child link="head"/></joint>')
+LINKS = (
+    '<link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual><collision>'
+    '<geometry><box size="1 1 1"/></geometry></collision></link><link name="head"/>'
+    '<joint name="neck" type="fixed"><parent link="base"/><child link="head"/></joint>'
+)
 
 
-def read(gazebo, name='car'):
+def read(gazebo, name="car"):
     """ModelDescription of a two-link robot with <gazebo> elements."""
     return parse_urdf(f'<robot name="r">{LINKS}{gazebo}</robot>', str, name)
 
 
-def sensor(kind, plugin, tags='', inside='', name='eye'):
+def sensor(kind, plugin, tags="", inside="", name="eye"):
     """A <gazebo reference="head"> with one sensor."""
-    return (f'<gazebo reference="head"><sensor type="{kind}" name="{name}">'
-            f'<pose>1 0 0 0 0 0</pose>{inside}'
-            f'<plugin name="p" filename="{plugin}">{tags}</plugin></sensor></gazebo>')
+    return (
+        f'<gazebo reference="head"><sensor type="{kind}" name="{name}">'
+        f"<pose>1 0 0 0 0 0</pose>{inside}"
+        f'<plugin name="p" filename="{plugin}">{tags}</plugin></sensor></gazebo>'
+    )
 
 
-def one(gazebo, name='car'):
+def one(gazebo, name="car"):
     """The one sensor of a robot, which must not warn."""
     model = read(gazebo, name)
     assert model.warnings == []
@@ -34,160 +44,247 @@ def one(gazebo, name='car'):
     return spec
 
 
-CAMERA = '<camera><image><width>64</width><height>48</height></image></camera>' \
-         '<update_rate>20</update_rate>'
+CAMERA = (
+    "<camera><image><width>64</width><height>48</height></image></camera>"
+    "<update_rate>20</update_rate>"
+)
 
 
-@pytest.mark.parametrize('tags, topic, info, frame', [
-    ('', '/image_raw', '/camera_info', 'world'),
-    ('<cameraName>cam</cameraName><frameName>f</frameName>', '/cam/image_raw',
-     '/cam/camera_info', 'f'),
-    ('<robotNamespace>/bot/</robotNamespace><cameraName>a/b</cameraName><imageTopicName>rgb'
-     '</imageTopicName><cameraInfoTopicName>info</cameraInfoTopicName><frameName>f</frameName>',
-     '/bot/a/b/rgb', '/bot/a/b/info', 'bot/f'),
-    ('<robotNamespace>bot</robotNamespace><imageTopicName>/abs</imageTopicName>'
-     '<frameName>/f</frameName>', '/abs', '/bot/camera_info', 'f'),
-    ('<robotNamespace></robotNamespace><cameraName>c</cameraName><frameName>f</frameName>',
-     '/car/c/image_raw', '/car/c/camera_info', 'car/f'),
-    ('<robotNamespace>/</robotNamespace><cameraName>c</cameraName><frameName>f</frameName>',
-     '/c/image_raw', '/c/camera_info', 'f')])
+@pytest.mark.parametrize(
+    "tags, topic, info, frame",
+    [
+        ("", "/image_raw", "/camera_info", "world"),
+        (
+            "<cameraName>cam</cameraName><frameName>f</frameName>",
+            "/cam/image_raw",
+            "/cam/camera_info",
+            "f",
+        ),
+        (
+            "<robotNamespace>/bot/</robotNamespace><cameraName>a/b</cameraName><imageTopicName>rgb"
+            "</imageTopicName><cameraInfoTopicName>info</cameraInfoTopicName><frameName>f</frameName>",
+            "/bot/a/b/rgb",
+            "/bot/a/b/info",
+            "bot/f",
+        ),
+        (
+            "<robotNamespace>bot</robotNamespace><imageTopicName>/abs</imageTopicName>"
+            "<frameName>/f</frameName>",
+            "/abs",
+            "/bot/camera_info",
+            "f",
+        ),
+        (
+            "<robotNamespace></robotNamespace><cameraName>c</cameraName><frameName>f</frameName>",
+            "/car/c/image_raw",
+            "/car/c/camera_info",
+            "car/f",
+        ),
+        (
+            "<robotNamespace>/</robotNamespace><cameraName>c</cameraName><frameName>f</frameName>",
+            "/c/image_raw",
+            "/c/camera_info",
+            "f",
+        ),
+    ],
+)
 def test_names_of_a_camera(tags, topic, info, frame):
-    spec = one(sensor('camera', 'libgazebo_ros_camera.so', tags, CAMERA))
+    spec = one(sensor("camera", "libgazebo_ros_camera.so", tags, CAMERA))
     assert type(spec) is CameraSpec
     assert (spec.topic, spec.info_topic, spec.frame_id) == (topic, info, frame)
-    assert (spec.width, spec.height, spec.rate, spec.link) == (64, 48, 20.0, 'head')
+    assert (spec.width, spec.height, spec.rate, spec.link) == (64, 48, 20.0, "head")
     assert spec.pose[0] == (1, 0, 0)
 
 
-@pytest.mark.parametrize('inside, tags, rate', [
-    ('<update_rate>20</update_rate>', '', 20), ('<update_rate>20</update_rate>',
-                                                '<updateRate>0.0</updateRate>', 20),
-    ('<update_rate>20</update_rate>', '<updateRate>5</updateRate>', 5),
-    ('<update_rate>20</update_rate>', '<updateRate>50</updateRate>', 20),
-    ('', '<updateRate>7</updateRate>', 7)])
+@pytest.mark.parametrize(
+    "inside, tags, rate",
+    [
+        ("<update_rate>20</update_rate>", "", 20),
+        ("<update_rate>20</update_rate>", "<updateRate>0.0</updateRate>", 20),
+        ("<update_rate>20</update_rate>", "<updateRate>5</updateRate>", 5),
+        ("<update_rate>20</update_rate>", "<updateRate>50</updateRate>", 20),
+        ("", "<updateRate>7</updateRate>", 7),
+    ],
+)
 def test_the_slower_rate_counts(inside, tags, rate):
-    assert one(sensor('camera', 'libgazebo_ros_camera.so', tags, inside)).rate == rate
+    assert one(sensor("camera", "libgazebo_ros_camera.so", tags, inside)).rate == rate
 
 
 def test_no_rate_at_all_is_said():
-    model = read(sensor('camera', 'libgazebo_ros_camera.so'))
+    model = read(sensor("camera", "libgazebo_ros_camera.so"))
     assert model.sensors[0].rate == 30 and "sensor 'eye'" in model.warnings[0]
 
 
 def test_camera_noise_format_and_baseline():
-    inside = ('<update_rate>1</update_rate><camera><image><format>L8</format></image><noise>'
-              '<type>gaussian</type><mean>0.01</mean><stddev>0.007</stddev></noise></camera>')
-    spec = one(sensor('camera', 'libgazebo_ros_camera.so', '<hackBaseline>0.07</hackBaseline>',
-                      inside))
-    assert (spec.noise_mean, spec.noise_stddev, spec.encoding) == (0.01, 0.007, 'mono8')
+    inside = (
+        "<update_rate>1</update_rate><camera><image><format>L8</format></image><noise>"
+        "<type>gaussian</type><mean>0.01</mean><stddev>0.007</stddev></noise></camera>"
+    )
+    spec = one(
+        sensor("camera", "libgazebo_ros_camera.so", "<hackBaseline>0.07</hackBaseline>", inside)
+    )
+    assert (spec.noise_mean, spec.noise_stddev, spec.encoding) == (0.01, 0.007, "mono8")
     assert spec.baseline == 0.07
 
 
-@pytest.mark.parametrize('plugin, furthest', [('libgazebo_ros_depth_camera.so', math.inf),
-                                              ('libgazebo_ros_openni_kinect.so', 5.0)])
+@pytest.mark.parametrize(
+    "plugin, furthest",
+    [("libgazebo_ros_depth_camera.so", math.inf), ("libgazebo_ros_openni_kinect.so", 5.0)],
+)
 def test_depth_camera_defaults(plugin, furthest):
-    spec = one(sensor('depth', plugin, '<cameraName>k</cameraName>', CAMERA))
+    spec = one(sensor("depth", plugin, "<cameraName>k</cameraName>", CAMERA))
     assert type(spec) is DepthCameraSpec
-    assert (spec.topic, spec.info_topic) == ('/k/image_raw', '/k/camera_info')
-    assert (spec.depth_topic, spec.depth_info_topic) == ('/k/depth/image_raw',
-                                                         '/k/depth/camera_info')
-    assert (spec.points_topic, spec.cutoff, spec.cutoff_max) == ('/k/points', 0.4, furthest)
+    assert (spec.topic, spec.info_topic) == ("/k/image_raw", "/k/camera_info")
+    assert (spec.depth_topic, spec.depth_info_topic) == (
+        "/k/depth/image_raw",
+        "/k/depth/camera_info",
+    )
+    assert (spec.points_topic, spec.cutoff, spec.cutoff_max) == ("/k/points", 0.4, furthest)
 
 
 def test_depth_camera_names_and_cutoffs():
-    spec = one(sensor('depth', 'libgazebo_ros_openni_kinect.so', (
-        '<robotNamespace>n</robotNamespace><cameraName>k</cameraName><depthImageTopicName>d/i'
-        '</depthImageTopicName><pointCloudTopicName>/cloud</pointCloudTopicName>'
-        '<depthImageCameraInfoTopicName>d/c</depthImageCameraInfoTopicName><frameName>o'
-        '</frameName><pointCloudCutoff>0.1</pointCloudCutoff><pointCloudCutoffMax>8'
-        '</pointCloudCutoffMax><useDepth16UC1Format>true</useDepth16UC1Format>'), CAMERA))
-    assert (spec.depth_topic, spec.depth_info_topic) == ('/n/k/d/i', '/n/k/d/c')
-    assert (spec.points_topic, spec.frame_id) == ('/cloud', 'n/o')
+    spec = one(
+        sensor(
+            "depth",
+            "libgazebo_ros_openni_kinect.so",
+            (
+                "<robotNamespace>n</robotNamespace><cameraName>k</cameraName><depthImageTopicName>d/i"
+                "</depthImageTopicName><pointCloudTopicName>/cloud</pointCloudTopicName>"
+                "<depthImageCameraInfoTopicName>d/c</depthImageCameraInfoTopicName><frameName>o"
+                "</frameName><pointCloudCutoff>0.1</pointCloudCutoff><pointCloudCutoffMax>8"
+                "</pointCloudCutoffMax><useDepth16UC1Format>true</useDepth16UC1Format>"
+            ),
+            CAMERA,
+        )
+    )
+    assert (spec.depth_topic, spec.depth_info_topic) == ("/n/k/d/i", "/n/k/d/c")
+    assert (spec.points_topic, spec.frame_id) == ("/cloud", "n/o")
     assert (spec.cutoff, spec.cutoff_max, spec.millimetres) == (0.1, 8.0, True)
 
 
-RAY = ('<update_rate>40</update_rate><visualize>true</visualize><ray><scan><horizontal><samples>'
-       '181</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal></scan>'
-       '<range><min>0.1</min><max>8</max></range><noise><type>gaussian</type><mean>0.1</mean>'
-       '<stddev>0.01</stddev></noise></ray>')
+RAY = (
+    "<update_rate>40</update_rate><visualize>true</visualize><ray><scan><horizontal><samples>"
+    "181</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal></scan>"
+    "<range><min>0.1</min><max>8</max></range><noise><type>gaussian</type><mean>0.1</mean>"
+    "<stddev>0.01</stddev></noise></ray>"
+)
 
 
-@pytest.mark.parametrize('kind, plugin', [('ray', 'libgazebo_ros_laser.so'),
-                                          ('gpu_ray', '/opt/x/libgazebo_ros_gpu_laser.so'),
-                                          ('ray', 'gazebo_ros_laser')])
+@pytest.mark.parametrize(
+    "kind, plugin",
+    [
+        ("ray", "libgazebo_ros_laser.so"),
+        ("gpu_ray", "/opt/x/libgazebo_ros_gpu_laser.so"),
+        ("ray", "gazebo_ros_laser"),
+    ],
+)
 def test_lidar(kind, plugin):
-    tags = '<topicName>scan</topicName><frameName>head</frameName><updateRate>3</updateRate>'
+    tags = "<topicName>scan</topicName><frameName>head</frameName><updateRate>3</updateRate>"
     spec = one(sensor(kind, plugin, tags, RAY))
     assert spec == RaySpec(
-        'eye', 'head', ((1, 0, 0), (0, 0, 0)), 181, -1.5, 1.5, 0.1, 8.0, 40.0, 0.01, '/scan',
-        'head', True, 0.1)
+        "eye",
+        "head",
+        ((1, 0, 0), (0, 0, 0)),
+        181,
+        -1.5,
+        1.5,
+        0.1,
+        8.0,
+        40.0,
+        0.01,
+        "/scan",
+        "head",
+        True,
+        0.1,
+    )
 
 
 def test_lidar_defaults_are_the_plugins():
-    spec = one(sensor('ray', 'libgazebo_ros_laser.so', '', RAY))
-    assert (spec.topic, spec.frame_id) == ('/world', 'world')
+    spec = one(sensor("ray", "libgazebo_ros_laser.so", "", RAY))
+    assert (spec.topic, spec.frame_id) == ("/world", "world")
 
 
 def test_imu_sensor():
-    inside = ('<update_rate>200</update_rate><imu><angular_velocity><x><noise type="gaussian">'
-              '<mean>0.1</mean><stddev>0.3</stddev></noise></x></angular_velocity></imu>')
-    tags = ('<robotNamespace>/n</robotNamespace><topicName>/imu</topicName><frameName>imu_link'
-            '</frameName><updateRateHZ>50</updateRateHZ><gaussianNoise>0.4</gaussianNoise>')
-    spec = one(sensor('imu', 'libgazebo_ros_imu_sensor.so', tags, inside))
+    inside = (
+        '<update_rate>200</update_rate><imu><angular_velocity><x><noise type="gaussian">'
+        "<mean>0.1</mean><stddev>0.3</stddev></noise></x></angular_velocity></imu>"
+    )
+    tags = (
+        "<robotNamespace>/n</robotNamespace><topicName>/imu</topicName><frameName>imu_link"
+        "</frameName><updateRateHZ>50</updateRateHZ><gaussianNoise>0.4</gaussianNoise>"
+    )
+    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", tags, inside))
     assert type(spec) is ImuSpec
-    assert (spec.topic, spec.frame_id, spec.rate) == ('/n/imu', 'imu_link', 50)
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/n/imu", "imu_link", 50)
     assert (spec.gyro_noise_mean, spec.accel_noise_mean) == (0.1, 0.0)
     assert (spec.gyro_noise_stddev, spec.accel_noise_stddev) == pytest.approx((0.5, 0.4))
     assert spec.variance == pytest.approx(0.16)
 
 
 def test_imu_sensor_defaults():
-    spec = one(sensor('imu', 'libgazebo_ros_imu_sensor.so'), 'tank')
-    assert (spec.topic, spec.frame_id, spec.rate) == ('/tank/imu_data', 'head', 1.0)
+    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so"), "tank")
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/tank/imu_data", "head", 1.0)
 
 
 def test_imu_model_plugin():
-    plugin = ('<gazebo><plugin name="i" filename="libgazebo_ros_imu.so"><bodyName>head</bodyName>'
-              '<topicName>imu/data</topicName><gaussianNoise>0.2</gaussianNoise>{}</plugin>'
-              '</gazebo>')
-    spec = one(plugin.format('<updateRate>0</updateRate><robotNamespace>a</robotNamespace>'))
-    assert (spec.topic, spec.frame_id, spec.rate) == ('/a/imu/data', 'head', 0.0)
+    plugin = (
+        '<gazebo><plugin name="i" filename="libgazebo_ros_imu.so"><bodyName>head</bodyName>'
+        "<topicName>imu/data</topicName><gaussianNoise>0.2</gaussianNoise>{}</plugin>"
+        "</gazebo>"
+    )
+    spec = one(plugin.format("<updateRate>0</updateRate><robotNamespace>a</robotNamespace>"))
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/a/imu/data", "head", 0.0)
     assert spec.accel_noise_stddev == 0.2
-    model = read(plugin.replace('>head<', '>tail<').format(''))
+    model = read(plugin.replace(">head<", ">tail<").format(""))
     assert model.sensors == [] and "bodyName 'tail'" in model.warnings[0]
 
 
 def test_bumper():
-    inside = ('<update_rate>10</update_rate><contact><collision>base_collision</collision>'
-              '</contact>')
-    spec = one(sensor('contact', 'libgazebo_ros_bumper.so', '<bumperTopicName>hit'
-                      '</bumperTopicName><frameName>base</frameName>', inside))
-    assert spec == ContactSpec('eye', 'head', ('base_collision',), 10.0, '/hit', 'base')
-    plain = one(sensor('contact', 'libgazebo_ros_bumper.so'))
-    assert (plain.topic, plain.frame_id, plain.rate) == ('/bumper_states', 'world', 0.0)
+    inside = "<update_rate>10</update_rate><contact><collision>base_collision</collision></contact>"
+    spec = one(
+        sensor(
+            "contact",
+            "libgazebo_ros_bumper.so",
+            "<bumperTopicName>hit</bumperTopicName><frameName>base</frameName>",
+            inside,
+        )
+    )
+    assert spec == ContactSpec("eye", "head", ("base_collision",), 10.0, "/hit", "base")
+    plain = one(sensor("contact", "libgazebo_ros_bumper.so"))
+    assert (plain.topic, plain.frame_id, plain.rate) == ("/bumper_states", "world", 0.0)
 
 
 def test_ground_truth():
-    spec = one('<gazebo><plugin name="g" filename="libgazebo_ros_p3d.so"><bodyName>base</bodyName>'
-               '<topicName>odom</topicName><frameName>map</frameName><xyzOffsets>1 2 3</xyzOffsets>'
-               '<robotNamespace>n</robotNamespace></plugin></gazebo>')
+    spec = one(
+        '<gazebo><plugin name="g" filename="libgazebo_ros_p3d.so"><bodyName>base</bodyName>'
+        "<topicName>odom</topicName><frameName>map</frameName><xyzOffsets>1 2 3</xyzOffsets>"
+        "<robotNamespace>n</robotNamespace></plugin></gazebo>"
+    )
     assert type(spec) is GroundTruthSpec
-    assert (spec.topic, spec.frame_id, spec.rate) == ('/n/odom', 'map', 0.0)
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/n/odom", "map", 0.0)
     assert spec.pose[0] == (1, 2, 3) and not spec.twist_in_child
 
 
-@pytest.mark.parametrize('gazebo, words', [
-    (sensor('sonar', 'libx.so'), ["sensor 'eye'", "type 'sonar'", 'gpu_ray']),
-    (sensor('ray', 'libgazebo_ros_range.so'), ["'libgazebo_ros_range.so'", "sensor 'eye'",
-                                               'libgazebo_ros_laser.so']),
-    ('<gazebo><plugin name="a" filename="libfoo.so"/></gazebo>' * 2, ["'libfoo.so'"]),
-    ('<gazebo reference="base"><glitter>1</glitter></gazebo>' * 2, ['<glitter>', "'base'"]),
-    ('<gazebo reference="nose"><mu1>1</mu1></gazebo>', ["'nose'", 'no link']),
-    ('<gazebo reference="base"><material>Mine/Plaid</material></gazebo>', ["'Mine/Plaid'"]),
-    ('<gazebo reference="base"><gravity>0</gravity></gazebo>', ['gravity', "'base'"]),
-    ('<gazebo reference="base"><turnGravityOff>true</turnGravityOff></gazebo>', ['gravity']),
-    ('<gazebo reference="head"><sensor type="ray" name="bare"/></gazebo>', ["'bare'", 'plugin']),
-])
+@pytest.mark.parametrize(
+    "gazebo, words",
+    [
+        (sensor("sonar", "libx.so"), ["sensor 'eye'", "type 'sonar'", "gpu_ray"]),
+        (
+            sensor("ray", "libgazebo_ros_range.so"),
+            ["'libgazebo_ros_range.so'", "sensor 'eye'", "libgazebo_ros_laser.so"],
+        ),
+        ('<gazebo><plugin name="a" filename="libfoo.so"/></gazebo>' * 2, ["'libfoo.so'"]),
+        ('<gazebo reference="base"><glitter>1</glitter></gazebo>' * 2, ["<glitter>", "'base'"]),
+        ('<gazebo reference="nose"><mu1>1</mu1></gazebo>', ["'nose'", "no link"]),
+        ('<gazebo reference="base"><material>Mine/Plaid</material></gazebo>', ["'Mine/Plaid'"]),
+        ('<gazebo reference="base"><gravity>0</gravity></gazebo>', ["gravity", "'base'"]),
+        ('<gazebo reference="base"><turnGravityOff>true</turnGravityOff></gazebo>', ["gravity"]),
+        (
+            '<gazebo reference="head"><sensor type="ray" name="bare"/></gazebo>',
+            ["'bare'", "plugin"],
+        ),
+    ],
+)
 def test_one_warning_by_name(gazebo, words):
     model = read(gazebo)
     assert len(model.warnings) == 1 and model.sensors == []
@@ -195,57 +292,87 @@ def test_one_warning_by_name(gazebo, words):
         assert word in model.warnings[0]
 
 
-QUIET = ['<maxVel>1</maxVel><minDepth>0.01</minDepth><dampingFactor>0.1</dampingFactor>',
-         '<implicitSpringDamper>1</implicitSpringDamper><fdir1>1 0 0</fdir1>',
-         '<kp>1e9</kp><kd>1</kd><mu1>0.5</mu1><mu2>0.5</mu2><laserRetro>0</laserRetro>']
+QUIET = [
+    "<maxVel>1</maxVel><minDepth>0.01</minDepth><dampingFactor>0.1</dampingFactor>",
+    "<implicitSpringDamper>1</implicitSpringDamper><fdir1>1 0 0</fdir1>",
+    "<kp>1e9</kp><kd>1</kd><mu1>0.5</mu1><mu2>0.5</mu2><laserRetro>0</laserRetro>",
+]
 
 
-@pytest.mark.parametrize('tags', QUIET)
+@pytest.mark.parametrize("tags", QUIET)
 def test_usual_tags_are_quiet(tags):
     assert read(f'<gazebo reference="base">{tags}</gazebo>').warnings == []
-    assert read('<gazebo reference="neck"><preserveFixedJoint>true</preserveFixedJoint>'
-                '<disableFixedJointLumping>true</disableFixedJointLumping>'
-                '<provideFeedback>true</provideFeedback></gazebo>').warnings == []
+    assert (
+        read(
+            '<gazebo reference="neck"><preserveFixedJoint>true</preserveFixedJoint>'
+            "<disableFixedJointLumping>true</disableFixedJointLumping>"
+            "<provideFeedback>true</provideFeedback></gazebo>"
+        ).warnings
+        == []
+    )
 
 
-@pytest.mark.parametrize('tags, friction', [
-    ('<mu1>0.4</mu1><mu2>0.4</mu2>', 0.4), ('<mu>0.3</mu><mu2>0.3</mu2>', 0.3),
-    ('<mu1>0.7</mu1>', 0.7), ('<mu1>-1</mu1><mu2>-1</mu2>', 0.0),
-    ('<collision><surface><friction><ode><mu>0.2</mu><mu2>0.2</mu2></ode></friction></surface>'
-     '</collision>', 0.2)])
+@pytest.mark.parametrize(
+    "tags, friction",
+    [
+        ("<mu1>0.4</mu1><mu2>0.4</mu2>", 0.4),
+        ("<mu>0.3</mu><mu2>0.3</mu2>", 0.3),
+        ("<mu1>0.7</mu1>", 0.7),
+        ("<mu1>-1</mu1><mu2>-1</mu2>", 0.0),
+        (
+            "<collision><surface><friction><ode><mu>0.2</mu><mu2>0.2</mu2></ode></friction></surface>"
+            "</collision>",
+            0.2,
+        ),
+    ],
+)
 def test_friction(tags, friction):
     model = read(f'<gazebo reference="base">{tags}</gazebo>')
-    assert model.links['base'].surface.friction == friction and model.warnings == []
+    assert model.links["base"].surface.friction == friction and model.warnings == []
 
 
 def test_soft_contact():
-    surface = read('<gazebo reference="base"><kp>2000</kp><kd>30</kd></gazebo>'
-                   ).links['base'].surface
+    surface = (
+        read('<gazebo reference="base"><kp>2000</kp><kd>30</kd></gazebo>').links["base"].surface
+    )
     assert (surface.stiffness, surface.damping) == (2000, 30)
 
 
 def test_flags_and_colours():
-    model = read('<gazebo><static>true</static></gazebo><gazebo reference="base"><selfCollide>1'
-                 '</selfCollide><material>Gazebo/Blue</material></gazebo>')
-    link = model.links['base']
-    assert model.static and link.self_collide and not model.links['head'].self_collide
-    assert link.visuals[0].color == gazebo_color('Gazebo/Blue')
-    own = read('<gazebo reference="base"><visual><material><ambient>1 0 0 1</ambient><diffuse>'
-               '0 1 0</diffuse></material></visual></gazebo>')
-    assert own.links['base'].visuals[0].color == (0, 1, 0, 1)
+    model = read(
+        '<gazebo><static>true</static></gazebo><gazebo reference="base"><selfCollide>1'
+        "</selfCollide><material>Gazebo/Blue</material></gazebo>"
+    )
+    link = model.links["base"]
+    assert model.static and link.self_collide and not model.links["head"].self_collide
+    assert link.visuals[0].color == gazebo_color("Gazebo/Blue")
+    own = read(
+        '<gazebo reference="base"><visual><material><ambient>1 0 0 1</ambient><diffuse>'
+        "0 1 0</diffuse></material></visual></gazebo>"
+    )
+    assert own.links["base"].visuals[0].color == (0, 1, 0, 1)
 
 
-@pytest.mark.parametrize('name', ['Gazebo/Grey', 'Gazebo/White', 'Orange', 'Gazebo/RedBright',
-                                  'Gazebo/BlueTransparent', 'Gazebo/GreenGlow'])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Gazebo/Grey",
+        "Gazebo/White",
+        "Orange",
+        "Gazebo/RedBright",
+        "Gazebo/BlueTransparent",
+        "Gazebo/GreenGlow",
+    ],
+)
 def test_standard_colours(name):
     color = gazebo_color(name)
     assert len(color) == 4 and all(0 <= value <= 1 for value in color)
-    assert (color[3] < 1) == ('Transparent' in name)
-    assert gazebo_color('Gazebo/NoSuchThing') is None
+    assert (color[3] < 1) == ("Transparent" in name)
+    assert gazebo_color("Gazebo/NoSuchThing") is None
 
 
 def test_wrong_numbers_are_named():
     with pytest.raises(ModelError, match="camera 'eye' width.*64.5.*whole"):
-        read(sensor('camera', 'libgazebo_ros_camera.so', '', CAMERA.replace('64', '64.5')))
+        read(sensor("camera", "libgazebo_ros_camera.so", "", CAMERA.replace("64", "64.5")))
     with pytest.raises(ModelError, match=r"lidar 'eye' .*samples.*'\${n}'.*xacro"):
-        read(sensor('ray', 'libgazebo_ros_laser.so', '', RAY.replace('181', '${n}')))
+        read(sensor("ray", "libgazebo_ros_laser.so", "", RAY.replace("181", "${n}")))

@@ -1,11 +1,11 @@
 """Links on fixed joints become part of their parent."""
+
 import math
 
 import numpy as np
 import pytest
-
-from bullet_sim.description.parts import Joint, Link, ModelDescription
 from bullet_sim.description.lump import MIN_MASS, lump
+from bullet_sim.description.parts import Joint, Link, ModelDescription
 from bullet_sim.pose import Pose
 
 
@@ -17,81 +17,103 @@ def box_link(name, mass, size):
 
 def model_of(links, joints, **others):
     """A description from parts; the first link is the root."""
-    return ModelDescription('m', {link.name: link for link in links},
-                            {joint.name: joint for joint in joints}, links[0].name, **others)
+    return ModelDescription(
+        "m",
+        {link.name: link for link in links},
+        {joint.name: joint for joint in joints},
+        links[0].name,
+        **others,
+    )
 
 
 def test_two_halves_make_the_whole_box():
-    halves = [box_link('left', 3.0, (1.0, 0.5, 0.2)), box_link('right', 3.0, (1.0, 0.5, 0.2))]
-    lumped = lump(model_of(halves, [Joint('j', 'fixed', 'left', 'right', Pose((1.0, 0, 0)))]))
-    whole = box_link('whole', 6.0, (2.0, 0.5, 0.2))
-    assert list(lumped.links) == ['left'] and lumped.joints == ()
-    link = lumped.links['left']
+    halves = [box_link("left", 3.0, (1.0, 0.5, 0.2)), box_link("right", 3.0, (1.0, 0.5, 0.2))]
+    lumped = lump(model_of(halves, [Joint("j", "fixed", "left", "right", Pose((1.0, 0, 0)))]))
+    whole = box_link("whole", 6.0, (2.0, 0.5, 0.2))
+    assert list(lumped.links) == ["left"] and lumped.joints == ()
+    link = lumped.links["left"]
     assert link.mass == 6.0
     np.testing.assert_allclose(link.centre, [0.5, 0, 0], atol=1e-15)
     np.testing.assert_allclose(link.inertia, whole.inertia, rtol=1e-12)
 
 
 def test_turned_and_shifted_box_against_the_parallel_axis_theorem():
-    first, second = box_link('a', 2.0, (0.4, 0.2, 0.1)), box_link('b', 1.0, (0.3, 0.1, 0.2))
+    first, second = box_link("a", 2.0, (0.4, 0.2, 0.1)), box_link("b", 1.0, (0.3, 0.1, 0.2))
     origin = Pose.from_xyz_rpy((0.3, 0.6, -0.9), (0, 0, math.pi / 2))
-    link = lump(model_of([first, second], [Joint('j', 'fixed', 'a', 'b', origin)])).links['a']
+    link = lump(model_of([first, second], [Joint("j", "fixed", "a", "b", origin)])).links["a"]
     np.testing.assert_allclose(link.centre, [0.1, 0.2, -0.3], atol=1e-15)
     # About the common centre: arms (-0.1, -0.2, 0.3) and (0.2, 0.4, -0.6); reduced mass 2/3.
     x, y, z = 0.3, 0.6, -0.9
-    apart = 2 / 3 * np.array([[y * y + z * z, -x * y, -x * z], [-x * y, x * x + z * z, -y * z],
-                              [-x * z, -y * z, x * x + y * y]])
+    apart = (
+        2
+        / 3
+        * np.array(
+            [
+                [y * y + z * z, -x * y, -x * z],
+                [-x * y, x * x + z * z, -y * z],
+                [-x * z, -y * z, x * x + y * y],
+            ]
+        )
+    )
     turned = np.diag(second.inertia.diagonal()[[1, 0, 2]])
     np.testing.assert_allclose(link.inertia, first.inertia + turned + apart, atol=1e-12)
 
 
 def test_description_stays_as_it_is():
-    model = model_of([box_link('a', 2.0, (1, 1, 1)), box_link('b', 1.0, (1, 1, 1))],
-                     [Joint('j', 'fixed', 'a', 'b', Pose((1, 0, 0)))])
+    model = model_of(
+        [box_link("a", 2.0, (1, 1, 1)), box_link("b", 1.0, (1, 1, 1))],
+        [Joint("j", "fixed", "a", "b", Pose((1, 0, 0)))],
+    )
     lump(model)
-    assert model.links['a'].mass == 2.0 and not model.links['a'].centre.any()
+    assert model.links["a"].mass == 2.0 and not model.links["a"].centre.any()
 
 
 def test_frames_of_lumped_links():
-    links = [box_link(name, 1.0, (1, 1, 1)) for name in ('base', 'arm', 'mount', 'camera')]
+    links = [box_link(name, 1.0, (1, 1, 1)) for name in ("base", "arm", "mount", "camera")]
     mount = Pose.from_xyz_rpy((0, 0, 0.5), (0, 0, math.pi / 2))
-    joints = [Joint('mount', 'fixed', 'arm', 'mount', mount),
-              Joint('turn', 'continuous', 'base', 'arm', Pose((1, 0, 0))),
-              Joint('camera', 'fixed', 'mount', 'camera', Pose((0.2, 0, 0)))]
+    joints = [
+        Joint("mount", "fixed", "arm", "mount", mount),
+        Joint("turn", "continuous", "base", "arm", Pose((1, 0, 0))),
+        Joint("camera", "fixed", "mount", "camera", Pose((0.2, 0, 0))),
+    ]
     lumped = lump(model_of(links, joints))
-    assert list(lumped.links) == ['base', 'arm']
-    assert [joint.name for joint in lumped.joints] == ['turn']
-    assert lumped.frames['base'] == ('base', Pose()) and lumped.frames['arm'] == ('arm', Pose())
-    carrier, pose = lumped.frames['camera']
-    assert carrier == 'arm'
+    assert list(lumped.links) == ["base", "arm"]
+    assert [joint.name for joint in lumped.joints] == ["turn"]
+    assert lumped.frames["base"] == ("base", Pose()) and lumped.frames["arm"] == ("arm", Pose())
+    carrier, pose = lumped.frames["camera"]
+    assert carrier == "arm"
     np.testing.assert_allclose(pose.position, [0, 0.2, 0.5], atol=1e-12)
     np.testing.assert_allclose(pose.rpy, [0, 0, math.pi / 2], atol=1e-12)
 
 
 def test_joint_below_a_fixed_one_moves_to_the_carrier():
-    links = [box_link(name, 1.0, (1, 1, 1)) for name in ('base', 'axle', 'wheel')]
-    joints = [Joint('fix', 'fixed', 'base', 'axle', Pose((0, 1, 0))),
-              Joint('spin', 'continuous', 'axle', 'wheel', Pose((0, 0, 2)))]
-    spin, = lump(model_of(links, joints)).joints
-    assert (spin.parent, spin.origin.position) == ('base', (0, 1, 2))
+    links = [box_link(name, 1.0, (1, 1, 1)) for name in ("base", "axle", "wheel")]
+    joints = [
+        Joint("fix", "fixed", "base", "axle", Pose((0, 1, 0))),
+        Joint("spin", "continuous", "axle", "wheel", Pose((0, 0, 2))),
+    ]
+    (spin,) = lump(model_of(links, joints)).joints
+    assert (spin.parent, spin.origin.position) == ("base", (0, 1, 2))
 
 
 def test_static_model_becomes_one_link():
-    joints = [Joint('j', 'revolute', 'a', 'b', Pose((1, 0, 0)))]
-    lumped = lump(model_of([Link('a'), Link('b')], joints, static=True))
-    assert list(lumped.links) == ['a'] and lumped.frames['b'] == ('a', Pose((1, 0, 0)))
+    joints = [Joint("j", "revolute", "a", "b", Pose((1, 0, 0)))]
+    lumped = lump(model_of([Link("a"), Link("b")], joints, static=True))
+    assert list(lumped.links) == ["a"] and lumped.frames["b"] == ("a", Pose((1, 0, 0)))
 
 
 def test_moving_link_without_mass_gets_a_little_and_says_so():
-    model = model_of([box_link('a', 1.0, (1, 1, 1)), Link('b')],
-                     [Joint('j', 'continuous', 'a', 'b')])
-    link = lump(model).links['b']
+    model = model_of(
+        [box_link("a", 1.0, (1, 1, 1)), Link("b")], [Joint("j", "continuous", "a", "b")]
+    )
+    link = lump(model).links["b"]
     assert link.mass == MIN_MASS and np.linalg.eigvalsh(link.inertia)[0] > 0
-    assert any("'b'" in warning and 'mass' in warning for warning in model.warnings)
+    assert any("'b'" in warning and "mass" in warning for warning in model.warnings)
 
 
 def test_link_without_mass_on_a_fixed_joint_needs_none():
-    model = model_of([box_link('a', 1.0, (1, 1, 1)), Link('b')],
-                     [Joint('j', 'fixed', 'a', 'b', Pose((5, 0, 0)))])
-    assert lump(model).links['a'].mass == pytest.approx(1.0)
+    model = model_of(
+        [box_link("a", 1.0, (1, 1, 1)), Link("b")], [Joint("j", "fixed", "a", "b", Pose((5, 0, 0)))]
+    )
+    assert lump(model).links["a"].mass == pytest.approx(1.0)
     assert model.warnings == []

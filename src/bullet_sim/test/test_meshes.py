@@ -1,25 +1,32 @@
 """Meshes and pictures: what PyBullet gets instead of the files of the description."""
+
 import struct
 
 import numpy as np
 import pytest
-from PIL import Image
-
-from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.description.parts import Geometry, Link, Shape
 from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.parts import Geometry, Link, Shape
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.meshes.localise import localise
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from PIL import Image
 
 TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)]
-ASCII_STL = 'solid t\n' + ''.join(
-    'facet normal 0 0 0\nouter loop\n' + ''.join(
-        'vertex {} {} {}\n'.format(*TETRAHEDRON[i]) for i in face) + 'endloop\nendfacet\n'
-    for face in FACES) + 'endsolid t\n'
-OBJ = ''.join('v {} {} {}\n'.format(*v) for v in TETRAHEDRON) + ''.join(
-    'f {} {} {}\n'.format(*(i + 1 for i in face)) for face in FACES)
+ASCII_STL = (
+    "solid t\n"
+    + "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*TETRAHEDRON[i]) for i in face)
+        + "endloop\nendfacet\n"
+        for face in FACES
+    )
+    + "endsolid t\n"
+)
+OBJ = "".join("v {} {} {}\n".format(*v) for v in TETRAHEDRON) + "".join(
+    "f {} {} {}\n".format(*(i + 1 for i in face)) for face in FACES
+)
 DAE = """<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
  <asset><unit name="inch" meter="0.0254"/><up_axis>Y_UP</up_axis></asset>
@@ -38,61 +45,77 @@ DAE = """<?xml version="1.0" encoding="utf-8"?>
    <instance_material symbol="a" target="#ma"/><instance_material symbol="b" target="#mb"/>
   </technique_common></bind_material></instance_geometry></node></visual_scene>
  </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>""".format(
-    effects=''.join(
+    effects="".join(
         f'<effect id="e{k}"><profile_COMMON><technique sid="c"><lambert><diffuse><color>{color}'
-        '</color></diffuse></lambert></technique></profile_COMMON></effect>'
-        for k, color in (('a', '1 0 0 1'), ('b', '0 0 1 1'))),
-    materials=''.join(f'<material id="m{k}"><instance_effect url="#e{k}"/></material>'
-                      for k in 'ab'))
+        "</color></diffuse></lambert></technique></profile_COMMON></effect>"
+        for k, color in (("a", "1 0 0 1"), ("b", "0 0 1 1"))
+    ),
+    materials="".join(
+        f'<material id="m{k}"><instance_effect url="#e{k}"/></material>' for k in "ab"
+    ),
+)
 
 
 def binary_stl(corners=TETRAHEDRON):
     """A binary STL of the tetrahedron."""
-    return b'\0' * 80 + struct.pack('<I', len(FACES)) + b''.join(
-        struct.pack('<12fH', 0, 0, 0, *(x for i in face for x in corners[i]), 0)
-        for face in FACES)
+    return (
+        b"\0" * 80
+        + struct.pack("<I", len(FACES))
+        + b"".join(
+            struct.pack("<12fH", 0, 0, 0, *(x for i in face for x in corners[i]), 0)
+            for face in FACES
+        )
+    )
 
 
-def localised(tmp_path, name, content, role='visuals', scale=(1.0, 1.0, 1.0), **values):
+def localised(tmp_path, name, content, role="visuals", scale=(1.0, 1.0, 1.0), **values):
     """Shapes that stand for a mesh file, and the warnings."""
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    geometry = Geometry('mesh', path=str(path), scale=scale,
-                        submesh=values.pop('submesh', ''), centered=values.pop('centered', False))
-    link = Link('l')
-    getattr(link, role).append(Shape(geometry, name='s', **values))
+    geometry = Geometry(
+        "mesh",
+        path=str(path),
+        scale=scale,
+        submesh=values.pop("submesh", ""),
+        centered=values.pop("centered", False),
+    )
+    link = Link("l")
+    getattr(link, role).append(Shape(geometry, name="s", **values))
     warnings = []
-    localise(LumpedModel({'l': link}, (), 'l', {}), str(tmp_path / 'out'), warnings.append)
+    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path / "out"), warnings.append)
     return getattr(link, role), warnings
 
 
 def corners(shape):
     """(n, 3) corners of a shape's OBJ."""
-    with open(shape.geometry.path, encoding='utf-8') as file:
-        return np.array([[float(x) for x in line.split()[1:]] for line in file
-                         if line.startswith('v ')])
+    with open(shape.geometry.path, encoding="utf-8") as file:
+        return np.array(
+            [[float(x) for x in line.split()[1:]] for line in file if line.startswith("v ")]
+        )
 
 
-@pytest.mark.parametrize('name, content', [
-    ('m.obj', 'mtllib m.mtl\nusemtl a\n' + OBJ), ('m.stl', binary_stl()),
-    ('M.STL', binary_stl())])
-@pytest.mark.parametrize('role', ['visuals', 'collisions'])
+@pytest.mark.parametrize(
+    "name, content",
+    [("m.obj", "mtllib m.mtl\nusemtl a\n" + OBJ), ("m.stl", binary_stl()), ("M.STL", binary_stl())],
+)
+@pytest.mark.parametrize("role", ["visuals", "collisions"])
 def test_what_pybullet_reads_stays(tmp_path, name, content, role):
-    (tmp_path / 'm.mtl').write_text('newmtl a\nKd 1 0 0\n')
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\n")
     (shape,), warnings = localised(tmp_path, name, content, role)
     assert shape.geometry.path == str(tmp_path / name) and warnings == []
 
 
-@pytest.mark.parametrize('role', ['visuals', 'collisions'])
+@pytest.mark.parametrize("role", ["visuals", "collisions"])
 def test_ascii_stl_becomes_obj(tmp_path, role):
-    (shape,), _ = localised(tmp_path, 'm.stl', ASCII_STL, role, scale=(2.0, 1.0, 1.0))
-    assert shape.geometry.path.endswith('.obj') and shape.geometry.scale == (2.0, 1.0, 1.0)
-    assert {tuple(row) for row in corners(shape)} == set(map(tuple, map(
-        lambda v: tuple(map(float, v)), TETRAHEDRON)))
+    (shape,), _ = localised(tmp_path, "m.stl", ASCII_STL, role, scale=(2.0, 1.0, 1.0))
+    assert shape.geometry.path.endswith(".obj") and shape.geometry.scale == (2.0, 1.0, 1.0)
+    assert {tuple(row) for row in corners(shape)} == set(
+        map(tuple, map(lambda v: tuple(map(float, v)), TETRAHEDRON))
+    )
 
 
 def test_dae_units_places_and_colours(tmp_path):
-    shapes, warnings = localised(tmp_path, 'm.dae', DAE)
+    shapes, warnings = localised(tmp_path, "m.dae", DAE)
     assert warnings == []
     assert sorted(shape.color for shape in shapes) == [(0, 0, 1, 1), (1, 0, 0, 1)]
     points = np.vstack([corners(shape) for shape in shapes])
@@ -101,57 +124,74 @@ def test_dae_units_places_and_colours(tmp_path):
     np.testing.assert_allclose(points.max(axis=0), (11 * inch, inch, 2 * inch), atol=1e-6)
 
 
-@pytest.mark.parametrize('content, values, color', [
-    (OBJ, {}, (0.7, 0.7, 0.7, 1)), (OBJ, {'color': (0, 1, 0, 1)}, (0, 1, 0, 1)),
-    ('mtllib m.mtl\nusemtl a\n' + OBJ, {'color': (0, 1, 0, 1), 'painted': True}, (0, 1, 0, 1)),
-    ('mtllib gone.mtl\nusemtl a\n' + OBJ, {'color': (0, 0, 1, 1)}, (0, 0, 1, 1))])
+@pytest.mark.parametrize(
+    "content, values, color",
+    [
+        (OBJ, {}, (0.7, 0.7, 0.7, 1)),
+        (OBJ, {"color": (0, 1, 0, 1)}, (0, 1, 0, 1)),
+        ("mtllib m.mtl\nusemtl a\n" + OBJ, {"color": (0, 1, 0, 1), "painted": True}, (0, 1, 0, 1)),
+        ("mtllib gone.mtl\nusemtl a\n" + OBJ, {"color": (0, 0, 1, 1)}, (0, 0, 1, 1)),
+    ],
+)
 def test_obj_gets_a_material_of_the_right_colour(tmp_path, content, values, color):
-    (tmp_path / 'm.mtl').write_text('newmtl a\nKd 1 0 0\n')
-    (shape,), _ = localised(tmp_path, 'm.obj', content, **values)
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    (shape,), _ = localised(tmp_path, "m.obj", content, **values)
     assert shape.color[:3] == pytest.approx(color[:3], abs=0.01)
-    library = open(shape.geometry.path.replace('.obj', '.mtl'), encoding='utf-8').read()
-    found = next(line for line in library.splitlines() if line.startswith('Kd'))
+    library = open(shape.geometry.path.replace(".obj", ".mtl"), encoding="utf-8").read()
+    found = next(line for line in library.splitlines() if line.startswith("Kd"))
     assert [float(word) for word in found.split()[1:]] == pytest.approx(color[:3], abs=0.01)
 
 
 def test_dae_collides_as_one_part_and_takes_paint(tmp_path):
-    (collision,), _ = localised(tmp_path, 'm.dae', DAE, 'collisions')
+    (collision,), _ = localised(tmp_path, "m.dae", DAE, "collisions")
     assert len({tuple(row) for row in corners(collision).round(6)}) == 4
-    shapes, _ = localised(tmp_path, 'm.dae', DAE, color=(0, 1, 0, 1), painted=True)
+    shapes, _ = localised(tmp_path, "m.dae", DAE, color=(0, 1, 0, 1), painted=True)
     assert {shape.color for shape in shapes} == {(0, 1, 0, 1)}
 
 
 def test_mirrored_mesh_keeps_its_outside_out(tmp_path):
-    (shape,), _ = localised(tmp_path, 'm.obj', OBJ, scale=(1.0, -2.0, 1.0))
+    (shape,), _ = localised(tmp_path, "m.obj", OBJ, scale=(1.0, -2.0, 1.0))
     assert shape.geometry.scale == (1.0, 2.0, 1.0)
-    with open(shape.geometry.path, encoding='utf-8') as file:
-        faces = [[int(word.split('/')[0]) - 1 for word in line.split()[1:]] for line in file
-                 if line.startswith('f ')]
+    with open(shape.geometry.path, encoding="utf-8") as file:
+        faces = [
+            [int(word.split("/")[0]) - 1 for word in line.split()[1:]]
+            for line in file
+            if line.startswith("f ")
+        ]
     points = corners(shape)
     assert points[:, 1].min() == -1.0
     volume = sum(np.dot(points[a], np.cross(points[b], points[c])) for a, b, c in faces) / 6
-    assert volume == pytest.approx(1 / 6)      # negative when it is inside out
+    assert volume == pytest.approx(1 / 6)  # negative when it is inside out
 
 
 def test_obj_with_two_materials_becomes_two_parts(tmp_path):
-    (tmp_path / 'm.mtl').write_text('newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n')
-    content = 'mtllib m.mtl\n' + OBJ.replace('f 1 3 2', 'usemtl a\nf 1 3 2').replace(
-        'f 1 2 4', 'usemtl b\nf 1 2 4')
-    shapes, _ = localised(tmp_path, 'm.obj', content)
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n")
+    content = "mtllib m.mtl\n" + OBJ.replace("f 1 3 2", "usemtl a\nf 1 3 2").replace(
+        "f 1 2 4", "usemtl b\nf 1 2 4"
+    )
+    shapes, _ = localised(tmp_path, "m.obj", content)
     assert sorted(shape.color[:3] for shape in shapes) == [(0, 0, 1), (1, 0, 0)]
 
 
-@pytest.mark.parametrize('name, content, words', [
-    ('a.obj', 'v 0 0 0\n', 'no faces'), ('a.obj', '', 'empty'),
-    ('a.obj', OBJ.replace('v 1 0 0', 'v nan 0 0'), 'no numbers'),
-    ('a.obj', OBJ + 'f 1 2 99\n', '99'), ('a.obj', OBJ + 'f 0 1 2\n', 'corners'),
-    ('a.obj', OBJ + 'f a b c\n', 'no list of numbers'),
-    ('a.stl', binary_stl([(np.nan, 0, 0)] * 4), 'no numbers'),
-    ('a.stl', b'\0' * 80 + struct.pack('<I', 0), 'no triangles'),
-    ('a.stl', 'solid x\nendsolid x\n', 'a.stl'), ('a.stl', b'\x01\x02', 'a.stl'),
-    ('a.dae', '<COLLADA', 'cannot be read'), ('a.dae', 'no xml', 'cannot be read'),
-    ('a.dae', DAE.replace('>0 0 0 1 0 0 ', '>1e30 0 0 1 0 0 '), 'beyond')])
-@pytest.mark.parametrize('role', ['visuals', 'collisions'])
+@pytest.mark.parametrize(
+    "name, content, words",
+    [
+        ("a.obj", "v 0 0 0\n", "no faces"),
+        ("a.obj", "", "empty"),
+        ("a.obj", OBJ.replace("v 1 0 0", "v nan 0 0"), "no numbers"),
+        ("a.obj", OBJ + "f 1 2 99\n", "99"),
+        ("a.obj", OBJ + "f 0 1 2\n", "corners"),
+        ("a.obj", OBJ + "f a b c\n", "no list of numbers"),
+        ("a.stl", binary_stl([(np.nan, 0, 0)] * 4), "no numbers"),
+        ("a.stl", b"\0" * 80 + struct.pack("<I", 0), "no triangles"),
+        ("a.stl", "solid x\nendsolid x\n", "a.stl"),
+        ("a.stl", b"\x01\x02", "a.stl"),
+        ("a.dae", "<COLLADA", "cannot be read"),
+        ("a.dae", "no xml", "cannot be read"),
+        ("a.dae", DAE.replace(">0 0 0 1 0 0 ", ">1e30 0 0 1 0 0 "), "beyond"),
+    ],
+)
+@pytest.mark.parametrize("role", ["visuals", "collisions"])
 def test_bad_files_are_left_out_with_a_sentence(tmp_path, name, content, words, role):
     shapes, warnings = localised(tmp_path, name, content, role)
     assert shapes == [] and len(warnings) == 1
@@ -159,32 +199,37 @@ def test_bad_files_are_left_out_with_a_sentence(tmp_path, name, content, words, 
 
 
 def test_submesh_and_its_names(tmp_path):
-    content = 'o first\n' + OBJ + 'o second\nv 5 5 5\nv 7 5 5\nv 5 9 5\nf 5 6 7\n'
-    (shape,), warnings = localised(tmp_path, 'm.obj', content, submesh='second', centered=True)
+    content = "o first\n" + OBJ + "o second\nv 5 5 5\nv 7 5 5\nv 5 9 5\nf 5 6 7\n"
+    (shape,), warnings = localised(tmp_path, "m.obj", content, submesh="second", centered=True)
     assert warnings == []
     np.testing.assert_allclose(np.ptp(corners(shape), axis=0), (2, 4, 0))
     np.testing.assert_allclose(corners(shape).max(axis=0), (1, 2, 0))
-    shapes, warnings = localised(tmp_path, 'm.obj', content, submesh='third')
-    assert shapes == [] and "no part 'third'" in warnings[0] and 'second' in warnings[0]
+    shapes, warnings = localised(tmp_path, "m.obj", content, submesh="third")
+    assert shapes == [] and "no part 'third'" in warnings[0] and "second" in warnings[0]
 
 
 def test_same_content_is_converted_once(tmp_path):
-    first, _ = localised(tmp_path, 'a.stl', ASCII_STL)
-    stamp = (tmp_path / 'out' / 'meshes').stat().st_mtime_ns
-    again, _ = localised(tmp_path, 'a.stl', ASCII_STL)
+    first, _ = localised(tmp_path, "a.stl", ASCII_STL)
+    stamp = (tmp_path / "out" / "meshes").stat().st_mtime_ns
+    again, _ = localised(tmp_path, "a.stl", ASCII_STL)
     assert first[0].geometry.path == again[0].geometry.path
-    assert (tmp_path / 'out' / 'meshes').stat().st_mtime_ns == stamp
+    assert (tmp_path / "out" / "meshes").stat().st_mtime_ns == stamp
 
 
 def test_pictures_get_a_width_that_egl_draws(tmp_path):
-    Image.new('RGB', (30, 21), (10, 200, 30)).save(tmp_path / 'p.png')
-    link = Link('l', visuals=[Shape(Geometry('box', (2, 4, 0.1)), texture=str(tmp_path / 'p.png')),
-                              Shape(Geometry('sphere', (1,)), texture=str(tmp_path / 'p.png'))])
-    localise(LumpedModel({'l': link}, (), 'l', {}), str(tmp_path), lambda text: None)
+    Image.new("RGB", (30, 21), (10, 200, 30)).save(tmp_path / "p.png")
+    link = Link(
+        "l",
+        visuals=[
+            Shape(Geometry("box", (2, 4, 0.1)), texture=str(tmp_path / "p.png")),
+            Shape(Geometry("sphere", (1,)), texture=str(tmp_path / "p.png")),
+        ],
+    )
+    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path), lambda text: None)
     box, ball = link.visuals
     assert ball.color == pytest.approx((10 / 255, 200 / 255, 30 / 255, 1), abs=0.01)
     np.testing.assert_allclose(np.ptp(corners(box), axis=0), (2, 4, 0.1))
-    saved = list((tmp_path / 'meshes').glob('*/*.png'))
+    saved = list((tmp_path / "meshes").glob("*/*.png"))
     assert len(saved) == 1
     with Image.open(saved[0]) as picture:
         assert picture.size[0] % 4 == 0 and picture.size[1] % 4 == 0
@@ -192,24 +237,30 @@ def test_pictures_get_a_width_that_egl_draws(tmp_path):
 
 def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
     """A ring wall: a ray through its hole meets nothing when it is static."""
-    path = tmp_path / 'ring.stl'
-    frame = ''
+    path = tmp_path / "ring.stl"
+    frame = ""
     inner, outer = [(1, 1), (-1, 1), (-1, -1), (1, -1)], [(2, 2), (-2, 2), (-2, -2), (2, -2)]
     for k in range(4):
         a, b, c, d = inner[k], inner[(k + 1) % 4], outer[(k + 1) % 4], outer[k]
         for triangle in ((a, c, b), (a, d, c)):
-            frame += 'facet normal 0 0 1\nouter loop\n' + ''.join(
-                f'vertex {x} {y} 0\n' for x, y in triangle) + 'endloop\nendfacet\n'
-    path.write_text(f'solid r\n{frame}endsolid r\n')
-    text = ('<model name="ring"><static>{}</static><link name="l"><collision name="c"><geometry>'
-            f'<mesh><uri>{path}</uri></mesh></geometry></collision></link></model>')
+            frame += (
+                "facet normal 0 0 1\nouter loop\n"
+                + "".join(f"vertex {x} {y} 0\n" for x, y in triangle)
+                + "endloop\nendfacet\n"
+            )
+    path.write_text(f"solid r\n{frame}endsolid r\n")
+    text = (
+        '<model name="ring"><static>{}</static><link name="l"><collision name="c"><geometry>'
+        f"<mesh><uri>{path}</uri></mesh></geometry></collision></link></model>"
+    )
     hits = {}
-    for static in ('true', 'false'):
+    for static in ("true", "false"):
         world = World()
         model, _ = sdf.parse_model(text.format(static), str)
         world.spawn(model, Pose((0.0, 0.0, 1.0)))
-        fractions, _ = world.engine.ray_batch([[0.1, 0.2, 5.0], [1.5, 0.0, 5.0]],
-                                              [[0.1, 0.2, -5.0], [1.5, 0.0, -5.0]])
+        fractions, _ = world.engine.ray_batch(
+            [[0.1, 0.2, 5.0], [1.5, 0.0, 5.0]], [[0.1, 0.2, -5.0], [1.5, 0.0, -5.0]]
+        )
         hits[static] = (fractions < 1.0).tolist()
         world.close()
-    assert hits == {'true': [False, True], 'false': [True, True]}
+    assert hits == {"true": [False, True], "false": [True, True]}

@@ -1,39 +1,41 @@
 """Properties changed at run time act, survive a reset, and refuse what is impossible."""
+
 import math
 
 import numpy as np
 import pytest
-
-from bullet_sim.models import properties
 from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.models import properties
 from bullet_sim.models.forces import span
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-URDF = ('<robot name="r"><link name="base"><inertial><mass value="100"/><inertia ixx="100" '
-        'iyy="100" izz="100"/></inertial></link><link name="plate"><inertial><origin xyz="1 0 0"/>'
-        '<mass value="100"/><inertia ixx="100" iyy="100" izz="100"/></inertial></link>'
-        '<joint name="weld" type="fixed"><parent link="base"/><child link="plate"/></joint>'
-        '<link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.2" izz="0.3" '
-        'ixy="0.01"/></inertial></link><joint name="hinge" type="revolute"><parent link="base"/>'
-        '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" '
-        'velocity="50"/></joint><link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" '
-        'iyy="0.1" izz="0.1"/></inertial></link><joint name="axle" type="continuous">'
-        '<parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint></robot>')
+URDF = (
+    '<robot name="r"><link name="base"><inertial><mass value="100"/><inertia ixx="100" '
+    'iyy="100" izz="100"/></inertial></link><link name="plate"><inertial><origin xyz="1 0 0"/>'
+    '<mass value="100"/><inertia ixx="100" iyy="100" izz="100"/></inertial></link>'
+    '<joint name="weld" type="fixed"><parent link="base"/><child link="plate"/></joint>'
+    '<link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.2" izz="0.3" '
+    'ixy="0.01"/></inertial></link><joint name="hinge" type="revolute"><parent link="base"/>'
+    '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" '
+    'velocity="50"/></joint><link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" '
+    'iyy="0.1" izz="0.1"/></inertial></link><joint name="axle" type="continuous">'
+    '<parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint></robot>'
+)
 ARM = np.array([[0.1, 0.01, 0], [0.01, 0.2, 0], [0, 0, 0.3]])
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
-    world.spawn_urdf('r', URDF, Pose(), str)
+    world.spawn_urdf("r", URDF, Pose(), str)
     yield world
     world.close()
 
 
-@pytest.fixture(name='model')
+@pytest.fixture(name="model")
 def _model(world):
-    return world.model('r')
+    return world.model("r")
 
 
 def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
@@ -44,75 +46,78 @@ def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
 
 
 def test_link_properties(model):
-    mass, centre, inertia = properties.link_properties(model, 'arm')
+    mass, centre, inertia = properties.link_properties(model, "arm")
     assert (mass, tuple(centre)) == (1.0, (0, 0, 0))
     np.testing.assert_allclose(inertia, ARM)
-    mass, centre, inertia = properties.link_properties(model, 'base')   # with the plate
+    mass, centre, inertia = properties.link_properties(model, "base")  # with the plate
     assert (mass, tuple(centre)) == (200.0, (0.5, 0, 0))
     np.testing.assert_allclose(np.diag(inertia), (200, 250, 250))
-    assert properties.link_properties(model, 'plate')[0] == 100.0
+    assert properties.link_properties(model, "plate")[0] == 100.0
     with pytest.raises(ModelError, match="no link 'nose'"):
-        properties.link_properties(model, 'nose')
+        properties.link_properties(model, "nose")
 
 
 def test_a_new_inertia_counts_and_survives_a_reset(world, model):
-    before = speed_after_push(world, model, 'hinge')
+    before = speed_after_push(world, model, "hinge")
     world.reset()
-    properties.set_link_properties(model, 'arm', 2.0, (0, 0, 0), 2 * ARM, True)
-    assert properties.link_properties(model, 'arm')[0] == 2.0
-    half = speed_after_push(world, model, 'hinge')
+    properties.set_link_properties(model, "arm", 2.0, (0, 0, 0), 2 * ARM, True)
+    assert properties.link_properties(model, "arm")[0] == 2.0
+    half = speed_after_push(world, model, "hinge")
     world.reset()
-    again = speed_after_push(world, model, 'hinge')
+    again = speed_after_push(world, model, "hinge")
     assert before == pytest.approx(0.3 * 0.1 / 0.3, rel=0.01)
     assert half == pytest.approx(before / 2, rel=0.01) and again == half
 
 
-@pytest.mark.parametrize('link, mass, centre, inertia, gravity, reason', [
-    ('arm', 0.0, (0, 0, 0), ARM, True, 'mass is 0.0'),
-    ('arm', math.nan, (0, 0, 0), ARM, True, 'mass is nan'),
-    ('arm', 1.0, (0.1, 0, 0), ARM, True, 'centre of mass cannot move'),
-    ('arm', 1.0, (0, 0, 0), np.diag((1.0, 2.0, 3.0)), True, 'other principal axes'),
-    ('arm', 1.0, (0, 0, 0), -ARM, True, 'not positive definite'),
-    ('arm', 1.0, (0, 0, 0), ARM, False, 'gravity_mode'),
-    ('plate', 1.0, (0, 0, 0), ARM, True, 'merged'),
-    ('nose', 1.0, (0, 0, 0), ARM, True, "no link 'nose'"),
-])
+@pytest.mark.parametrize(
+    "link, mass, centre, inertia, gravity, reason",
+    [
+        ("arm", 0.0, (0, 0, 0), ARM, True, "mass is 0.0"),
+        ("arm", math.nan, (0, 0, 0), ARM, True, "mass is nan"),
+        ("arm", 1.0, (0.1, 0, 0), ARM, True, "centre of mass cannot move"),
+        ("arm", 1.0, (0, 0, 0), np.diag((1.0, 2.0, 3.0)), True, "other principal axes"),
+        ("arm", 1.0, (0, 0, 0), -ARM, True, "not positive definite"),
+        ("arm", 1.0, (0, 0, 0), ARM, False, "gravity_mode"),
+        ("plate", 1.0, (0, 0, 0), ARM, True, "merged"),
+        ("nose", 1.0, (0, 0, 0), ARM, True, "no link 'nose'"),
+    ],
+)
 def test_impossible_masses_change_nothing(model, link, mass, centre, inertia, gravity, reason):
     with pytest.raises(ModelError, match=reason):
         properties.set_link_properties(model, link, mass, centre, inertia, gravity)
-    assert properties.link_properties(model, 'arm')[0] == 1.0
+    assert properties.link_properties(model, "arm")[0] == 1.0
 
 
 def test_stops(world, model):
-    properties.set_joint_stops(model, 'hinge', upper=0.2)
-    world.forces.drive(model, 'hinge', 0.3, (0, math.inf))
+    properties.set_joint_stops(model, "hinge", upper=0.2)
+    world.forces.drive(model, "hinge", 0.3, (0, math.inf))
     world.step(3000)
     assert model.joints.read()[0][0] == pytest.approx(0.2, abs=0.01)
-    model.joints.set_positions({'hinge': 0.9})
+    model.joints.set_positions({"hinge": 0.9})
     assert model.joints.read()[0][0] == pytest.approx(0.2, abs=1e-6)
-    for bad, reason in (((0.5, None), '0.5 and 0.2'), ((math.nan, None), 'nan')):
+    for bad, reason in (((0.5, None), "0.5 and 0.2"), ((math.nan, None), "nan")):
         with pytest.raises(ModelError, match=reason):
-            properties.set_joint_stops(model, 'hinge', *bad)
+            properties.set_joint_stops(model, "hinge", *bad)
     with pytest.raises(ModelError, match="'axle' of 'r' is continuous"):
-        properties.set_joint_stops(model, 'axle', -1, 1)
+        properties.set_joint_stops(model, "axle", -1, 1)
 
 
 def test_damping_slows_to_the_ratio_of_effort_and_damping(world, model):
-    properties.set_joint_damping(model, 'axle', 0.5)
-    assert speed_after_push(world, model, 'axle', 1.0, 3.0) == pytest.approx(2.0, rel=0.02)
-    with pytest.raises(ModelError, match='damping is -1'):
-        properties.set_joint_damping(model, 'axle', -1)
+    properties.set_joint_damping(model, "axle", 0.5)
+    assert speed_after_push(world, model, "axle", 1.0, 3.0) == pytest.approx(2.0, rel=0.02)
+    with pytest.raises(ModelError, match="damping is -1"):
+        properties.set_joint_damping(model, "axle", -1)
     with pytest.raises(ModelError, match="joint 'weld' does not exist or does not move"):
-        properties.set_joint_damping(model, 'weld', 1)
+        properties.set_joint_damping(model, "weld", 1)
 
 
 def test_placing_some_joints_leaves_the_others(world, model):
-    speed = speed_after_push(world, model, 'axle')
-    model.joints.set_positions({'hinge': 0.5})
+    speed = speed_after_push(world, model, "axle")
+    model.joints.set_positions({"hinge": 0.5})
     positions, speeds, _ = model.joints.read()
     assert positions[0] == pytest.approx(0.5) and speeds[1] == speed
     with pytest.raises(ModelError, match="position of joint 'hinge' is nan"):
-        model.joints.set_positions({'axle': 1.0, 'hinge': math.nan})
+        model.joints.set_positions({"axle": 1.0, "hinge": math.nan})
     assert model.joints.read()[0][1] == positions[1]
 
 
@@ -121,16 +126,16 @@ def test_another_time_step(world):
     world.set_time_step(0.004)
     assert (world.time_step, world.time) == (0.004, pytest.approx(1.0))
     for step in (0.0, -0.001, math.nan, 5.0):
-        with pytest.raises(WorldError, match='time_step is'):
+        with pytest.raises(WorldError, match="time_step is"):
             world.set_time_step(step)
-    world.forces.drive(world.model('r'), 'axle', 1.0, (0, math.inf))
-    with pytest.raises(WorldError, match='wrench or an effort'):
+    world.forces.drive(world.model("r"), "axle", 1.0, (0, math.inf))
+    with pytest.raises(WorldError, match="wrench or an effort"):
         world.set_time_step(0.001)
 
 
 def test_the_time_step_stays_while_controllers_count_steps(world):
     plugin = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-    world.spawn_urdf('car', URDF.replace('</robot>', plugin), Pose(), str)
-    with pytest.raises(WorldError, match='cannot change while.*: car'):
+    world.spawn_urdf("car", URDF.replace("</robot>", plugin), Pose(), str)
+    with pytest.raises(WorldError, match="cannot change while.*: car"):
         world.set_time_step(0.002)
     assert world.time_step == 0.001

@@ -1,4 +1,5 @@
 """What libraries print is kept away, what Python prints meanwhile is not."""
+
 import subprocess
 import sys
 
@@ -21,14 +22,18 @@ os.write(1, b'after')
 
 def run(audible):
     """Output and errors of the script."""
-    done = subprocess.run([sys.executable, '-c', SCRIPT.format(audible=audible)], timeout=180,
-                          capture_output=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT.format(audible=audible)],
+        timeout=180,
+        capture_output=True,
+        check=True,
+    )
     return done.stdout, done.stderr
 
 
 def test_libraries_are_quiet():
-    assert run(False) == (b'before after', b'')
+    assert run(False) == (b"before after", b"")
 
 
 def test_python_is_heard():
-    assert run(True) == (b'before said after', b'told')
+    assert run(True) == (b"before said after", b"told")

@@ -1,7 +1,8 @@
 """What the mirror draws, with PyBullet's own renderer: places, colours, noise, errors."""
+
 import numpy as np
 import pytest
-
+from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.render.mirror import Mirror
@@ -9,7 +10,6 @@ from bullet_sim.render.request import CameraRequest
 from bullet_sim.render.sky import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
-from bullet_sim.description.specs import CameraSpec
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 BOX = """<robot name="box"><link name="base"><visual><geometry><box size="{0} {0} {0}"/></geometry>
@@ -21,30 +21,32 @@ ARM = """<robot name="arm"><link name="base"/>
 <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
 
 
-def request(name='eye', width=640, height=480, key=0, link_index=1, **changes):
-    values = dict(pose=((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)), horizontal_fov=1.2, near=0.05,
-                  far=50.0)
+def request(name="eye", width=640, height=480, key=0, link_index=1, **changes):
+    values = dict(pose=((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)), horizontal_fov=1.2, near=0.05, far=50.0)
     values.update(changes)
     return CameraRequest(name, key, link_index, width=width, height=height, **values)
 
 
 def snapshot(pan=0.0, box=(3.0, 0.5, 1.2), step=7):
-    return Snapshot(step * 0.001, step, (BodyState(0, (0, 0, 0), LEVEL, (pan,)),
-                                         BodyState(1, box, LEVEL, ())))
+    return Snapshot(
+        step * 0.001, step, (BodyState(0, (0, 0, 0), LEVEL, (pan,)), BodyState(1, box, LEVEL, ()))
+    )
 
 
-@pytest.fixture(name='sources')
+@pytest.fixture(name="sources")
 def _sources(tmp_path):
-    (tmp_path / 'arm.urdf').write_text(ARM)
-    (tmp_path / 'box.urdf').write_text(BOX.format(0.1, '1 0 0'))
-    return [BodySource(0, str(tmp_path / 'arm.urdf'), True),
-            BodySource(1, str(tmp_path / 'box.urdf'), False)]
+    (tmp_path / "arm.urdf").write_text(ARM)
+    (tmp_path / "box.urdf").write_text(BOX.format(0.1, "1 0 0"))
+    return [
+        BodySource(0, str(tmp_path / "arm.urdf"), True),
+        BodySource(1, str(tmp_path / "box.urdf"), False),
+    ]
 
 
-@pytest.fixture(name='mirror')
+@pytest.fixture(name="mirror")
 def _mirror(sources):
     engine = Engine()
-    mirror = Mirror(engine, engine.start_renderer('tiny'))
+    mirror = Mirror(engine, engine.start_renderer("tiny"))
     mirror.sync_sources(sources)
     yield mirror
     engine.close()
@@ -75,14 +77,14 @@ def check_outline(rgb, asked, in_camera):
     inside_low, inside_high = np.ceil(outline.min(axis=0)), np.floor(outline.max(axis=0))
     inside_low = np.maximum(inside_low, 0)
     inside_high = np.minimum(inside_high, (asked.width - 1, asked.height - 1))
-    np.testing.assert_allclose(found.min(axis=0), inside_low, atol=1.0)     # [px]
+    np.testing.assert_allclose(found.min(axis=0), inside_low, atol=1.0)  # [px]
     np.testing.assert_allclose(found.max(axis=0), inside_high, atol=1.0)
     middle = (found.min(axis=0) + found.max(axis=0)) / 2
     np.testing.assert_allclose(middle, (inside_low + inside_high) / 2, atol=0.5)
 
 
-@pytest.mark.parametrize('width, height', SIZES)
-@pytest.mark.parametrize('in_camera', PLACES)
+@pytest.mark.parametrize("width, height", SIZES)
+@pytest.mark.parametrize("in_camera", PLACES)
 def test_box_is_where_camera_info_says(mirror, width, height, in_camera):
     asked = request(width=width, height=height)
     mirror.apply(box_at(in_camera))
@@ -120,26 +122,30 @@ def test_sources_come_change_and_go(mirror, sources, tmp_path):
     mirror.apply(snapshot())
     mirror.sync_sources(sources[:1])
     assert len(red_pixels(mirror.render(request()))) == 0
-    (tmp_path / 'blue.urdf').write_text(BOX.format(0.4, '0 0 1'))
-    mirror.sync_sources([sources[0], BodySource(1, str(tmp_path / 'blue.urdf'), False)])
+    (tmp_path / "blue.urdf").write_text(BOX.format(0.4, "0 0 1"))
+    mirror.sync_sources([sources[0], BodySource(1, str(tmp_path / "blue.urdf"), False)])
     mirror.apply(snapshot(box=(3.1, 0.0, 1.0)))
     red, green, blue = mirror.render(request())[240, 320]
     assert blue > 100 and red < 20 and green < 20
 
 
 def test_a_body_that_does_not_load_is_named_and_the_others_are_drawn(mirror, sources):
-    bad = BodySource(5, '/nonexistent/ghost.urdf', False)
-    with pytest.raises(RenderError, match='body 5 .*ghost.urdf'):
+    bad = BodySource(5, "/nonexistent/ghost.urdf", False)
+    with pytest.raises(RenderError, match="body 5 .*ghost.urdf"):
         mirror.sync_sources([bad, *sources])
-    mirror.sync_sources([bad, *sources])    # said once
+    mirror.sync_sources([bad, *sources])  # said once
     mirror.apply(snapshot())
     assert len(red_pixels(mirror.render(request()))) > 0
 
 
-@pytest.mark.parametrize('changes, words', [
-    ({'key': 9}, r'camera eye: body 9 .*\[0, 1\]'),
-    ({'link_index': 4}, 'camera eye: link index 4, .*0 to 1'),
-    ({'width': 0}, '0x480')])
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"key": 9}, r"camera eye: body 9 .*\[0, 1\]"),
+        ({"link_index": 4}, "camera eye: link index 4, .*0 to 1"),
+        ({"width": 0}, "0x480"),
+    ],
+)
 def test_bad_requests_are_named(mirror, changes, words):
     mirror.apply(snapshot())
     with pytest.raises(ValueError, match=words):
@@ -147,10 +153,12 @@ def test_bad_requests_are_named(mirror, changes, words):
 
 
 def test_request_from_spec():
-    spec = CameraSpec('front', 'head', ((0.1, 0, 0), (0, 0, 0)), 320, 240, 1.0, 0.1, 9.0,
-                      noise_stddev=0.01)
+    spec = CameraSpec(
+        "front", "head", ((0.1, 0, 0), (0, 0, 0)), 320, 240, 1.0, 0.1, 9.0, noise_stddev=0.01
+    )
     assert CameraRequest.from_spec(spec, 3, 2, seed=8) == CameraRequest(
-        'front', 3, 2, ((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)), 320, 240, 1.0, 0.1, 9.0, 0.01, 8)
+        "front", 3, 2, ((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)), 320, 240, 1.0, 0.1, 9.0, 0.01, 8
+    )
 
 
 def test_sky_replaces_only_what_was_not_drawn():

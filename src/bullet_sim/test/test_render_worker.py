@@ -1,4 +1,5 @@
 """The render process: start, stop, latest wins, death, lockstep."""
+
 import os
 import signal
 import subprocess
@@ -9,18 +10,16 @@ import time
 
 import numpy as np
 import pytest
-from test_render import (  # noqa: F401  pylint: disable=unused-import
-    PLACES, SIZES, _sources, box_at, check_outline, request, snapshot)
-
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.render import client as client_module
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.snapshot import BodySource
+from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
-DEADLINE = 90.0     # [s] for anything a worker does
-NO_EGL = {'__EGL_VENDOR_LIBRARY_FILENAMES': '/nonexistent'}
+DEADLINE = 90.0  # [s] for anything a worker does
+NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
 
 
 class Inbox:
@@ -42,18 +41,18 @@ class Inbox:
 
     def wait(self, condition, what):
         with self._changed:
-            assert self._changed.wait_for(condition, DEADLINE), f'{what} within {DEADLINE} s'
+            assert self._changed.wait_for(condition, DEADLINE), f"{what} within {DEADLINE} s"
 
 
-@pytest.fixture(name='inbox')
+@pytest.fixture(name="inbox")
 def _inbox():
     return Inbox()
 
 
-@pytest.fixture(name='client')
+@pytest.fixture(name="client")
 def _client(inbox, sources):
     with RenderClient(inbox.frame, inbox.error) as client:
-        client.start('tiny')
+        client.start("tiny")
         client.set_sources(sources)
         yield client
 
@@ -63,8 +62,8 @@ def gone(pid):
     end = time.monotonic() + DEADLINE
     while time.monotonic() < end:
         try:
-            with open(f'/proc/{pid}/stat', encoding='ascii') as file:
-                if file.read().rsplit(')', 1)[1].split()[0] == 'Z':
+            with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+                if file.read().rsplit(")", 1)[1].split()[0] == "Z":
                     return True
         except FileNotFoundError:
             return True
@@ -84,13 +83,13 @@ def direct(kind, sources, moment, *requests):
 
 
 def test_starts_draws_and_stops(client, inbox, sources):
-    assert client.renderer.kind == 'tiny' and client.renderer.reason == ''
+    assert client.renderer.kind == "tiny" and client.renderer.reason == ""
     client.submit(snapshot(step=42), [request()])
-    inbox.wait(lambda: inbox.frames, 'a frame')
+    inbox.wait(lambda: inbox.frames, "a frame")
     frame = inbox.frames[0]
-    assert (frame.camera, frame.step, frame.time) == ('eye', 42, 0.042)
+    assert (frame.camera, frame.step, frame.time) == ("eye", 42, 0.042)
     assert frame.rgb.shape == (480, 640, 3) and frame.rgb.dtype == np.uint8
-    np.testing.assert_array_equal(frame.rgb, direct('tiny', sources, snapshot(), request())[0])
+    np.testing.assert_array_equal(frame.rgb, direct("tiny", sources, snapshot(), request())[0])
     pid = client.worker_pid
     client.close()
     client.close()
@@ -99,55 +98,58 @@ def test_starts_draws_and_stops(client, inbox, sources):
 
 
 def test_lockstep_gives_each_camera_its_frame(client, sources):
-    requests = [request('left', 320, 240, noise_stddev=0.01, seed=3), request('right', 200, 300)]
+    requests = [request("left", 320, 240, noise_stddev=0.01, seed=3), request("right", 200, 300)]
     for moment in (snapshot(step=1), snapshot(step=2, pan=0.3)):
         frames = client.render_sync(moment, requests, DEADLINE)
-        assert [(f.camera, f.step) for f in frames] == [('left', moment.step),
-                                                        ('right', moment.step)]
-        for frame, picture in zip(frames, direct('tiny', sources, moment, *requests)):
+        assert [(f.camera, f.step) for f in frames] == [
+            ("left", moment.step),
+            ("right", moment.step),
+        ]
+        for frame, picture in zip(frames, direct("tiny", sources, moment, *requests)):
             np.testing.assert_array_equal(frame.rgb, picture)
 
 
 def test_egl_draws_where_camera_info_says_and_as_it_does_directly(inbox, sources):
     with RenderClient(inbox.frame, inbox.error) as client:
-        renderer = client.start('auto')
-        if renderer.kind != 'egl':
+        renderer = client.start("auto")
+        if renderer.kind != "egl":
             assert renderer.reason
-            pytest.skip(f'no EGL here: {renderer.reason}')
+            pytest.skip(f"no EGL here: {renderer.reason}")
         client.set_sources(sources)
         frame = client.render_sync(snapshot(), [request()], DEADLINE)[0]
         for place in PLACES:
-            cameras = [request(f'{w}x{h}', w, h) for w, h in SIZES]
+            cameras = [request(f"{w}x{h}", w, h) for w, h in SIZES]
             frames = client.render_sync(box_at(place), cameras, DEADLINE)
             for picture, camera in zip(frames, cameras):
                 check_outline(picture.rgb, camera, place)
-    np.testing.assert_array_equal(frame.rgb, direct('egl', sources, snapshot(), request())[0])
+    np.testing.assert_array_equal(frame.rgb, direct("egl", sources, snapshot(), request())[0])
 
 
 def test_auto_falls_back_and_says_why():
     with RenderClient(environment=NO_EGL) as client:
-        renderer = client.start('auto')
-        assert renderer.kind == 'tiny' and 'egl renderer' in renderer.reason
-    with pytest.raises(RenderError, match='egl renderer .* ended'):
-        RenderClient(environment=NO_EGL).start('egl')
+        renderer = client.start("auto")
+        assert renderer.kind == "tiny" and "egl renderer" in renderer.reason
+    with pytest.raises(RenderError, match="egl renderer .* ended"):
+        RenderClient(environment=NO_EGL).start("egl")
     with pytest.raises(RenderError, match="'vulkan', must be one of auto, egl, tiny"):
-        RenderClient().start('vulkan')
+        RenderClient().start("vulkan")
 
 
 def test_latest_wins_per_camera(client, inbox):
-    large, small = request('large', 1280, 960), request('small', 64, 48)
+    large, small = request("large", 1280, 960), request("small", 64, 48)
     client.render_sync(snapshot(), [small], DEADLINE)
     os.kill(client.worker_pid, signal.SIGSTOP)
     begin = time.monotonic()
     for step in range(1, 51):
         client.submit(snapshot(step=step), [large, small])
-    assert time.monotonic() - begin < DEADLINE, 'submit must not wait for pictures'
+    assert time.monotonic() - begin < DEADLINE, "submit must not wait for pictures"
     os.kill(client.worker_pid, signal.SIGCONT)
 
     def steps(name):
         return [f.step for f in inbox.frames if f.camera == name]
-    inbox.wait(lambda: steps('large')[-1:] == [50] and steps('small')[-1:] == [50], 'the newest')
-    for name in ('large', 'small'):
+
+    inbox.wait(lambda: steps("large")[-1:] == [50] and steps("small")[-1:] == [50], "the newest")
+    for name in ("large", "small"):
         assert steps(name) == sorted(steps(name))
         assert len(steps(name)) + client.dropped[name] == 50
         assert client.dropped[name] > 0
@@ -160,13 +162,13 @@ def test_forgotten_pictures_do_not_come(client, inbox):
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
         while client._pending and time.monotonic() < deadline:
-            time.sleep(0.005)       # until it is being drawn
-        client.submit(snapshot(step=2), [request(), request('left')])
+            time.sleep(0.005)  # until it is being drawn
+        client.submit(snapshot(step=2), [request(), request("left")])
         client.forget()
         client.submit(snapshot(step=3), [request()])
     finally:
         os.kill(pid, signal.SIGCONT)
-    inbox.wait(lambda: inbox.frames and inbox.frames[-1].step == 3, 'the last frame')
+    inbox.wait(lambda: inbox.frames and inbox.frames[-1].step == 3, "the last frame")
     assert [(frame.step, frame.epoch) for frame in inbox.frames] == [(1, 0), (3, 1)]
 
 
@@ -176,13 +178,15 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
     def on_frame(frame):
         before = frame.rgb.copy()
         deadline = time.monotonic() + DEADLINE
-        if frame.step == 1:     # its successor is ordered already: wait until it is drawn
+        if frame.step == 1:  # its successor is ordered already: wait until it is drawn
             while not client._worker.connection.poll() and time.monotonic() < deadline:
                 time.sleep(0.005)
-        seen.append((frame.step, bool(client._worker.connection.poll()),
-                     np.array_equal(before, frame.rgb)))
+        seen.append(
+            (frame.step, bool(client._worker.connection.poll()), np.array_equal(before, frame.rgb))
+        )
+
     with RenderClient(on_frame, lend=True) as client:
-        client.start('tiny')
+        client.start("tiny")
         client.set_sources(sources)
         os.kill(client.worker_pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
@@ -200,32 +204,32 @@ def test_killed_worker_is_reported_and_started_again(client, inbox):
     client.render_sync(snapshot(), [request()], DEADLINE)
     first = client.worker_pid
     os.kill(first, signal.SIGKILL)
-    with pytest.raises(RenderError, match=f'pid {first}.*signal 9'):
+    with pytest.raises(RenderError, match=f"pid {first}.*signal 9"):
         client.render_sync(snapshot(), [request()], DEADLINE)
-    inbox.wait(lambda: inbox.errors, 'a report')
-    assert 'started again (1 of 3)' in inbox.errors[0]
+    inbox.wait(lambda: inbox.errors, "a report")
+    assert "started again (1 of 3)" in inbox.errors[0]
     assert client.worker_pid != first and client.restarts == 1
-    frame, = client.render_sync(snapshot(step=9), [request()], DEADLINE)
-    assert frame.step == 9      # its bodies are back, too
+    (frame,) = client.render_sync(snapshot(step=9), [request()], DEADLINE)
+    assert frame.step == 9  # its bodies are back, too
 
 
 def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
-    monkeypatch.setattr(client_module, 'MAX_RESTARTS', 0)
+    monkeypatch.setattr(client_module, "MAX_RESTARTS", 0)
     os.kill(client.worker_pid, signal.SIGKILL)
     client.submit(snapshot(), [request()])
-    inbox.wait(lambda: inbox.errors, 'a report')
-    assert 'not started again' in inbox.errors[0]
-    with pytest.raises(RenderError, match='no pictures any more: .*signal 9'):
+    inbox.wait(lambda: inbox.errors, "a report")
+    assert "not started again" in inbox.errors[0]
+    with pytest.raises(RenderError, match="no pictures any more: .*signal 9"):
         client.render_sync(snapshot(), [request()], DEADLINE)
-    client.submit(snapshot(), [request()])      # harmless: physics goes on
-    assert client.dropped['eye'] == 1
+    client.submit(snapshot(), [request()])  # harmless: physics goes on
+    assert client.dropped["eye"] == 1
 
 
 def test_hanging_worker_meets_the_deadline(client):
     client.render_sync(snapshot(), [request()], DEADLINE)
     pid = client.worker_pid
     os.kill(pid, signal.SIGSTOP)
-    with pytest.raises(RenderError, match='no picture of eye for step 7 within 0.2 s'):
+    with pytest.raises(RenderError, match="no picture of eye for step 7 within 0.2 s"):
         client.render_sync(snapshot(), [request()], 0.2)
     client.close()
     assert gone(pid)
@@ -239,11 +243,11 @@ def test_ctrl_c_is_left_to_the_parent(client):
 
 
 def test_errors_name_camera_and_body(client, inbox, sources):
-    with pytest.raises(RenderError, match='camera lost: body 9'):
-        client.render_sync(snapshot(), [request('lost', key=9)], DEADLINE)
-    client.set_sources([*sources, BodySource(5, '/nonexistent/ghost.urdf', False)])
+    with pytest.raises(RenderError, match="camera lost: body 9"):
+        client.render_sync(snapshot(), [request("lost", key=9)], DEADLINE)
+    client.set_sources([*sources, BodySource(5, "/nonexistent/ghost.urdf", False)])
     assert client.render_sync(snapshot(), [request()], DEADLINE)
-    inbox.wait(lambda: any('ghost.urdf' in text for text in inbox.errors), 'the bad body')
+    inbox.wait(lambda: any("ghost.urdf" in text for text in inbox.errors), "the bad body")
     assert client.restarts == 0
 
 
@@ -255,8 +259,12 @@ def test_worker_ends_when_its_parent_is_killed():
         client.start('tiny')
         print(client.worker_pid, flush=True)
         time.sleep(60)""")
-    parent = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True,
-                              env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)))
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
+    )
     with parent:
         pid = int(parent.stdout.readline())
         parent.kill()

@@ -1,21 +1,25 @@
 """The SDF subset: worlds and models."""
-import pytest
 
+import pytest
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 
-BOX_MODEL = ('<model name="crate"><static>true</static><pose>1 2 3 0 0 0</pose><link name="l">'
-             '<collision name="c"><geometry><box><size>1 2 3</size></box></geometry><surface>'
-             '<friction><ode><mu>0.3</mu></ode></friction></surface></collision></link></model>')
-MESH_MODEL = ('<model name="hall"><static>true</static><link name="l"><collision name="c">'
-              '<geometry><mesh><uri>/no/hall.stl</uri></mesh></geometry></collision>'
-              '<visual name="v"><geometry><sphere><radius>2</radius></sphere></geometry></visual>'
-              '</link></model>')
+BOX_MODEL = (
+    '<model name="crate"><static>true</static><pose>1 2 3 0 0 0</pose><link name="l">'
+    '<collision name="c"><geometry><box><size>1 2 3</size></box></geometry><surface>'
+    "<friction><ode><mu>0.3</mu></ode></friction></surface></collision></link></model>"
+)
+MESH_MODEL = (
+    '<model name="hall"><static>true</static><link name="l"><collision name="c">'
+    "<geometry><mesh><uri>/no/hall.stl</uri></mesh></geometry></collision>"
+    '<visual name="v"><geometry><sphere><radius>2</radius></sphere></geometry></visual>'
+    "</link></model>"
+)
 
 
-def include(uri, extra=''):
+def include(uri, extra=""):
     """An <include>."""
-    return f'<include><uri>{uri}</uri>{extra}</include>'
+    return f"<include><uri>{uri}</uri>{extra}</include>"
 
 
 def world_of(content):
@@ -23,62 +27,73 @@ def world_of(content):
     text = f'<?xml version="1.0"?><sdf version="1.6"><world name="w">{content}</world></sdf>'
 
     def resolve(uri):
-        if uri.startswith('model://'):
-            raise ValueError('searched nowhere')
+        if uri.startswith("model://"):
+            raise ValueError("searched nowhere")
         return uri
-    return parse_world(text, resolve, 'my.world')
+
+    return parse_world(text, resolve, "my.world")
 
 
 def test_world_with_everything():
     world = world_of(
-        include('model://sun') + include('model://ground_plane', '<pose>0 0 -1 0 0 0</pose>')
+        include("model://sun")
+        + include("model://ground_plane", "<pose>0 0 -1 0 0 0</pose>")
         + '<gravity>0 0 -1.6</gravity><physics type="ode"><max_step_size>0.002</max_step_size>'
-        '</physics>' + BOX_MODEL + MESH_MODEL)
-    assert (world.name, world.gravity, world.step) == ('w', (0, 0, -1.6), 0.002)
+        "</physics>" + BOX_MODEL + MESH_MODEL
+    )
+    assert (world.name, world.gravity, world.step) == ("w", (0, 0, -1.6), 0.002)
     (ground, ground_pose), (crate, crate_pose), (hall, _) = world.models
-    assert (ground.name, ground.static) == ('ground_plane', True)
+    assert (ground.name, ground.static) == ("ground_plane", True)
     assert ground_pose.position == (0, 0, -1)
     assert crate.static and crate_pose.position == (1, 2, 3)
-    link = crate.links['l']
+    link = crate.links["l"]
     assert link.collisions[0].geometry.size == (1, 2, 3) and link.surface.friction == 0.3
-    assert hall.links['l'].collisions == [] and len(hall.links['l'].visuals) == 1
-    assert len(hall.warnings) == 1 and '/no/hall.stl' in hall.warnings[0]
+    assert hall.links["l"].collisions == [] and len(hall.links["l"].visuals) == 1
+    assert len(hall.warnings) == 1 and "/no/hall.stl" in hall.warnings[0]
     assert world.warnings == []
 
 
 def test_defaults():
-    world = world_of('')
+    world = world_of("")
     assert (world.gravity, world.step, world.models) == ((0, 0, -9.81), 0.001, [])
 
 
 def test_include_of_an_unknown_model_is_a_warning():
-    world = world_of(include('model://castle') + BOX_MODEL)
-    assert [model.name for model, _ in world.models] == ['crate']
+    world = world_of(include("model://castle") + BOX_MODEL)
+    assert [model.name for model, _ in world.models] == ["crate"]
     assert len(world.warnings) == 1
-    assert 'model://castle' in world.warnings[0] and 'searched nowhere' in world.warnings[0]
+    assert "model://castle" in world.warnings[0] and "searched nowhere" in world.warnings[0]
 
 
 def test_included_file_with_name_and_pose(tmp_path):
-    path = tmp_path / 'model.sdf'
-    path.write_text(f'<sdf>{BOX_MODEL}</sdf>', encoding='utf-8')
-    (own, own_pose), (named, named_pose) = world_of(include(path) + include(
-        path, '<name>b</name><pose>0 0 9 0 0 0</pose><static>false</static>')).models
-    assert (own.name, own.static, own_pose.position) == ('crate', True, (1, 2, 3))
-    assert (named.name, named.static, named_pose.position) == ('b', False, (0, 0, 9))
+    path = tmp_path / "model.sdf"
+    path.write_text(f"<sdf>{BOX_MODEL}</sdf>", encoding="utf-8")
+    (own, own_pose), (named, named_pose) = world_of(
+        include(path)
+        + include(path, "<name>b</name><pose>0 0 9 0 0 0</pose><static>false</static>")
+    ).models
+    assert (own.name, own.static, own_pose.position) == ("crate", True, (1, 2, 3))
+    assert (named.name, named.static, named_pose.position) == ("b", False, (0, 0, 9))
 
 
 def test_link_without_joint_is_fixed_to_the_root():
-    model, _ = parse_model('<model name="m"><link name="a"/><link name="b"><pose>0 1 0 0 0 0'
-                           '</pose></link></model>', str)
-    assert model.root == 'a'
+    model, _ = parse_model(
+        '<model name="m"><link name="a"/><link name="b"><pose>0 1 0 0 0 0</pose></link></model>',
+        str,
+    )
+    assert model.root == "a"
     assert [(j.kind, j.child, j.origin.position) for j in model.joints.values()] == [
-        ('fixed', 'b', (0, 1, 0))]
+        ("fixed", "b", (0, 1, 0))
+    ]
 
 
 def test_root_link_off_the_models_frame():
-    model, _ = parse_model('<model name="m"><link name="a"><pose>0 0 2 0 0 0</pose><collision '
-                           'name="c"><geometry><box/></geometry></collision></link></model>', str)
-    link = model.links['a']
+    model, _ = parse_model(
+        '<model name="m"><link name="a"><pose>0 0 2 0 0 0</pose><collision '
+        'name="c"><geometry><box/></geometry></collision></link></model>',
+        str,
+    )
+    link = model.links["a"]
     assert link.centre.tolist() == [0, 0, 2]
     assert link.collisions[0].pose.position == (0, 0, 2)
 
@@ -92,32 +107,52 @@ def model_with(joint):
 
 
 REFUSED = [
-    ('<physics><max_step_size>0</max_step_size></physics>', ['my.world', '0.0', 'at least 1e-06']),
-    ('<physics><max_step_size>-1</max_step_size></physics>', ['-1.0', 'at least 1e-06']),
-    ('<physics><max_step_size>nan</max_step_size></physics>', ['max_step_size', "'nan'"]),
-    ('<gravity>0 0</gravity>', ['gravity', "'0 0'", '3 finite']),
-    ('<model name="m"/>', ["model 'm'", 'no link']),
+    ("<physics><max_step_size>0</max_step_size></physics>", ["my.world", "0.0", "at least 1e-06"]),
+    ("<physics><max_step_size>-1</max_step_size></physics>", ["-1.0", "at least 1e-06"]),
+    ("<physics><max_step_size>nan</max_step_size></physics>", ["max_step_size", "'nan'"]),
+    ("<gravity>0 0</gravity>", ["gravity", "'0 0'", "3 finite"]),
+    ('<model name="m"/>', ["model 'm'", "no link"]),
     ('<model name="m"><link name="a"/><link name="a"/></model>', ["two links named 'a'"]),
-    (model_with('<joint name="j" type="ball"><parent>a</parent><child>b</child></joint>'),
-     ["joint 'j'", "'ball'", 'fixed, revolute, prismatic']),
-    (model_with('<joint name="j" type="fixed"><parent>a</parent><child>z</child></joint>'),
-     ["'z'", 'links are a, b']),
-    (model_with('<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>'
-                '<joint name="k" type="fixed"><parent>b</parent><child>a</child></joint>'),
-     ["model 'm'", 'loop']),
-    ('<model name="m"><link name="r"/>' + model_with(
-        '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint><joint name="k" '
-        'type="fixed"><parent>b</parent><child>a</child></joint>').split('>', 1)[1],
-     ["model 'm'", 'loop', "root 'r'", 'a, b']),
-    (model_with('<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 '
-                '0</xyz></axis></joint>'), ["joint 'j'", 'axis is zero']),
-    ('<model name="m"><link name="a"><collision name="c"><geometry><box><size>-1 1 1</size></box>'
-     '</geometry></collision></link></model>', ["link 'a'", 'box size', '-1.0', 'greater than 0']),
-    ('<broken', ['my.world', 'not well-formed']),
+    (
+        model_with('<joint name="j" type="ball"><parent>a</parent><child>b</child></joint>'),
+        ["joint 'j'", "'ball'", "fixed, revolute, prismatic"],
+    ),
+    (
+        model_with('<joint name="j" type="fixed"><parent>a</parent><child>z</child></joint>'),
+        ["'z'", "links are a, b"],
+    ),
+    (
+        model_with(
+            '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>'
+            '<joint name="k" type="fixed"><parent>b</parent><child>a</child></joint>'
+        ),
+        ["model 'm'", "loop"],
+    ),
+    (
+        '<model name="m"><link name="r"/>'
+        + model_with(
+            '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>'
+            '<joint name="k" type="fixed"><parent>b</parent><child>a</child></joint>'
+        ).split(">", 1)[1],
+        ["model 'm'", "loop", "root 'r'", "a, b"],
+    ),
+    (
+        model_with(
+            '<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 '
+            "0</xyz></axis></joint>"
+        ),
+        ["joint 'j'", "axis is zero"],
+    ),
+    (
+        '<model name="m"><link name="a"><collision name="c"><geometry><box>'
+        "<size>-1 1 1</size></box></geometry></collision></link></model>",
+        ["link 'a'", "box size", "-1.0", "greater than 0"],
+    ),
+    ("<broken", ["my.world", "not well-formed"]),
 ]
 
 
-@pytest.mark.parametrize('content, parts', REFUSED, ids=[' '.join(p) for _, p in REFUSED])
+@pytest.mark.parametrize("content, parts", REFUSED, ids=[" ".join(p) for _, p in REFUSED])
 def test_bad_worlds_are_refused(content, parts):
     with pytest.raises(ModelError) as error:
         world_of(content)
@@ -126,11 +161,16 @@ def test_bad_worlds_are_refused(content, parts):
 
 
 def test_axis_gets_unit_length():
-    model, _ = parse_model(model_with('<joint name="j" type="revolute"><parent>a</parent><child>b'
-                                      '</child><axis><xyz>0 3 4</xyz></axis></joint>'), str)
-    assert model.joints['j'].axis == pytest.approx((0, 0.6, 0.8))
+    model, _ = parse_model(
+        model_with(
+            '<joint name="j" type="revolute"><parent>a</parent><child>b'
+            "</child><axis><xyz>0 3 4</xyz></axis></joint>"
+        ),
+        str,
+    )
+    assert model.joints["j"].axis == pytest.approx((0, 0.6, 0.8))
 
 
 def test_file_without_a_world_is_refused():
-    with pytest.raises(ModelError, match='no <world>'):
-        parse_world('<sdf/>', str, 'my.world')
+    with pytest.raises(ModelError, match="no <world>"):
+        parse_world("<sdf/>", str, "my.world")

@@ -1,40 +1,46 @@
 """SDF models: frames, nested models, joints, sensors, materials; worlds' odd elements."""
+
 import math
 import re
 
 import numpy as np
 import pytest
-from PIL import Image
-
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.formats.materials import read_materials
-from bullet_sim.pose import Pose
 from bullet_sim.formats.sdf.world import parse_model, parse_world
+from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from PIL import Image
 
-MASS = '<inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia>' \
-       '</inertial>'
+MASS = (
+    "<inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia>"
+    "</inertial>"
+)
 
 
-def model_of(content, version='1.6', resolve=str):
+def model_of(content, version="1.6", resolve=str):
     """ModelDescription of an SDF document."""
-    return parse_model(f'<sdf version="{version}"><model name="m">{content}</model></sdf>',
-                       resolve, 'file')[0]
+    return parse_model(
+        f'<sdf version="{version}"><model name="m">{content}</model></sdf>', resolve, "file"
+    )[0]
 
 
 def world_of(content, resolve=str):
     """WorldDescription."""
-    return parse_world(f'<sdf version="1.6"><world name="w">{content}</world></sdf>', resolve,
-                       'my.world')
+    return parse_world(
+        f'<sdf version="1.6"><world name="w">{content}</world></sdf>', resolve, "my.world"
+    )
 
 
-def joint(content='', kind='revolute', parent='a', child='b', name='j'):
+def joint(content="", kind="revolute", parent="a", child="b", name="j"):
     """A <joint>."""
-    return (f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>'
-            f'{content}</joint>')
+    return (
+        f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>'
+        f"{content}</joint>"
+    )
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
     yield world
@@ -50,19 +56,30 @@ def test_poses_relative_to_other_parts():
     model = model_of(
         '<link name="a"/><frame name="f" attached_to="a"><pose>1 0 0 0 0 1.5707963267948966'
         '</pose></frame><link name="b"><pose relative_to="f">2 0 0 0 0 0</pose></link>'
-        '<link name="c"><pose relative_to="b">0 0 3 0 0 0</pose></link>', '1.7')
+        '<link name="c"><pose relative_to="b">0 0 3 0 0 0</pose></link>',
+        "1.7",
+    )
     origins = {j.child: j.origin.position for j in model.joints.values()}
-    assert origins['b'] == pytest.approx((1, 2, 0)) and origins['c'] == pytest.approx((1, 2, 3))
+    assert origins["b"] == pytest.approx((1, 2, 0)) and origins["c"] == pytest.approx((1, 2, 3))
 
 
-@pytest.mark.parametrize('content, words', [
-    ('<link name="a"><pose relative_to="b">0 0 0 0 0 0</pose></link>'
-     '<link name="b"><pose relative_to="a">0 0 0 0 0 0</pose></link>', ['circle', 'a, b']),
-    ('<link name="a"><pose relative_to="nose">0 0 0 0 0 0</pose></link>',
-     ["no frame 'nose'", 'frames are a'])])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (
+            '<link name="a"><pose relative_to="b">0 0 0 0 0 0</pose></link>'
+            '<link name="b"><pose relative_to="a">0 0 0 0 0 0</pose></link>',
+            ["circle", "a, b"],
+        ),
+        (
+            '<link name="a"><pose relative_to="nose">0 0 0 0 0 0</pose></link>',
+            ["no frame 'nose'", "frames are a"],
+        ),
+    ],
+)
 def test_frames_that_lead_nowhere(content, words):
     with pytest.raises(ModelError) as error:
-        model_of(content, '1.7')
+        model_of(content, "1.7")
     for word in words:
         assert word in str(error.value)
 
@@ -70,85 +87,122 @@ def test_frames_that_lead_nowhere(content, words):
 def test_nested_models_are_flattened():
     model = model_of(
         '<link name="a"/><model name="arm"><pose>0 0 1 0 0 0</pose><link name="x"><pose>1 0 0 0 0 0'
-        '</pose></link><link name="y"/>' + joint(parent='x', child='y') + '</model>'
-        + joint('', 'fixed', 'a', 'arm::x'))
-    assert list(model.links) == ['a', 'arm::x', 'arm::y']
-    assert set(model.joints) == {'arm::j', 'j'}
-    assert model.joints['j'].origin.position == (1, 0, 1)
-    assert model.joints['arm::j'].origin.position == (-1, 0, 0)
+        '</pose></link><link name="y"/>'
+        + joint(parent="x", child="y")
+        + "</model>"
+        + joint("", "fixed", "a", "arm::x")
+    )
+    assert list(model.links) == ["a", "arm::x", "arm::y"]
+    assert set(model.joints) == {"arm::j", "j"}
+    assert model.joints["j"].origin.position == (1, 0, 1)
+    assert model.joints["arm::j"].origin.position == (-1, 0, 0)
 
 
 def test_joint_turns_about_its_own_pose(world):
     """A door of 2 m whose hinge is at its edge, 1 m from its middle."""
-    model = spawn(world, model_of(
-        f'<link name="a">{MASS}</link><link name="b"><pose>1 0 0 0 0 0</pose>{MASS}</link>'
-        + joint('<pose>-1 0 0 0 0 0</pose><axis><xyz>0 0 1</xyz></axis>')
-        + joint('', 'fixed', 'world', 'a', 'k')))
+    model = spawn(
+        world,
+        model_of(
+            f'<link name="a">{MASS}</link><link name="b"><pose>1 0 0 0 0 0</pose>{MASS}</link>'
+            + joint("<pose>-1 0 0 0 0 0</pose><axis><xyz>0 0 1</xyz></axis>")
+            + joint("", "fixed", "world", "a", "k")
+        ),
+    )
     world.engine.set_joint_positions(model.body, [math.pi / 2])
-    pose = model.link_state('b')[0]
+    pose = model.link_state("b")[0]
     assert pose.position == pytest.approx((0, 1, 0), abs=1e-6)
     assert pose.rpy[2] == pytest.approx(math.pi / 2)
 
 
-@pytest.mark.parametrize('version, tag, axis', [
-    ('1.6', '<xyz>1 0 0</xyz>', (1, 0, 0)),
-    ('1.6', '<xyz>1 0 0</xyz><use_parent_model_frame>1</use_parent_model_frame>', (0, -1, 0)),
-    ('1.4', '<xyz>1 0 0</xyz>', (0, -1, 0)),
-    ('1.7', '<xyz expressed_in="__model__">1 0 0</xyz>', (0, -1, 0))])
+@pytest.mark.parametrize(
+    "version, tag, axis",
+    [
+        ("1.6", "<xyz>1 0 0</xyz>", (1, 0, 0)),
+        ("1.6", "<xyz>1 0 0</xyz><use_parent_model_frame>1</use_parent_model_frame>", (0, -1, 0)),
+        ("1.4", "<xyz>1 0 0</xyz>", (0, -1, 0)),
+        ("1.7", '<xyz expressed_in="__model__">1 0 0</xyz>', (0, -1, 0)),
+    ],
+)
 def test_axis_frames(version, tag, axis):
-    model = model_of(f'<link name="a"/><link name="b"><pose>0 0 0 0 0 {math.pi / 2}</pose></link>'
-                     + joint(f'<axis>{tag}</axis>'), version)
-    assert model.joints['j'].axis == pytest.approx(axis, abs=1e-9)
+    model = model_of(
+        f'<link name="a"/><link name="b"><pose>0 0 0 0 0 {math.pi / 2}</pose></link>'
+        + joint(f"<axis>{tag}</axis>"),
+        version,
+    )
+    assert model.joints["j"].axis == pytest.approx(axis, abs=1e-9)
 
 
 def test_limits_and_kinds():
-    limits = '<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis>'
+    limits = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis>"
     links = '<link name="a"/><link name="b"/>'
-    assert model_of(links + joint(limits)).joints['j'].lower == -1
-    assert model_of(links + joint(limits, 'continuous')).joints['j'].lower is None
-    assert model_of(links + joint('<axis><limit><lower>-1e16</lower><upper>1e16</upper></limit>'
-                                  '</axis>')).joints['j'].lower is None
+    assert model_of(links + joint(limits)).joints["j"].lower == -1
+    assert model_of(links + joint(limits, "continuous")).joints["j"].lower is None
+    assert (
+        model_of(
+            links + joint("<axis><limit><lower>-1e16</lower><upper>1e16</upper></limit></axis>")
+        )
+        .joints["j"]
+        .lower
+        is None
+    )
 
 
 def test_world_as_parent_holds_a_link_whose_joint_turns(world):
     world.engine.set_gravity((0, 0, -9.81))
-    model = spawn(world, model_of(f'<link name="a"><pose>0 0 1 0 0 0</pose>{MASS}</link>' + joint(
-        '<axis><xyz>0 0 1</xyz></axis>', parent='world', child='a')))
+    model = spawn(
+        world,
+        model_of(
+            f'<link name="a"><pose>0 0 1 0 0 0</pose>{MASS}</link>'
+            + joint("<axis><xyz>0 0 1</xyz></axis>", parent="world", child="a")
+        ),
+    )
     world.step(100)
-    assert model.link_state('a')[0].position == pytest.approx((0, 0, 1), abs=1e-6)
-    assert list(model.joints.names) == ['j']
+    assert model.link_state("a")[0].position == pytest.approx((0, 0, 1), abs=1e-6)
+    assert list(model.joints.names) == ["j"]
 
 
 def test_a_loop_is_opened_with_a_warning():
-    model = model_of('<link name="a"/><link name="b"/><link name="c"/>' + joint(child='b')
-                     + joint(child='c', name='k') + joint(parent='b', child='c', name='l'))
-    assert set(model.joints) == {'j', 'k'}
+    model = model_of(
+        '<link name="a"/><link name="b"/><link name="c"/>'
+        + joint(child="b")
+        + joint(child="c", name="k")
+        + joint(parent="b", child="c", name="l")
+    )
+    assert set(model.joints) == {"j", "k"}
     assert "joint 'l'" in model.warnings[0] and "'c'" in model.warnings[0]
 
 
 def test_sensor_of_a_root_link_off_the_models_frame(world):
-    text = ('<link name="a"><pose>0 0 2 0 0 0</pose><sensor name="s" type="imu"><pose>1 0 0 0 0 0'
-            '</pose><plugin filename="libgazebo_ros_imu_sensor.so"/></sensor></link>'
-            '<plugin filename="libgazebo_ros_p3d.so"><bodyName>a</bodyName></plugin>')
+    text = (
+        '<link name="a"><pose>0 0 2 0 0 0</pose><sensor name="s" type="imu"><pose>1 0 0 0 0 0'
+        '</pose><plugin filename="libgazebo_ros_imu_sensor.so"/></sensor></link>'
+        '<plugin filename="libgazebo_ros_p3d.so"><bodyName>a</bodyName></plugin>'
+    )
     model = model_of(text)
-    assert [spec.link for spec in model.sensors] == ['a', 'a']
+    assert [spec.link for spec in model.sensors] == ["a", "a"]
     assert model.sensors[0].pose[0] == (1, 0, 2) and model.warnings == []
-    assert model.sensors[0].topic == '/m/imu_data'
+    assert model.sensors[0].topic == "/m/imu_data"
 
 
-@pytest.mark.parametrize('geometry, tag', [('<heightmap/>', 'heightmap'),
-                                           ('<polyline/>', 'polyline'), ('<image/>', 'image')])
+@pytest.mark.parametrize(
+    "geometry, tag",
+    [("<heightmap/>", "heightmap"), ("<polyline/>", "polyline"), ("<image/>", "image")],
+)
 def test_unknown_shapes_are_named_once(geometry, tag):
-    model = model_of(f'<link name="a"><visual name="v"><geometry>{geometry}</geometry></visual>'
-                     '<visual name="w"><geometry><empty/></geometry></visual></link>')
-    assert len(model.warnings) == 1 and f'<{tag}>' in model.warnings[0]
+    model = model_of(
+        f'<link name="a"><visual name="v"><geometry>{geometry}</geometry></visual>'
+        '<visual name="w"><geometry><empty/></geometry></visual></link>'
+    )
+    assert len(model.warnings) == 1 and f"<{tag}>" in model.warnings[0]
 
 
 def test_unknown_tags_and_plugins_are_named_once():
-    model = model_of('<link name="a"/><gripper name="g"/><gripper name="h"/>'
-                     '<plugin name="p" filename="libparty.so"/>')
+    model = model_of(
+        '<link name="a"/><gripper name="g"/><gripper name="h"/>'
+        '<plugin name="p" filename="libparty.so"/>'
+    )
     assert len(model.warnings) == 2
-    assert '<gripper>' in model.warnings[0] and 'libparty.so' in model.warnings[1]
+    assert "<gripper>" in model.warnings[0] and "libparty.so" in model.warnings[1]
 
 
 def test_world_elements_that_mean_nothing():
@@ -156,34 +210,49 @@ def test_world_elements_that_mean_nothing():
         '<scene/><gui/><light name="l" type="point"/><actor name="walker"/><road name="r"/>'
         '<plugin name="p" filename="libworld.so"/><plugin name="q" filename="libworld.so"/>'
         '<spherical_coordinates/><model name="box"><pose>1 0 0 0 0 0</pose><link name="l"/></model>'
-        '<state world_name="w"><model name="box"><pose>5 6 7 0 0 0</pose></model></state>')
+        '<state world_name="w"><model name="box"><pose>5 6 7 0 0 0</pose></model></state>'
+    )
     assert len(world.warnings) == 3
-    for word, text in zip(("<actor> 'walker'", "<road> 'r'", 'libworld.so'), world.warnings):
-        assert word in text and 'my.world' in text
-    assert world.models[0][1].position == (5, 6, 7)     # as Gazebo saved it
+    for word, text in zip(("<actor> 'walker'", "<road> 'r'", "libworld.so"), world.warnings):
+        assert word in text and "my.world" in text
+    assert world.models[0][1].position == (5, 6, 7)  # as Gazebo saved it
 
 
-@pytest.mark.parametrize('physics, factor', [
-    ('', 1.0), ('<physics><max_step_size>0.002</max_step_size><real_time_update_rate>1000'
-                '</real_time_update_rate></physics>', 2.0),
-    ('<physics><real_time_update_rate>0</real_time_update_rate></physics>', 0.0)])
+@pytest.mark.parametrize(
+    "physics, factor",
+    [
+        ("", 1.0),
+        (
+            "<physics><max_step_size>0.002</max_step_size><real_time_update_rate>1000"
+            "</real_time_update_rate></physics>",
+            2.0,
+        ),
+        ("<physics><real_time_update_rate>0</real_time_update_rate></physics>", 0.0),
+    ],
+)
 def test_pace_of_a_world(physics, factor):
     assert world_of(physics).real_time_factor == pytest.approx(factor)
 
 
 def test_models_that_include_models(tmp_path):
-    (tmp_path / 'wheel.sdf').write_text('<sdf version="1.6"><model name="wheel"><link name="rim"/>'
-                                        '</model></sdf>')
-    (tmp_path / 'loop.sdf').write_text(
+    (tmp_path / "wheel.sdf").write_text(
+        '<sdf version="1.6"><model name="wheel"><link name="rim"/></model></sdf>'
+    )
+    (tmp_path / "loop.sdf").write_text(
         f'<sdf version="1.6"><model name="l"><link name="a"/><include><uri>{tmp_path}/loop.sdf'
-        '</uri></include></model></sdf>')
-    model = model_of(f'<link name="a"/><include><uri>{tmp_path}/wheel.sdf</uri><name>left</name>'
-                     f'<pose>0 1 0 0 0 0</pose></include>' + joint('', 'fixed', 'a', 'left::rim'))
-    assert model.joints['j'].origin.position == (0, 1, 0)
-    world = world_of(f'<include><uri>{tmp_path}/loop.sdf</uri></include>'
-                     f'<include><uri>{tmp_path}/gone.sdf</uri></include>')
-    assert any('circle' in text for text in world.models[0][0].warnings)
-    assert 'gone.sdf' in world.warnings[0]
+        "</uri></include></model></sdf>"
+    )
+    model = model_of(
+        f'<link name="a"/><include><uri>{tmp_path}/wheel.sdf</uri><name>left</name>'
+        f"<pose>0 1 0 0 0 0</pose></include>" + joint("", "fixed", "a", "left::rim")
+    )
+    assert model.joints["j"].origin.position == (0, 1, 0)
+    world = world_of(
+        f"<include><uri>{tmp_path}/loop.sdf</uri></include>"
+        f"<include><uri>{tmp_path}/gone.sdf</uri></include>"
+    )
+    assert any("circle" in text for text in world.models[0][0].warnings)
+    assert "gone.sdf" in world.warnings[0]
 
 
 SCRIPT = """
@@ -212,115 +281,149 @@ material "Park/Pale" : Park/Grass { }
 
 def test_models_of_one_name_get_numbers():
     world = world_of('<model name="cone"><link name="a"/></model>' * 3)
-    assert [model.name for model, _ in world.models] == ['cone', 'cone_1', 'cone_2']
+    assert [model.name for model, _ in world.models] == ["cone", "cone_1", "cone_2"]
     assert len(world.warnings) == 2 and "'cone_2'" in world.warnings[1]
 
 
 def test_material_scripts():
-    found = read_materials(SCRIPT.replace('1 diffuse', '1\ndiffuse'))
-    assert found['Base'] == ('', (1, 0, 0, 1))
-    assert found['Park/Grass'] == ('grass.png', (0.2, 0.9, 0.2, 1.0))
-    assert found['Park/Pale'] == found['Park/Grass']
+    found = read_materials(SCRIPT.replace("1 diffuse", "1\ndiffuse"))
+    assert found["Base"] == ("", (1, 0, 0, 1))
+    assert found["Park/Grass"] == ("grass.png", (0.2, 0.9, 0.2, 1.0))
+    assert found["Park/Pale"] == found["Park/Grass"]
 
 
-def visual(material, geometry='<plane><size>4 2</size></plane>'):
+def visual(material, geometry="<plane><size>4 2</size></plane>"):
     """A model with one visual."""
-    return (f'<static>true</static><link name="a"><visual name="v"><geometry>{geometry}</geometry>'
-            f'{material}</visual></link>')
+    return (
+        f'<static>true</static><link name="a"><visual name="v"><geometry>{geometry}</geometry>'
+        f"{material}</visual></link>"
+    )
 
 
 def scripted(name):
     """A <material> by script name."""
-    return (f'<material><script><uri>model://park/materials/scripts</uri><uri>model://park/'
-            f'materials/textures</uri><name>{name}</name></script></material>')
+    return (
+        f"<material><script><uri>model://park/materials/scripts</uri><uri>model://park/"
+        f"materials/textures</uri><name>{name}</name></script></material>"
+    )
 
 
-@pytest.fixture(name='park')
+@pytest.fixture(name="park")
 def _park(tmp_path):
     """A model folder with a script and a picture; a resolver for it."""
-    for name in ('scripts', 'textures'):
-        (tmp_path / 'materials' / name).mkdir(parents=True)
-    (tmp_path / 'materials' / 'scripts' / 'p.material').write_text(SCRIPT)
-    Image.new('RGB', (10, 6), (0, 200, 0)).save(tmp_path / 'materials' / 'textures' / 'grass.png')
+    for name in ("scripts", "textures"):
+        (tmp_path / "materials" / name).mkdir(parents=True)
+    (tmp_path / "materials" / "scripts" / "p.material").write_text(SCRIPT)
+    Image.new("RGB", (10, 6), (0, 200, 0)).save(tmp_path / "materials" / "textures" / "grass.png")
 
     def resolve(uri):
-        if not uri.startswith('model://park'):
-            raise ValueError('searched nowhere')
-        return uri.replace('model://park', str(tmp_path))
+        if not uri.startswith("model://park"):
+            raise ValueError("searched nowhere")
+        return uri.replace("model://park", str(tmp_path))
+
     return resolve
 
 
 def test_picture_of_a_script_is_drawn(park, world, tmp_path):
-    model = model_of(visual(scripted('Park/Grass')), resolve=park)
+    model = model_of(visual(scripted("Park/Grass")), resolve=park)
     assert model.warnings == []
-    assert model.links['a'].visuals[0].texture == str(
-        tmp_path / 'materials' / 'textures' / 'grass.png')
+    assert model.links["a"].visuals[0].texture == str(
+        tmp_path / "materials" / "textures" / "grass.png"
+    )
     spawn(world, model)
-    world.engine.start_renderer('tiny')
+    world.engine.start_renderer("tiny")
     from bullet_sim.sensors import camera
-    view = camera.view_matrix((0, 0, 3), np.array([[0., 0., 1.], [0., 1., 0.], [-1., 0., 0.]]))
+
+    view = camera.view_matrix(
+        (0, 0, 3), np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    )
     picture = world.engine.render(64, 48, view, camera.projection_matrix(0.5, 4 / 3, 0.1, 10))
     red, green, blue = picture[24, 32].astype(int)
     assert green > 60 and red < green / 3 and blue < green / 3
 
 
-@pytest.mark.parametrize('material, color, warned', [
-    ('', (0.7, 0.7, 0.7, 1), ''),
-    ('<material><ambient>1 0 0 1</ambient></material>', (1, 0, 0, 1), ''),
-    ('<material><ambient>1 0 0 1</ambient><diffuse>0 1 0 1</diffuse></material>', (0, 1, 0, 1),
-     ''),
-    ('<material><diffuse>0 1 0 1</diffuse></material><transparency>0.25</transparency>',
-     (0, 1, 0, 0.75), ''),
-    (scripted('Park/Nothing'), (0.7, 0.7, 0.7, 1), 'Park/Nothing'),
-    ('<material><script><uri>file://media/materials/scripts/gazebo.material</uri><name>Gazebo/White'
-     '</name></script></material>', (1, 1, 1, 1), '')])
+@pytest.mark.parametrize(
+    "material, color, warned",
+    [
+        ("", (0.7, 0.7, 0.7, 1), ""),
+        ("<material><ambient>1 0 0 1</ambient></material>", (1, 0, 0, 1), ""),
+        (
+            "<material><ambient>1 0 0 1</ambient><diffuse>0 1 0 1</diffuse></material>",
+            (0, 1, 0, 1),
+            "",
+        ),
+        (
+            "<material><diffuse>0 1 0 1</diffuse></material><transparency>0.25</transparency>",
+            (0, 1, 0, 0.75),
+            "",
+        ),
+        (scripted("Park/Nothing"), (0.7, 0.7, 0.7, 1), "Park/Nothing"),
+        (
+            "<material><script><uri>file://media/materials/scripts/gazebo.material</uri><name>Gazebo/White"
+            "</name></script></material>",
+            (1, 1, 1, 1),
+            "",
+        ),
+    ],
+)
 def test_colours(park, material, color, warned):
     model = model_of(visual(material), resolve=park)
-    assert model.links['a'].visuals[0].color == pytest.approx(color)
+    assert model.links["a"].visuals[0].color == pytest.approx(color)
     assert [warned in text for text in model.warnings] == ([True] if warned else [])
 
 
 def test_plane_with_a_normal():
-    model = model_of(visual('', '<plane><normal>0 1 0</normal><size>4 2</size></plane>'))
-    shape = model.links['a'].visuals[0]
+    model = model_of(visual("", "<plane><normal>0 1 0</normal><size>4 2</size></plane>"))
+    shape = model.links["a"].visuals[0]
     np.testing.assert_allclose(shape.pose.matrix @ (0, 0, 1), (0, 1, 0), atol=1e-12)
 
 
 def test_a_robot_in_a_world_file():
-    world = world_of(f'<model name="bot"><link name="a">{MASS}<sensor name="l" type="gpu_ray">'
-                     '<update_rate>10</update_rate><ray><range><min>0.1</min><max>5</max></range>'
-                     '</ray><plugin filename="libgazebo_ros_gpu_laser.so"><topicName>scan'
-                     '</topicName></plugin></sensor></link></model>')
+    world = world_of(
+        f'<model name="bot"><link name="a">{MASS}<sensor name="l" type="gpu_ray">'
+        "<update_rate>10</update_rate><ray><range><min>0.1</min><max>5</max></range>"
+        '</ray><plugin filename="libgazebo_ros_gpu_laser.so"><topicName>scan'
+        "</topicName></plugin></sensor></link></model>"
+    )
     model, _ = world.models[0]
-    assert model.sensors[0].topic == '/scan' and model.warnings == []
+    assert model.sensors[0].topic == "/scan" and model.warnings == []
 
 
 def test_static_models_may_be_any_pose(world):
-    model = spawn(world, model_of('<static>true</static><link name="a"><pose>0 0 1 0 0 0</pose>'
-                                  '<collision name="c"><geometry><box/></geometry></collision>'
-                                  '</link><link name="b"><pose>0 3 0 0 0 0</pose></link>'))
+    model = spawn(
+        world,
+        model_of(
+            '<static>true</static><link name="a"><pose>0 0 1 0 0 0</pose>'
+            '<collision name="c"><geometry><box/></geometry></collision>'
+            '</link><link name="b"><pose>0 3 0 0 0 0</pose></link>'
+        ),
+    )
     assert model.description.warnings == []
-    assert model.link_state('b')[0] == Pose((0.0, 3.0, 0.0))
+    assert model.link_state("b")[0] == Pose((0.0, 3.0, 0.0))
 
 
 def test_damaged_worlds_never_crash():
     """Changed copies of a sound world load and run or raise SimError, nothing else."""
-    sound = (f'<sdf version="1.6"><world name="w"><gravity>0 0 -9</gravity><physics type="ode">'
-             '<max_step_size>0.002</max_step_size></physics><model name="m">'
-             f'<pose>0 0 1 0 0 0</pose><link name="a">{MASS}<collision name="c"><geometry><box><size>1 1 1</size></box>'
-             '</geometry></collision></link><link name="b"><visual name="v"><geometry><cylinder>'
-             '<radius>1</radius><length>2</length></cylinder></geometry></visual></link>'
-             + joint('<axis><xyz>0 0 1</xyz></axis>') + '</model></world></sdf>')
+    sound = (
+        f'<sdf version="1.6"><world name="w"><gravity>0 0 -9</gravity><physics type="ode">'
+        '<max_step_size>0.002</max_step_size></physics><model name="m">'
+        f'<pose>0 0 1 0 0 0</pose><link name="a">{MASS}<collision name="c">'
+        "<geometry><box><size>1 1 1</size></box>"
+        '</geometry></collision></link><link name="b"><visual name="v"><geometry><cylinder>'
+        "<radius>1</radius><length>2</length></cylinder></geometry></visual></link>"
+        + joint("<axis><xyz>0 0 1</xyz></axis>")
+        + "</model></world></sdf>"
+    )
     parts = re.split(r'([<>" ])', sound)
     random = np.random.default_rng(7)
-    swaps = ['nan', '-1', '0', 'inf', '', '1e300', 'x', '1 2', '<a>']
+    swaps = ["nan", "-1", "0", "inf", "", "1e300", "x", "1 2", "<a>"]
     loaded = 0
     for _ in range(80):
         changed = list(parts)
         changed[random.integers(len(parts))] = swaps[random.integers(len(swaps))]
         world = World()
         try:
-            world.load(parse_world(''.join(changed), str, 'w'))
+            world.load(parse_world("".join(changed), str, "w"))
             world.step(2)
             loaded += 1
         except SimError as error:

@@ -1,13 +1,13 @@
 """Camera arithmetic, lidar, IMU and ground truth against closed forms."""
+
 import math
 
 import numpy as np
 import pytest
-
+from bullet_sim.description.specs import RaySpec
 from bullet_sim.sensors import camera, ground_truth, imu
 from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy, sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
-from bullet_sim.description.specs import RaySpec
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 YAW_90 = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
@@ -22,7 +22,7 @@ class Room:
     def ray_batch(self, origins, targets):
         origins, targets = np.asarray(origins)[:, :2], np.asarray(targets)[:, :2]
         way = targets - origins
-        with np.errstate(divide='ignore', invalid='ignore'):
+        with np.errstate(divide="ignore", invalid="ignore"):
             wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - origins) / way)
         first = wall.min(axis=1)
         hit = first <= 1.0
@@ -34,26 +34,35 @@ class Room:
 
 
 def ray_spec(**changes):
-    values = dict(name='lidar', link='laser', samples=5, min_angle=-math.pi / 2,
-                  max_angle=math.pi / 2, range_min=0.1, range_max=10.0)
+    values = dict(
+        name="lidar",
+        link="laser",
+        samples=5,
+        min_angle=-math.pi / 2,
+        max_angle=math.pi / 2,
+        range_min=0.1,
+        range_max=10.0,
+    )
     values.update(changes)
     return RaySpec(**values)
 
 
-@pytest.mark.parametrize('quaternion, rpy', [
-    (LEVEL, (0, 0, 0)),
-    (YAW_90, (0, 0, math.pi / 2)),
-    ((math.sqrt(0.5), 0, 0, math.sqrt(0.5)), (math.pi / 2, 0, 0)),
-    ((0, math.sqrt(0.5), 0, math.sqrt(0.5)), (0, math.pi / 2, 0)),
-    ((0.5, 0.5, 0.5, 0.5), (math.pi / 2, 0, math.pi / 2)),
-])
+@pytest.mark.parametrize(
+    "quaternion, rpy",
+    [
+        (LEVEL, (0, 0, 0)),
+        (YAW_90, (0, 0, math.pi / 2)),
+        ((math.sqrt(0.5), 0, 0, math.sqrt(0.5)), (math.pi / 2, 0, 0)),
+        ((0, math.sqrt(0.5), 0, math.sqrt(0.5)), (0, math.pi / 2, 0)),
+        ((0.5, 0.5, 0.5, 0.5), (math.pi / 2, 0, math.pi / 2)),
+    ],
+)
 def test_rotations_agree(quaternion, rpy):
-    np.testing.assert_allclose(matrix_from_quaternion(quaternion), matrix_from_rpy(rpy),
-                               atol=1e-12)
+    np.testing.assert_allclose(matrix_from_quaternion(quaternion), matrix_from_rpy(rpy), atol=1e-12)
 
 
 def test_zero_quaternion_is_refused():
-    with pytest.raises(ValueError, match='length 1'):
+    with pytest.raises(ValueError, match="length 1"):
         matrix_from_quaternion((0, 0, 0, 0))
 
 
@@ -68,7 +77,7 @@ def test_intrinsics_of_a_right_angle():
     np.testing.assert_allclose(k, [[320, 0, 319.5], [0, 320, 239.5], [0, 0, 1]])
 
 
-@pytest.mark.parametrize('width, height, fov', [(640, 480, 1.2), (320, 90, 2.0), (50, 200, 0.4)])
+@pytest.mark.parametrize("width, height, fov", [(640, 480, 1.2), (320, 90, 2.0), (50, 200, 0.4)])
 def test_opengl_and_pinhole_agree(width, height, fov):
     """One point through both: OpenGL's matrices (to pixels) and K."""
     position, rotation = np.array([1.0, -2.0, 0.5]), matrix_from_rpy((0.2, -0.1, 2.0))
@@ -78,8 +87,9 @@ def test_opengl_and_pinhole_agree(width, height, fov):
     projection = np.reshape(camera.projection_matrix(fov, width / height, 0.1, 50.0), (4, 4)).T
     clip = in_world @ (projection @ view).T
     ndc = clip[:, :2] / clip[:, 3:]
-    pixels = np.column_stack([(ndc[:, 0] + 1) * width / 2 - 0.5,
-                              (1 - ndc[:, 1]) * height / 2 - 0.5])
+    pixels = np.column_stack(
+        [(ndc[:, 0] + 1) * width / 2 - 0.5, (1 - ndc[:, 1]) * height / 2 - 0.5]
+    )
     optical = in_camera @ camera.OPTICAL_FROM_CAMERA.T
     expected = camera.project(optical, camera.intrinsics(width, height, fov))
     np.testing.assert_allclose(pixels, expected, atol=1e-9)
@@ -92,9 +102,15 @@ def test_camera_info_arrays():
     assert not d.any() and not p.reshape(3, 4)[:, 3].any()
 
 
-@pytest.mark.parametrize('values, word', [
-    ((0, 480, 1.0, 0.1, 10.0), '0x480'), ((640, 480, 3.2, 0.1, 10.0), '3.2'),
-    ((640, 480, 1.0, 0.0, 10.0), 'near 0.0'), ((640, 480, 1.0, 5.0, 2.0), 'near 5.0')])
+@pytest.mark.parametrize(
+    "values, word",
+    [
+        ((0, 480, 1.0, 0.1, 10.0), "0x480"),
+        ((640, 480, 3.2, 0.1, 10.0), "3.2"),
+        ((640, 480, 1.0, 0.0, 10.0), "near 0.0"),
+        ((640, 480, 1.0, 5.0, 2.0), "near 5.0"),
+    ],
+)
 def test_bad_cameras_are_named(values, word):
     with pytest.raises(ValueError, match=word):
         camera.check(*values)
@@ -108,7 +124,7 @@ def test_camera_noise_has_its_deviation_and_repeats():
     assert noisy.mean() == pytest.approx(128, abs=0.1)
     np.testing.assert_array_equal(noisy, camera.add_noise(grey, 0.02, np.random.default_rng(3)))
     white = camera.add_noise(np.full((9, 9, 3), 255, np.uint8), 0.02, np.random.default_rng(3))
-    assert white.min() > 200    # cut off, not wrapped round
+    assert white.min() > 200  # cut off, not wrapped round
     assert camera.add_noise(grey, 0.0, None) is grey
 
 
@@ -129,8 +145,7 @@ def test_lidar_counts_counter_clockwise_from_min_angle():
 
 
 def test_lidar_offset_pose():
-    spec = ray_spec(samples=1, min_angle=0.0, max_angle=0.0,
-                    pose=((0.5, 0, 0), (0, 0, math.pi)))
+    spec = ray_spec(samples=1, min_angle=0.0, max_angle=0.0, pose=((0.5, 0, 0), (0, 0, math.pi)))
     np.testing.assert_allclose(Lidar(spec).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL), [3.5])
 
 
@@ -147,21 +162,29 @@ def test_lidar_beyond_and_too_near():
 def test_lidar_noise_has_its_deviation_and_repeats():
     lidar = Lidar(ray_spec(samples=4000, min_angle=-0.1, max_angle=0.1, noise_stddev=0.01))
     exact = 3.0 / np.cos(lidar.angles)
-    scans = [lidar.scan(Room(3.0, 2.0), (0, 0, 0), LEVEL, np.random.default_rng(5))
-             for _ in range(2)]
+    scans = [
+        lidar.scan(Room(3.0, 2.0), (0, 0, 0), LEVEL, np.random.default_rng(5)) for _ in range(2)
+    ]
     error = scans[0] - exact
     assert error.std() == pytest.approx(0.01, rel=0.05)
     assert error.mean() == pytest.approx(0.0, abs=0.001)
     np.testing.assert_array_equal(*scans)
-    with pytest.raises(ValueError, match='rng'):
+    with pytest.raises(ValueError, match="rng"):
         lidar.scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
 
 
-@pytest.mark.parametrize('changes', [
-    {'samples': 0}, {'min_angle': 1.0, 'max_angle': 0.0}, {'range_min': 5.0, 'range_max': 1.0},
-    {'range_max': math.inf}, {'noise_stddev': -0.1}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"samples": 0},
+        {"min_angle": 1.0, "max_angle": 0.0},
+        {"range_min": 5.0, "range_max": 1.0},
+        {"range_max": math.inf},
+        {"noise_stddev": -0.1},
+    ],
+)
 def test_bad_lidars_are_named(changes):
-    with pytest.raises(ValueError, match='lidar lidar: .*expected'):
+    with pytest.raises(ValueError, match="lidar lidar: .*expected"):
         Lidar(ray_spec(**changes))
 
 
@@ -176,7 +199,7 @@ def test_imu_at_rest_feels_up_and_turns_with_the_sensor():
 
 def test_imu_acceleration_and_noise():
     np.testing.assert_allclose(imu.mean_acceleration((1, 0, 0), (0.5, 0, 0), 0.01), (50, 0, 0))
-    with pytest.raises(ValueError, match='elapsed 0'):
+    with pytest.raises(ValueError, match="elapsed 0"):
         imu.mean_acceleration((1, 0, 0), (1, 0, 0), 0.0)
     noisy = imu.add_noise(np.zeros(20000), 0.3, np.random.default_rng(2))
     assert noisy.std() == pytest.approx(0.3, rel=0.03)
@@ -189,7 +212,7 @@ def test_twist_in_child_and_in_world():
     linear, _ = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3), in_child=False)
     np.testing.assert_array_equal(linear, (0, 2, 0))
     for wrong in ((0, 0, 0, 0), (0, 0, 0, np.nan), (np.inf, 0, 0, 0)):
-        with pytest.raises(ValueError, match='is no rotation'):
+        with pytest.raises(ValueError, match="is no rotation"):
             ground_truth.twist(wrong, (0, 2, 0), (1, 0, 3))
 
 

@@ -1,25 +1,27 @@
 """Order of spawning, a reset, and what is done before the first step: same bits afterwards."""
+
 import itertools
 
 import numpy as np
 import pytest
-
-from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-NAMES = ('a', 'b', 'c')
-ARM = ('<robot name="arm"><link name="base"><inertial><mass value="1"/><inertia ixx="0.01" '
-       'iyy="0.01" izz="0.01"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
-       '</collision></link><link name="tip"><inertial><mass value="0.2"/><inertia ixx="1e-3" '
-       'iyy="1e-3" izz="1e-3"/></inertial></link><joint name="j" type="revolute"><parent '
-       'link="base"/><child link="tip"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>'
-       '<limit lower="-1" upper="1" effort="5" velocity="10"/></joint>'
-       '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>')
+NAMES = ("a", "b", "c")
+ARM = (
+    '<robot name="arm"><link name="base"><inertial><mass value="1"/><inertia ixx="0.01" '
+    'iyy="0.01" izz="0.01"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
+    '</collision></link><link name="tip"><inertial><mass value="0.2"/><inertia ixx="1e-3" '
+    'iyy="1e-3" izz="1e-3"/></inertial></link><joint name="j" type="revolute"><parent '
+    'link="base"/><child link="tip"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>'
+    '<limit lower="-1" upper="1" effort="5" velocity="10"/></joint>'
+    '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
 
 
-@pytest.fixture(name='make')
+@pytest.fixture(name="make")
 def _make():
     worlds = []
 
@@ -27,6 +29,7 @@ def _make():
         worlds.append(World())
         worlds[-1].load(sdf.WorldDescription(models=[(sdf.ground_plane(), Pose())]))
         return worlds[-1]
+
     yield make
     for world in worlds:
         world.close()
@@ -34,17 +37,21 @@ def _make():
 
 def brick(name):
     """A brick that tumbles."""
-    link = Link('link', 1.0, inertia=np.diag([2e-3, 3e-3, 4e-3]))
-    link.collisions.append(Shape(Geometry('box', (0.2, 0.15, 0.1))))
-    return ModelDescription(name, {'link': link}, root='link')
+    link = Link("link", 1.0, inertia=np.diag([2e-3, 3e-3, 4e-3]))
+    link.collisions.append(Shape(Geometry("box", (0.2, 0.15, 0.1))))
+    return ModelDescription(name, {"link": link}, root="link")
 
 
 def spawn(world, names):
     """A heap of bricks."""
     for name in names:
         number = NAMES.index(name)
-        world.spawn(brick(name), Pose.from_xyz_rpy((0.05 * number, 0.03 * number,
-                                                    0.15 + 0.16 * number), (0.3, 0.2, number)))
+        world.spawn(
+            brick(name),
+            Pose.from_xyz_rpy(
+                (0.05 * number, 0.03 * number, 0.15 + 0.16 * number), (0.3, 0.2, number)
+            ),
+        )
 
 
 def run(world, steps=600):
@@ -54,8 +61,9 @@ def run(world, steps=600):
         world.step()
         if step % 10 == 0:
             for name, model in world.models.items():
-                trails[name].append(np.array(model.pose.position + model.pose.orientation)
-                                    .tobytes())
+                trails[name].append(
+                    np.array(model.pose.position + model.pose.orientation).tobytes()
+                )
     return trails
 
 
@@ -65,10 +73,10 @@ def test_order_of_spawning_makes_no_difference(make):
         world = make()
         spawn(world, order)
         world.settle()
-        assert list(world.models) == ['ground_plane', *NAMES]
+        assert list(world.models) == ["ground_plane", *NAMES]
         trails.append(run(world))
     assert all(trail == trails[0] for trail in trails)
-    assert len(set(trails[0]['c'])) > 30, 'the bricks move'
+    assert len(set(trails[0]["c"])) > 30, "the bricks move"
 
 
 def test_models_that_came_and_went_leave_no_trace(make):
@@ -76,10 +84,10 @@ def test_models_that_came_and_went_leave_no_trace(make):
     spawn(clean, NAMES)
     clean.settle()
     world = make()
-    world.spawn(brick('b'), Pose((0.0, 0.0, 0.1)))
-    spawn(world, 'a')
-    world.delete('b')
-    spawn(world, 'bc')
+    world.spawn(brick("b"), Pose((0.0, 0.0, 0.1)))
+    spawn(world, "a")
+    world.delete("b")
+    spawn(world, "bc")
     assert world.settle()
     assert run(world) == run(clean)
 
@@ -89,10 +97,10 @@ def test_reset_is_a_fresh_start_whatever_the_order_was(make):
     spawn(fresh, NAMES)
     fresh.settle()
     world = make()
-    spawn(world, 'ca')
+    spawn(world, "ca")
     world.settle()
     run(world, 100)
-    spawn(world, 'b')
+    spawn(world, "b")
     run(world, 100)
     world.arrange()
     world.reset()
@@ -101,35 +109,35 @@ def test_reset_is_a_fresh_start_whatever_the_order_was(make):
 
 def test_settling_happens_only_before_the_first_step_and_once(make):
     world = make()
-    spawn(world, 'abc')
-    assert not world.settle(), 'they are in order'
+    spawn(world, "abc")
+    assert not world.settle(), "they are in order"
     world.step()
-    world.delete('a')
-    spawn(world, 'a')
-    assert not world.settle(), 'time has passed'
+    world.delete("a")
+    spawn(world, "a")
+    assert not world.settle(), "time has passed"
     world.arrange()
     world.reset()
-    assert not world.settle(), 'the reset has loaded them in order'
-    world.delete('a')
-    spawn(world, 'a')
+    assert not world.settle(), "the reset has loaded them in order"
+    world.delete("a")
+    spawn(world, "a")
     assert world.settle() and not world.settle()
 
 
 def test_what_was_set_before_the_first_step_stays(make):
     world = make()
-    arm = world.spawn_urdf('z_arm', ARM, Pose((0.0, 0.0, 3.0)), str)
-    arm.manager.load('c', {'type': 'position_controllers/JointPositionController', 'joint': 'j'})
-    arm.manager.switch(['c'], [])
+    arm = world.spawn_urdf("z_arm", ARM, Pose((0.0, 0.0, 3.0)), str)
+    arm.manager.load("c", {"type": "position_controllers/JointPositionController", "joint": "j"})
+    arm.manager.switch(["c"], [])
     arm.set_state(Pose((1.0, 2.0, 4.0)), (0.5, 0.0, 0.0), (0.0, 0.0, 1.0))
-    arm.joints.set_positions({'j': 0.75})
-    spawn(world, 'a')
+    arm.joints.set_positions({"j": 0.75})
+    spawn(world, "a")
     assert world.settle()
     assert arm.pose.position == pytest.approx((1.0, 2.0, 4.0))
-    np.testing.assert_allclose(arm.link_state('base')[1:], [(0.5, 0, 0), (0, 0, 1)], atol=1e-9)
+    np.testing.assert_allclose(arm.link_state("base")[1:], [(0.5, 0, 0), (0, 0, 1)], atol=1e-9)
     assert arm.joints.read()[0] == pytest.approx([0.75])
     for _ in range(100):
         world.step()
-    assert arm.joints.read()[0] == pytest.approx([0.75], abs=0.05), 'held where it was put'
+    assert arm.joints.read()[0] == pytest.approx([0.75], abs=0.05), "held where it was put"
     world.reset()
     assert arm.pose.position == pytest.approx((0.0, 0.0, 3.0))
     assert arm.joints.read()[0] == pytest.approx([0.0])

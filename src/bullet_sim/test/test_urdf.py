@@ -1,9 +1,9 @@
 """URDF text: what is read, what is mended with a warning, what is refused and how."""
+
 import math
 
 import numpy as np
 import pytest
-
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
 
@@ -17,133 +17,171 @@ def robot(content):
     return f'<robot name="r">{content}</robot>'
 
 
-def joint(kind='fixed', parent='base', child='tip', extra=''):
+def joint(kind="fixed", parent="base", child="tip", extra=""):
     """A joint between two links."""
-    return (f'<joint name="j" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-            f'{extra}</joint>')
+    return (
+        f'<joint name="j" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f"{extra}</joint>"
+    )
 
 
-@pytest.mark.parametrize('text', [
-    DECLARATION + robot('<link name="größe"/>'),
-    (DECLARATION + robot('<link name="größe"/>')).encode('utf-8'),
-    (DECLARATION.replace('utf-8', 'iso-8859-1') + robot('<link name="größe"/>')
-     ).encode('iso-8859-1'),
-    '\n  ' + DECLARATION + robot('<link name="größe"/>'),
-    (DECLARATION.replace('utf-8', 'iso-8859-1') + robot('<link name="größe"/>')),
-])
+@pytest.mark.parametrize(
+    "text",
+    [
+        DECLARATION + robot('<link name="größe"/>'),
+        (DECLARATION + robot('<link name="größe"/>')).encode("utf-8"),
+        (DECLARATION.replace("utf-8", "iso-8859-1") + robot('<link name="größe"/>')).encode(
+            "iso-8859-1"
+        ),
+        "\n  " + DECLARATION + robot('<link name="größe"/>'),
+        (DECLARATION.replace("utf-8", "iso-8859-1") + robot('<link name="größe"/>')),
+    ],
+)
 def test_encoding_declarations_are_accepted(text):
-    assert parse_urdf(text, str).root == 'größe'
+    assert parse_urdf(text, str).root == "größe"
 
 
 def test_link_without_inertial_has_no_mass():
-    link = parse_urdf(robot('<link name="base"/>'), str).links['base']
+    link = parse_urdf(robot('<link name="base"/>'), str).links["base"]
     assert link.mass == 0 and not link.inertia.any() and not link.centre.any()
 
 
 def test_inertia_is_turned_into_the_link_frame():
-    text = ('<link name="a"><inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
-            '<mass value="2"/><inertia ixx="1" iyy="2" izz="2.5"/></inertial></link>')
-    link = parse_urdf(robot(text), str).links['a']
+    text = (
+        '<link name="a"><inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
+        '<mass value="2"/><inertia ixx="1" iyy="2" izz="2.5"/></inertial></link>'
+    )
+    link = parse_urdf(robot(text), str).links["a"]
     assert link.mass == 2 and link.centre.tolist() == [1, 2, 3]
     np.testing.assert_allclose(link.inertia, np.diag([2, 1, 2.5]), atol=1e-12)
 
 
 def test_missing_mesh_is_named_and_the_rest_loads():
-    text = robot('<link name="a"><visual><geometry><mesh filename="/no/such.stl"/></geometry>'
-                 f'</visual><visual>{BOX}</visual></link>')
+    text = robot(
+        '<link name="a"><visual><geometry><mesh filename="/no/such.stl"/></geometry>'
+        f"</visual><visual>{BOX}</visual></link>"
+    )
     model = parse_urdf(text, str)
-    assert [shape.geometry.kind for shape in model.links['a'].visuals] == ['box']
+    assert [shape.geometry.kind for shape in model.links["a"].visuals] == ["box"]
     assert len(model.warnings) == 1
-    assert '/no/such.stl' in model.warnings[0] and "link 'a' visual" in model.warnings[0]
+    assert "/no/such.stl" in model.warnings[0] and "link 'a' visual" in model.warnings[0]
 
 
 def test_package_that_is_not_found_is_named_and_the_rest_loads():
     def resolve(uri):
-        raise ValueError('no package gone')
-    text = robot('<link name="a"><collision><geometry><mesh filename="package://gone/m.stl"/>'
-                 '</geometry></collision></link>')
+        raise ValueError("no package gone")
+
+    text = robot(
+        '<link name="a"><collision><geometry><mesh filename="package://gone/m.stl"/>'
+        "</geometry></collision></link>"
+    )
     model = parse_urdf(text, resolve)
-    assert model.links['a'].collisions == []
-    assert 'package://gone/m.stl' in model.warnings[0]
-    assert 'no package gone' in model.warnings[0]
+    assert model.links["a"].collisions == []
+    assert "package://gone/m.stl" in model.warnings[0]
+    assert "no package gone" in model.warnings[0]
 
 
 def test_colour_of_a_named_material():
-    text = robot('<material name="red"><color rgba="1 0 0 1"/></material><link name="a"><visual>'
-                 f'{BOX}<material name="red"/></visual></link>')
-    assert parse_urdf(text, str).links['a'].visuals[0].color == (1, 0, 0, 1)
+    text = robot(
+        '<material name="red"><color rgba="1 0 0 1"/></material><link name="a"><visual>'
+        f'{BOX}<material name="red"/></visual></link>'
+    )
+    assert parse_urdf(text, str).links["a"].visuals[0].color == (1, 0, 0, 1)
 
 
 def test_joint_is_read():
-    extra = ('<origin xyz="0 0 1"/><axis xyz="0 0 2"/><dynamics damping="0.1" friction="0.2"/>'
-             '<limit lower="-1" upper="2" effort="3" velocity="4"/>')
-    read = parse_urdf(robot(TWO_LINKS + joint('revolute', extra=extra)), str).joints['j']
+    extra = (
+        '<origin xyz="0 0 1"/><axis xyz="0 0 2"/><dynamics damping="0.1" friction="0.2"/>'
+        '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
+    )
+    read = parse_urdf(robot(TWO_LINKS + joint("revolute", extra=extra)), str).joints["j"]
     assert (read.lower, read.upper, read.effort, read.velocity) == (-1, 2, 3, 4)
     assert (read.axis, read.damping, read.friction) == ((0, 0, 1), 0.1, 0.2)
     assert read.origin.position == (0, 0, 1)
 
 
 def test_mimic_is_ignored_with_a_warning():
-    model = parse_urdf(robot(TWO_LINKS + joint('continuous', extra='<mimic joint="x"/>')), str)
-    assert 'mimic' in model.warnings[0]
+    model = parse_urdf(robot(TWO_LINKS + joint("continuous", extra='<mimic joint="x"/>')), str)
+    assert "mimic" in model.warnings[0]
 
 
 def test_different_frictions_along_and_across_give_the_smaller():
     text = robot('<link name="a"/><gazebo reference="a"><mu1>0.9</mu1><mu2>0.4</mu2></gazebo>')
     model = parse_urdf(text, str)
-    assert model.links['a'].surface.friction == 0.4
-    assert 'mu1 0.9' in model.warnings[0] and 'mu2 0.4' in model.warnings[0]
+    assert model.links["a"].surface.friction == 0.4
+    assert "mu1 0.9" in model.warnings[0] and "mu2 0.4" in model.warnings[0]
 
 
-def inertial(mass='1', ixx='1'):
+def inertial(mass="1", ixx="1"):
     """A link with a mass and one moment."""
-    return (f'<link name="a"><inertial><mass value="{mass}"/><inertia ixx="{ixx}" iyy="1" '
-            'izz="1"/></inertial></link>')
+    return (
+        f'<link name="a"><inertial><mass value="{mass}"/><inertia ixx="{ixx}" iyy="1" '
+        'izz="1"/></inertial></link>'
+    )
 
 
 REFUSED = [
-    ('<robot><link name="a"></robot>', ["URDF of 'car'", 'not well-formed', 'line 1']),
-    ('', ['not well-formed']),
-    ('<sdf/>', ['<sdf>', 'must be <robot>']),
-    (robot(''), ["'car'", 'no link']),
-    (robot('<link/>'), ['no name']),
+    ('<robot><link name="a"></robot>', ["URDF of 'car'", "not well-formed", "line 1"]),
+    ("", ["not well-formed"]),
+    ("<sdf/>", ["<sdf>", "must be <robot>"]),
+    (robot(""), ["'car'", "no link"]),
+    (robot("<link/>"), ["no name"]),
     (robot('<link name="a"/>' * 2), ["two links named 'a'"]),
-    (robot(TWO_LINKS), ['2 root links', 'base, tip', 'must be one']),
-    (robot('<link name="a"/>' + joint(parent='a', child='a')), ['0 root links', 'loop']),
-    (robot('<link name="x"/>' + TWO_LINKS + joint()
-           + joint(parent='tip', child='base').replace('"j"', '"k"')),
-     ["joints of model 'car' form a loop", "root 'x'", 'base, tip']),
+    (robot(TWO_LINKS), ["2 root links", "base, tip", "must be one"]),
+    (robot('<link name="a"/>' + joint(parent="a", child="a")), ["0 root links", "loop"]),
+    (
+        robot(
+            '<link name="x"/>'
+            + TWO_LINKS
+            + joint()
+            + joint(parent="tip", child="base").replace('"j"', '"k"')
+        ),
+        ["joints of model 'car' form a loop", "root 'x'", "base, tip"],
+    ),
     (robot(TWO_LINKS + joint() + joint()), ["two joints named 'j'"]),
-    (robot(TWO_LINKS + joint() + joint().replace('"j"', '"k"')),
-     ["'tip'", 'more than one parent']),
-    (robot(TWO_LINKS + joint('hinge')),
-     ["joint 'j'", "'hinge'", 'revolute, continuous, prismatic, fixed']),
-    (robot(TWO_LINKS + joint(child='nose')),
-     ["joint 'j'", "child link 'nose'", 'links are base, tip']),
-    (robot(TWO_LINKS + joint(parent='nose')), ["parent link 'nose'", 'links are base, tip']),
-    (robot(TWO_LINKS + joint('revolute', extra='<axis xyz="0 0 0"/>')), ['axis is zero']),
-    (robot(TWO_LINKS + joint('revolute', extra='<limit lower="2" upper="1"/>')),
-     ['lower limit 2.0', 'upper 1.0']),
-    (robot(TWO_LINKS + joint(extra='<origin xyz="0 nan 0"/>')),
-     ["joint 'j'", 'origin xyz', "'0 nan 0'", '3 finite']),
-    (robot(inertial(mass='nan')), ["link 'a' mass", "'nan'", 'finite number']),
-    (robot(inertial(mass='-1')), ["link 'a' mass", '-1.0', '0 or more']),
-    (robot(inertial(ixx='inf')), ["link 'a' inertia ixx", "'inf'"]),
-    (robot('<link name="a"><visual><geometry><box size="1 2"/></geometry></visual></link>'),
-     ["link 'a' visual", "'1 2'", '3 finite']),
-    (robot('<link name="a"><collision><geometry><sphere radius="0"/></geometry></collision>'
-           '</link>'), ["link 'a' collision", 'sphere', 'greater than 0']),
+    (robot(TWO_LINKS + joint() + joint().replace('"j"', '"k"')), ["'tip'", "more than one parent"]),
+    (
+        robot(TWO_LINKS + joint("hinge")),
+        ["joint 'j'", "'hinge'", "revolute, continuous, prismatic, fixed"],
+    ),
+    (
+        robot(TWO_LINKS + joint(child="nose")),
+        ["joint 'j'", "child link 'nose'", "links are base, tip"],
+    ),
+    (robot(TWO_LINKS + joint(parent="nose")), ["parent link 'nose'", "links are base, tip"]),
+    (robot(TWO_LINKS + joint("revolute", extra='<axis xyz="0 0 0"/>')), ["axis is zero"]),
+    (
+        robot(TWO_LINKS + joint("revolute", extra='<limit lower="2" upper="1"/>')),
+        ["lower limit 2.0", "upper 1.0"],
+    ),
+    (
+        robot(TWO_LINKS + joint(extra='<origin xyz="0 nan 0"/>')),
+        ["joint 'j'", "origin xyz", "'0 nan 0'", "3 finite"],
+    ),
+    (robot(inertial(mass="nan")), ["link 'a' mass", "'nan'", "finite number"]),
+    (robot(inertial(mass="-1")), ["link 'a' mass", "-1.0", "0 or more"]),
+    (robot(inertial(ixx="inf")), ["link 'a' inertia ixx", "'inf'"]),
+    (
+        robot('<link name="a"><visual><geometry><box size="1 2"/></geometry></visual></link>'),
+        ["link 'a' visual", "'1 2'", "3 finite"],
+    ),
+    (
+        robot(
+            '<link name="a"><collision><geometry><sphere radius="0"/></geometry></collision></link>'
+        ),
+        ["link 'a' collision", "sphere", "greater than 0"],
+    ),
 ]
 
 
-@pytest.mark.parametrize('text, parts', REFUSED, ids=[' '.join(p) for _, p in REFUSED])
+@pytest.mark.parametrize("text, parts", REFUSED, ids=[" ".join(p) for _, p in REFUSED])
 def test_bad_urdf_is_refused_by_name_value_and_what_is_valid(text, parts):
     with pytest.raises(ModelError) as error:
-        parse_urdf(text, str, 'car')
+        parse_urdf(text, str, "car")
     for part in parts:
         assert part in str(error.value)
 
 
 def test_pi_as_text():
     text = robot(TWO_LINKS + joint(extra=f'<origin rpy="0 0 {math.pi}"/>'))
-    assert parse_urdf(text, str).joints['j'].origin.rpy[2] == pytest.approx(math.pi)
+    assert parse_urdf(text, str).joints["j"].origin.rpy[2] == pytest.approx(math.pi)

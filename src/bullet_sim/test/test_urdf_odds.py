@@ -1,15 +1,17 @@
 """URDFs as they are found: worlds as roots, odd joints, leftovers, odd numbers; none crashes."""
+
 import numpy as np
 import pytest
-
-from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-BOX = ('<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '
-       'iyz="0"/></inertial><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>')
+BOX = (
+    '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '
+    'iyz="0"/></inertial><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
+)
 BODY = BOX.format(m=1, i=0.01)
 
 
@@ -18,13 +20,15 @@ def robot(content):
     return f'<robot name="r">{content}</robot>'
 
 
-def joint(kind, parent, child, extra='', name='j'):
+def joint(kind, parent, child, extra="", name="j"):
     """A joint."""
-    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-            f'{extra}</joint>')
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f"{extra}</joint>"
+    )
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World()
     yield world
@@ -33,83 +37,125 @@ def _world():
 
 def spawned(world, content, height=1.0):
     """A robot spawned at a height, after 0.2 s."""
-    model = world.spawn_urdf('r', robot(content), Pose((0.0, 0.0, height)), str)
+    model = world.spawn_urdf("r", robot(content), Pose((0.0, 0.0, height)), str)
     world.step(200)
     return model
 
 
-FALL = 0.5 * 9.81 * 0.2 ** 2    # [m] in 0.2 s
+FALL = 0.5 * 9.81 * 0.2**2  # [m] in 0.2 s
 
 
 def test_a_root_link_world_holds_the_robot(world):
-    arm = (f'<link name="world"/><link name="base">{BODY}</link><link name="arm">{BODY}</link>'
-           + joint('fixed', 'world', 'base', '<origin xyz="0 0 1"/>')
-           + joint('continuous', 'base', 'arm', '<origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>', 'k'))
+    arm = (
+        f'<link name="world"/><link name="base">{BODY}</link><link name="arm">{BODY}</link>'
+        + joint("fixed", "world", "base", '<origin xyz="0 0 1"/>')
+        + joint("continuous", "base", "arm", '<origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>', "k")
+    )
     model = spawned(world, arm, 0.0)
-    assert model.link_state('base')[0].position == pytest.approx((0, 0, 1), abs=1e-6)
+    assert model.link_state("base")[0].position == pytest.approx((0, 0, 1), abs=1e-6)
     assert model.description.warnings == []
 
 
 def test_a_free_joint_to_the_world_lets_it_fall(world):
-    model = spawned(world, f'<link name="world"/><link name="base">{BODY}</link>'
-                    + joint('floating', 'world', 'base'))
+    model = spawned(
+        world,
+        f'<link name="world"/><link name="base">{BODY}</link>' + joint("floating", "world", "base"),
+    )
     assert model.pose.position[2] == pytest.approx(1 - FALL, abs=0.005)
-    assert model.link_names == ('base',)
+    assert model.link_names == ("base",)
 
 
-@pytest.mark.parametrize('kind', ['floating', 'planar'])
+@pytest.mark.parametrize("kind", ["floating", "planar"])
 def test_joints_that_cannot_be_simulated_are_held(world, kind):
-    model = spawned(world, f'<link name="a">{BODY}</link><link name="b">{BODY}</link>'
-                    + joint(kind, 'a', 'b', '<origin xyz="1 0 0"/>'))
+    model = spawned(
+        world,
+        f'<link name="a">{BODY}</link><link name="b">{BODY}</link>'
+        + joint(kind, "a", "b", '<origin xyz="1 0 0"/>'),
+    )
     assert kind in model.description.warnings[0] and "'j'" in model.description.warnings[0]
-    apart = np.subtract(model.link_state('b')[0].position, model.link_state('a')[0].position)
+    apart = np.subtract(model.link_state("b")[0].position, model.link_state("a")[0].position)
     assert np.linalg.norm(apart) == pytest.approx(1.0, abs=1e-6)
 
 
-@pytest.mark.parametrize('mass, inertia, warned', [
-    ('0', '0', True), ('1', '0', True), ('1', '-0.1', True), ('1', '1e-15', True),
-    ('1', '0.01', False), ('1e-9', '1e-20', True)])
+@pytest.mark.parametrize(
+    "mass, inertia, warned",
+    [
+        ("0", "0", True),
+        ("1", "0", True),
+        ("1", "-0.1", True),
+        ("1", "1e-15", True),
+        ("1", "0.01", False),
+        ("1e-9", "1e-20", True),
+    ],
+)
 def test_odd_masses_still_fall(world, mass, inertia, warned):
     model = spawned(world, f'<link name="a">{BOX.format(m=mass, i=inertia)}</link>')
     assert model.pose.position[2] == pytest.approx(1 - FALL, abs=0.005)
     assert bool(model.description.warnings) == warned
 
 
-@pytest.mark.parametrize('limit, expected', [
-    ('<limit effort="inf" velocity="inf" lower="-1" upper="1"/>', (-1, 1, 0, 0)),
-    ('<limit effort="5" velocity="1e16" lower="-inf" upper="inf"/>', (None, None, 5, 0)),
-    ('<limit effort="5" velocity="2" lower="0"/>', (0, 0, 5, 2)),
-    ('<limit effort="5" velocity="2" lower="-1" upper="inf"/>', (-1, 1e9, 5, 2)),
-    ('', (None, None, 0, 0))])
+@pytest.mark.parametrize(
+    "limit, expected",
+    [
+        ('<limit effort="inf" velocity="inf" lower="-1" upper="1"/>', (-1, 1, 0, 0)),
+        ('<limit effort="5" velocity="1e16" lower="-inf" upper="inf"/>', (None, None, 5, 0)),
+        ('<limit effort="5" velocity="2" lower="0"/>', (0, 0, 5, 2)),
+        ('<limit effort="5" velocity="2" lower="-1" upper="inf"/>', (-1, 1e9, 5, 2)),
+        ("", (None, None, 0, 0)),
+    ],
+)
 def test_limits(limit, expected):
-    text = robot('<link name="a"/><link name="b"/>' + joint('revolute', 'a', 'b', limit))
-    read = parse_urdf(text, str).joints['j']
+    text = robot('<link name="a"/><link name="b"/>' + joint("revolute", "a", "b", limit))
+    read = parse_urdf(text, str).joints["j"]
     assert (read.lower, read.upper, read.effort, read.velocity) == expected
 
 
 def test_names_beyond_ascii_and_comments(world):
-    model = spawned(world, f'<!-- hé --><link name="Rad &amp; Träger"><!-- x -->{BODY}</link>'
-                    f'<link name="车轮 \'1\'">{BODY}</link>'
-                    + joint('continuous', 'Rad &amp; Träger', "车轮 '1'", name='Gelenk ü'))
-    assert model.link_names == ('Rad & Träger', "车轮 '1'")
-    assert model.joints.names == ('Gelenk ü',) or list(model.joints.names) == ['Gelenk ü']
+    model = spawned(
+        world,
+        f'<!-- hé --><link name="Rad &amp; Träger"><!-- x -->{BODY}</link>'
+        f"<link name=\"车轮 '1'\">{BODY}</link>"
+        + joint("continuous", "Rad &amp; Träger", "车轮 '1'", name="Gelenk ü"),
+    )
+    assert model.link_names == ("Rad & Träger", "车轮 '1'")
+    assert model.joints.names == ("Gelenk ü",) or list(model.joints.names) == ["Gelenk ü"]
     assert model.link_state("车轮 '1'")[0].position[2] < 1
 
 
 def test_tags_that_mean_nothing_are_quiet():
-    text = robot('<link name="a"/><link name="b"/>' + joint('revolute', 'a', 'b', (
-        '<safety_controller k_velocity="1"/><calibration rising="0"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/>')))
+    text = robot(
+        '<link name="a"/><link name="b"/>'
+        + joint(
+            "revolute",
+            "a",
+            "b",
+            (
+                '<safety_controller k_velocity="1"/><calibration rising="0"/>'
+                '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+            ),
+        )
+    )
     assert parse_urdf(text, str).warnings == []
 
 
-@pytest.mark.parametrize('content, words', [
-    ('<link name="a"><visual><geometry><box size="${w} 1 1"/></geometry></visual></link>',
-     ["'${w} 1 1'", 'xacro']),
-    ('<xacro:wheel xmlns:xacro="http://www.ros.org/wiki/xacro" prefix="l"/><link name="a"/>',
-     ['<xacro:wheel>', 'process it with xacro']),
-    ('<link name="a"><visual><geometry><box size="1 1 1"/></geometry><material name="m">'
-     '<color rgba="1 0"/></material></visual></link>', ["'m'", "'1 0'", '3 or 4'])])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (
+            '<link name="a"><visual><geometry><box size="${w} 1 1"/></geometry></visual></link>',
+            ["'${w} 1 1'", "xacro"],
+        ),
+        (
+            '<xacro:wheel xmlns:xacro="http://www.ros.org/wiki/xacro" prefix="l"/><link name="a"/>',
+            ["<xacro:wheel>", "process it with xacro"],
+        ),
+        (
+            '<link name="a"><visual><geometry><box size="1 1 1"/></geometry><material name="m">'
+            '<color rgba="1 0"/></material></visual></link>',
+            ["'m'", "'1 0'", "3 or 4"],
+        ),
+    ],
+)
 def test_leftovers_are_named(content, words):
     with pytest.raises(ModelError) as error:
         parse_urdf(robot(content), str)
@@ -118,52 +164,65 @@ def test_leftovers_are_named(content, words):
 
 
 def test_origin_without_parts():
-    text = robot('<link name="a"/><link name="b"/>' + joint('fixed', 'a', 'b', '<origin/>'))
-    assert parse_urdf(text, str).joints['j'].origin == Pose()
+    text = robot('<link name="a"/><link name="b"/>' + joint("fixed", "a", "b", "<origin/>"))
+    assert parse_urdf(text, str).joints["j"].origin == Pose()
 
 
-@pytest.mark.parametrize('scale', ['0 1 1', '0 0 0'])
+@pytest.mark.parametrize("scale", ["0 1 1", "0 0 0"])
 def test_mesh_of_no_size_is_left_out(tmp_path, scale):
-    (tmp_path / 'm.stl').write_bytes(b'')
-    text = robot(f'<link name="a"><visual><geometry><mesh filename="{tmp_path}/m.stl" '
-                 f'scale="{scale}"/></geometry></visual></link>')
+    (tmp_path / "m.stl").write_bytes(b"")
+    text = robot(
+        f'<link name="a"><visual><geometry><mesh filename="{tmp_path}/m.stl" '
+        f'scale="{scale}"/></geometry></visual></link>'
+    )
     model = parse_urdf(text, str)
-    assert model.links['a'].visuals == [] and 'scale' in model.warnings[0]
+    assert model.links["a"].visuals == [] and "scale" in model.warnings[0]
 
 
 def self_colliding(flag):
     """An arm of three boxes whose ends overlap."""
     ends = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
-    return (f'<link name="a">{BODY}</link><link name="b">{ends}</link><link name="c">{BODY}</link>'
-            + joint('prismatic', 'a', 'b', '<axis xyz="1 0 0"/>')
-            + joint('prismatic', 'b', 'c', '<origin xyz="0.1 0 0"/><axis xyz="1 0 0"/>', 'k')
-            + ''.join(f'<gazebo reference="{link}"><selfCollide>{flag}</selfCollide></gazebo>'
-                      for link in 'ac'))
+    return (
+        f'<link name="a">{BODY}</link><link name="b">{ends}</link><link name="c">{BODY}</link>'
+        + joint("prismatic", "a", "b", '<axis xyz="1 0 0"/>')
+        + joint("prismatic", "b", "c", '<origin xyz="0.1 0 0"/><axis xyz="1 0 0"/>', "k")
+        + "".join(
+            f'<gazebo reference="{link}"><selfCollide>{flag}</selfCollide></gazebo>'
+            for link in "ac"
+        )
+    )
 
 
-@pytest.mark.parametrize('flag, pushed', [('true', True), ('false', False)])
+@pytest.mark.parametrize("flag, pushed", [("true", True), ("false", False)])
 def test_self_collision(world, flag, pushed):
     model = spawned(world, self_colliding(flag))
-    apart = np.subtract(model.link_state('c')[0].position, model.link_state('a')[0].position)
+    apart = np.subtract(model.link_state("c")[0].position, model.link_state("a")[0].position)
     assert (abs(apart[0] - 0.1) > 0.01) == pushed
 
 
 def test_damaged_texts_never_crash(world):
     """Cut and changed copies of a sound URDF load or raise ModelError, nothing else."""
-    sound = robot(f'<link name="a">{BODY}</link><link name="b">{BODY}</link>' + joint(
-        'revolute', 'a', 'b', '<origin xyz="0 0 1" rpy="0 0 0"/><axis xyz="0 0 1"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics damping="0.1"/>'))
+    sound = robot(
+        f'<link name="a">{BODY}</link><link name="b">{BODY}</link>'
+        + joint(
+            "revolute",
+            "a",
+            "b",
+            '<origin xyz="0 0 1" rpy="0 0 0"/><axis xyz="0 0 1"/>'
+            '<limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics damping="0.1"/>',
+        )
+    )
     random = np.random.default_rng(4)
-    swaps = ['nan', '-1', '0', 'inf', '', '1e300', '"', '<', 'x', '1 2']
+    swaps = ["nan", "-1", "0", "inf", "", "1e300", '"', "<", "x", "1 2"]
     loaded = 0
     for trial in range(150):
         words = sound.split('"')
         place = random.integers(len(words))
         words[place] = swaps[random.integers(len(swaps))]
         try:
-            world.spawn_urdf(f'm{trial}', '"'.join(words), Pose(), str)
+            world.spawn_urdf(f"m{trial}", '"'.join(words), Pose(), str)
             world.step(2)
-            world.delete(f'm{trial}')
+            world.delete(f"m{trial}")
             loaded += 1
         except ModelError as error:
             assert str(error)

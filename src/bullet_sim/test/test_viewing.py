@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.viewing import MAX_RAYS, Observer
 from bullet_sim.world import World
 
-CAR = '''<robot name="car"><link name="base">
+CAR = """<robot name="car"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>
   <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
   <link name="mast"/>
@@ -20,31 +19,33 @@ CAR = '''<robot name="car"><link name="base">
       <max_angle>1.5707963</max_angle></horizontal></scan>
       <range><min>0.1</min><max>5</max></range></ray>
     <plugin name="p" filename="libgazebo_ros_laser.so"><topicName>scan</topicName></plugin>
-  </sensor></gazebo></robot>'''
-WALL = '''<robot name="wall"><link name="w">
+  </sensor></gazebo></robot>"""
+WALL = """<robot name="wall"><link name="w">
   <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>
-  <collision><geometry><box size="0.2 4 4"/></geometry></collision></link></robot>'''
+  <collision><geometry><box size="0.2 4 4"/></geometry></collision></link></robot>"""
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def make_world():
     world = World(gravity=(0.0, 0.0, 0.0))
     world.spawn(sdf.ground_plane())
-    world.spawn_urdf('wall', WALL, Pose((2.1, 0.0, 0.0)), str)
+    world.spawn_urdf("wall", WALL, Pose((2.1, 0.0, 0.0)), str)
     yield world
     world.close()
 
 
-def spawn_car(world, visualize='<visualize>true</visualize>', samples=3):
+def spawn_car(world, visualize="<visualize>true</visualize>", samples=3):
     text = CAR.format(visualize=visualize, samples=samples)
-    return world.spawn_urdf('car', text, Pose((0.0, 0.0, 1.0)), str)
+    return world.spawn_urdf("car", text, Pose((0.0, 0.0, 1.0)), str)
 
 
 def test_models_and_sources(world):
     observer = Observer(world)
     view = observer.look(paused=True)
     assert [(entry.name, entry.static) for entry in view.models] == [
-        ('ground_plane', True), ('wall', False)]
+        ("ground_plane", True),
+        ("wall", False),
+    ]
     assert view.paused and view.rays == ()
     assert [source.key for source in view.sources] == [entry.key for entry in view.models]
     assert [state.key for state in view.snapshot.bodies] == [e.key for e in view.models]
@@ -58,47 +59,48 @@ def test_sources_come_only_when_they_change(world):
     assert observer.look(False).sources is None
     spawn_car(world)
     assert len(observer.look(False).sources) == 3
-    world.delete('car')
+    world.delete("car")
     assert len(observer.look(False).sources) == 2
 
 
 def test_rays_end_at_what_they_hit(world):
     spawn_car(world)
-    rays, = Observer(world).look(False).rays
+    (rays,) = Observer(world).look(False).rays
     assert rays.origin == pytest.approx([0.0, 0.0, 1.5])
     # 0 rad: the wall's face at x = 2; 45 degrees: the wall again; 90 degrees: nothing within 5 m
-    assert rays.ends == pytest.approx(np.array(
-        [[2.0, 0.0, 1.5], [2.0, 2.0, 1.5], [0.0, 5.0, 1.5]]), abs=1e-3)
+    assert rays.ends == pytest.approx(
+        np.array([[2.0, 0.0, 1.5], [2.0, 2.0, 1.5], [0.0, 5.0, 1.5]]), abs=1e-3
+    )
 
 
 def test_a_lidar_that_is_not_visualised_is_not_cast(world):
-    spawn_car(world, visualize='')
+    spawn_car(world, visualize="")
     assert Observer(world).look(False).rays == ()
 
 
 def test_many_rays_are_thinned(world):
     spawn_car(world, samples=1000)
-    rays, = Observer(world).look(False).rays
+    (rays,) = Observer(world).look(False).rays
     assert MAX_RAYS / 2 < len(rays.ends) <= MAX_RAYS
 
 
 def test_rays_are_cast_at_the_rate_of_the_sensor(world):
     spawn_car(world)
     observer = Observer(world)
-    first, = observer.look(False).rays
-    world.step(50)      # 0.05 s of 0.1 s
+    (first,) = observer.look(False).rays
+    world.step(50)  # 0.05 s of 0.1 s
     assert observer.look(False).rays[0] is first
     world.step(60)
-    second, = observer.look(False).rays
+    (second,) = observer.look(False).rays
     assert second is not first
-    world.reset()       # time goes back
+    world.reset()  # time goes back
     assert observer.look(False).rays[0] is not second
 
 
 def test_looking_changes_nothing(world):
     def states(look):
         world.reset()
-        car = world.model('car')
+        car = world.model("car")
         car.set_state(car.pose, (0.3, 0.0, 0.0), (0.0, 0.1, 0.2))
         observer = Observer(world)
         for _ in range(200):
@@ -106,5 +108,6 @@ def test_looking_changes_nothing(world):
             if look:
                 observer.look(False)
         return world.snapshot()
+
     spawn_car(world)
     assert states(look=True) == states(look=False)

@@ -1,56 +1,66 @@
 """The world on the real engine."""
+
 import math
 import os
 import pickle
 
 import numpy as np
 import pytest
-
-from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-CART = ''.join([
-    '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
-    'iyy="0.02" izz="0.02"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/></geometry>'
-    '</collision></link>',
-    *(f'<link name="{name}"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" '
-      'izz="1e-4"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry>'
-      '<cylinder radius="0.08" length="0.04"/></geometry></collision></link>'
-      f'<joint name="{name}_joint" type="continuous"><origin xyz="{x} {y} 0"/>'
-      f'<parent link="base"/><child link="{name}"/><axis xyz="0 1 0"/>'
-      '<limit effort="5" velocity="100"/></joint>'
-      f'<gazebo reference="{name}"><mu1>0.7</mu1><mu2>0.7</mu2></gazebo>'
-      for name, x, y in (('fl', 0.15, 0.15), ('fr', 0.15, -0.15), ('rl', -0.15, 0.15),
-                         ('rr', -0.15, -0.15))),
-    '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'])
-WHEELS = ('fl', 'fr', 'rl', 'rr')
+CART = "".join(
+    [
+        '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
+        'iyy="0.02" izz="0.02"/></inertial><collision><geometry>'
+        '<box size="0.4 0.2 0.1"/></geometry></collision></link>',
+        *(
+            f'<link name="{name}"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" '
+            'izz="1e-4"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry>'
+            '<cylinder radius="0.08" length="0.04"/></geometry></collision></link>'
+            f'<joint name="{name}_joint" type="continuous"><origin xyz="{x} {y} 0"/>'
+            f'<parent link="base"/><child link="{name}"/><axis xyz="0 1 0"/>'
+            '<limit effort="5" velocity="100"/></joint>'
+            f'<gazebo reference="{name}"><mu1>0.7</mu1><mu2>0.7</mu2></gazebo>'
+            for name, x, y in (
+                ("fl", 0.15, 0.15),
+                ("fr", 0.15, -0.15),
+                ("rl", -0.15, 0.15),
+                ("rr", -0.15, -0.15),
+            )
+        ),
+        '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>',
+    ]
+)
+WHEELS = ("fl", "fr", "rl", "rr")
 
 
-@pytest.fixture(name='world')
+@pytest.fixture(name="world")
 def _world():
     world = World()
     yield world
     world.close()
 
 
-def box(name='box', size=0.2, friction=None, mass=1.0):
+def box(name="box", size=0.2, friction=None, mass=1.0):
     """A cube."""
-    link = Link('link', mass, inertia=mass * size ** 2 / 6 * np.eye(3))
-    link.collisions.append(Shape(Geometry('box', (size,) * 3)))
+    link = Link("link", mass, inertia=mass * size**2 / 6 * np.eye(3))
+    link.collisions.append(Shape(Geometry("box", (size,) * 3)))
     link.surface.friction = friction
-    return ModelDescription(name, {'link': link}, root='link')
+    return ModelDescription(name, {"link": link}, root="link")
 
 
 def with_cart(world, height=0.085):
     """Spawn ground and cart, start a controller per wheel."""
     world.spawn(sdf.ground_plane())
-    cart = world.spawn_urdf('cart', CART, Pose((0.0, 0.0, height)), str)
+    cart = world.spawn_urdf("cart", CART, Pose((0.0, 0.0, height)), str)
     for name in WHEELS:
-        cart.manager.load(name, {'type': 'velocity_controllers/JointVelocityController',
-                                 'joint': f'{name}_joint'})
+        cart.manager.load(
+            name, {"type": "velocity_controllers/JointVelocityController", "joint": f"{name}_joint"}
+        )
     cart.manager.switch(WHEELS, [])
     return cart
 
@@ -60,17 +70,19 @@ def drive(world, cart, steps=400):
     trail = []
     for step in range(steps):
         for name in WHEELS:
-            cart.manager.command(name, [10.0 + 5.0 * math.sin(0.01 * step) * (name[1] == 'l')])
+            cart.manager.command(name, [10.0 + 5.0 * math.sin(0.01 * step) * (name[1] == "l")])
         world.step()
-        trail.append(b''.join(values.tobytes() for values in cart.joints.read())
-                     + np.array(cart.pose.position + cart.pose.orientation).tobytes())
+        trail.append(
+            b"".join(values.tobytes() for values in cart.joints.read())
+            + np.array(cart.pose.position + cart.pose.orientation).tobytes()
+        )
     return trail
 
 
 def test_spawn_and_delete(world):
     model = world.spawn(box(), Pose((1.0, 2.0, 3.0)))
-    assert world.model('box') is model and model.pose.position == pytest.approx((1, 2, 3))
-    world.delete('box')
+    assert world.model("box") is model and model.pose.position == pytest.approx((1, 2, 3))
+    world.delete("box")
     assert world.models == {}
 
 
@@ -78,25 +90,31 @@ def test_names_taken_empty_and_unknown(world):
     world.spawn(box())
     with pytest.raises(ModelError, match="'box' exists already; models are box"):
         world.spawn(box())
-    with pytest.raises(ModelError, match='needs a name'):
-        world.spawn(box(''))
+    with pytest.raises(ModelError, match="needs a name"):
+        world.spawn(box(""))
     for call in (world.delete, world.model):
         with pytest.raises(WorldError, match="'gone' does not exist; models are box"):
-            call('gone')
-    assert list(world.models) == ['box']
+            call("gone")
+    assert list(world.models) == ["box"]
 
 
-@pytest.mark.parametrize('pose', [
-    Pose((math.nan, 0.0, 0.0)), Pose((0.0, math.inf, 0.0)),
-    Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), Pose((0.0, 0.0, 0.0), (math.nan, 0, 0, 1))])
+@pytest.mark.parametrize(
+    "pose",
+    [
+        Pose((math.nan, 0.0, 0.0)),
+        Pose((0.0, math.inf, 0.0)),
+        Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
+        Pose((0.0, 0.0, 0.0), (math.nan, 0, 0, 1)),
+    ],
+)
 def test_pose_that_is_no_pose_is_refused(world, pose):
     with pytest.raises(ModelError, match="'bad'.*must be finite"):
-        world.spawn(box('bad'), pose)
+        world.spawn(box("bad"), pose)
     model = world.spawn(box())
     before = model.pose
     with pytest.raises(ModelError, match="'box'.*must be finite"):
         model.set_state(pose)
-    assert list(world.models) == ['box'] and model.pose == before
+    assert list(world.models) == ["box"] and model.pose == before
 
 
 def test_time_goes_by_in_steps():
@@ -117,25 +135,27 @@ def test_free_fall(world):
     for _ in range(1000):
         world.step()
     assert model.pose.position[2] == pytest.approx(10 - 9.81 / 2, abs=0.006)
-    assert model.link_state('link')[1][2] == pytest.approx(-9.81, rel=1e-6)
+    assert model.link_state("link")[1][2] == pytest.approx(-9.81, rel=1e-6)
 
 
 def test_set_state(world):
     model = world.spawn(box())
     model.set_state(Pose((1.0, 1.0, 5.0)), (1, 2, 3), (0.1, 0.2, 0.3))
-    pose, linear, angular = model.link_state('link')
+    pose, linear, angular = model.link_state("link")
     assert pose.position == pytest.approx((1, 1, 5))
     np.testing.assert_allclose([linear, angular], [[1, 2, 3], [0.1, 0.2, 0.3]], atol=1e-12)
 
 
 def test_load_of_a_world_file(world):
-    text = ('<sdf version="1.6"><world name="w"><gravity>0 0 -1</gravity><physics><max_step_size>'
-            '0.004</max_step_size></physics><include><uri>model://ground_plane</uri></include>'
-            '<include><uri>/no/such.sdf</uri></include></world></sdf>')
+    text = (
+        '<sdf version="1.6"><world name="w"><gravity>0 0 -1</gravity><physics><max_step_size>'
+        "0.004</max_step_size></physics><include><uri>model://ground_plane</uri></include>"
+        "<include><uri>/no/such.sdf</uri></include></world></sdf>"
+    )
     warnings = world.load(sdf.parse_world(text, str))
-    assert (world.name, world.time_step, world.gravity) == ('w', 0.004, (0, 0, -1))
-    assert list(world.models) == ['ground_plane']
-    assert len(warnings) == 1 and '/no/such.sdf' in warnings[0]
+    assert (world.name, world.time_step, world.gravity) == ("w", 0.004, (0, 0, -1))
+    assert list(world.models) == ["ground_plane"]
+    assert len(warnings) == 1 and "/no/such.sdf" in warnings[0]
 
 
 def test_reset_is_bit_equal_to_a_fresh_start(world):
@@ -172,10 +192,10 @@ def test_snapshot_can_be_pickled(world):
 def test_many_spawns_and_deletes_leave_nothing_behind(world):
     with_cart(world)
     for _ in range(50):
-        world.spawn_urdf('other', CART, Pose((3.0, 0.0, 0.1)), str)
+        world.spawn_urdf("other", CART, Pose((3.0, 0.0, 0.1)), str)
         world.step()
-        path = world.model('other').source.path
-        world.delete('other')
+        path = world.model("other").source.path
+        world.delete("other")
         assert not os.path.exists(path)
     assert len(world.snapshot().bodies) == len(world.sources()) == 2
     fractions, bodies = world.engine.ray_batch([(3.0, 0.0, 5.0)], [(3.0, 0.0, 0.01)])
@@ -186,23 +206,23 @@ def test_keys_are_never_used_twice(world):
     keys = set()
     for _ in range(5):
         keys.add(world.spawn(box()).source.key)
-        world.delete('box')
+        world.delete("box")
     assert len(keys) == 5
 
 
 def test_velocity_limit_of_the_urdf_is_kept(world):
     cart = with_cart(world, height=5.0)
     cart.set_state(Pose((0.0, 0.0, 50.0)))
-    cart.manager.command('fl', [1000.0])
+    cart.manager.command("fl", [1000.0])
     for _ in range(1000):
         world.step()
     speeds = dict(zip(cart.joints.names, cart.joints.read()[1]))
-    assert speeds['fl_joint'] == pytest.approx(100, rel=1e-3)
+    assert speeds["fl_joint"] == pytest.approx(100, rel=1e-3)
 
 
-@pytest.mark.parametrize('friction, slides', [(0.3, True), (0.8, False)])
+@pytest.mark.parametrize("friction, slides", [(0.3, True), (0.8, False)])
 def test_friction_of_the_surface_decides_who_slides(friction, slides):
-    angle = 0.5     # tan = 0.546; the ground's friction is 1
+    angle = 0.5  # tan = 0.546; the ground's friction is 1
     world = World(gravity=(9.81 * math.sin(angle), 0.0, -9.81 * math.cos(angle)))
     world.spawn(sdf.ground_plane())
     model = world.spawn(box(friction=friction), Pose((0.0, 0.0, 0.1)))
@@ -215,4 +235,4 @@ def test_friction_of_the_surface_decides_who_slides(friction, slides):
 
 def test_link_that_does_not_exist(world):
     with pytest.raises(ModelError, match="'box' has no link 'nose'; links are link"):
-        world.spawn(box()).link_state('nose')
+        world.spawn(box()).link_state("nose")

@@ -5,11 +5,9 @@ import socket
 import time
 from multiprocessing.connection import Connection
 
-os.environ.setdefault('QT_QPA_PLATFORM', 'offscreen')
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from PyQt5.QtWidgets import QApplication
-
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.viewing import Observer
@@ -17,19 +15,20 @@ from bullet_sim.world import World
 from bullet_viewer.feed import Feed
 from bullet_viewer.painter import Painter
 from bullet_viewer.window import ViewerWindow
+from PyQt5.QtWidgets import QApplication
 
-DEADLINE = 90.0     # [s] of wall time for anything the viewer does
+DEADLINE = 90.0  # [s] of wall time for anything the viewer does
 
-BOX = '''<robot name="box"><link name="box">
+BOX = """<robot name="box"><link name="box">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>
   <visual><geometry><box size="0.4 0.4 0.4"/></geometry>
     <material name="c"><color rgba="{rgba}"/></material></visual>
-  <collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>{more}</robot>'''
+  <collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>{more}</robot>"""
 
 
-@pytest.fixture(scope='session', name='application')
+@pytest.fixture(scope="session", name="application")
 def _application():
-    return QApplication.instance() or QApplication(['test'])
+    return QApplication.instance() or QApplication(["test"])
 
 
 class Rig:
@@ -43,7 +42,7 @@ class Rig:
         self.looks, self.words = 0, []
         mine, its = socket.socketpair()
         self.connection = Connection(mine.detach())
-        self.painter = Painter('tiny')
+        self.painter = Painter("tiny")
         self.window = ViewerWindow(Feed(its.detach()), self.painter)
         self.frames = []
         self.painter.drawn.connect(self.frames.append)
@@ -51,7 +50,7 @@ class Rig:
         self.window.show()
         self.painter.start()
 
-    def box(self, name, place, rgba='1 0 0 1', more=''):
+    def box(self, name, place, rgba="1 0 0 1", more=""):
         return self.world.spawn_urdf(name, BOX.format(rgba=rgba, more=more), Pose(place), str)
 
     def pump(self):
@@ -59,24 +58,24 @@ class Rig:
         QApplication.processEvents()
         while not self.connection.closed and self.connection.poll(0.002):
             word, *arguments = self.connection.recv()
-            if word == 'look':
+            if word == "look":
                 self.looks += 1
-                self.connection.send(('view', self.observer.look(self.paused)))
+                self.connection.send(("view", self.observer.look(self.paused)))
             else:
                 self.words.append((word, *arguments))
 
     def until(self, condition, what):
         end = time.monotonic() + DEADLINE
         while not condition():
-            assert time.monotonic() < end, f'{what}: not within {DEADLINE} s'
+            assert time.monotonic() < end, f"{what}: not within {DEADLINE} s"
             self.pump()
 
     def picture(self):
         """The view as shown once a picture of the newest state of all is there: QImage."""
-        for _ in range(2):      # the one on its way may be older
+        for _ in range(2):  # the one on its way may be older
             count = len(self.frames)
             self.world.step()
-            self.until(lambda: len(self.frames) > count, 'a picture')
+            self.until(lambda: len(self.frames) > count, "a picture")
         QApplication.processEvents()
         return self.window.view.grab().toImage()
 

@@ -4,33 +4,36 @@ import math
 
 import numpy as np
 import pytest
-
 from bullet_viewer.orbit import FARTHEST, NEAREST, OrbitCamera, project, project_rays
 
-FOV = math.radians(90.0)    # focal length = half the width
+FOV = math.radians(90.0)  # focal length = half the width
 
 
 def test_it_looks_at_its_target():
     camera = OrbitCamera(target=(1.0, 2.0, 0.5), distance=3.0, yaw=0.7, pitch=0.4)
     forward = camera.rotation[:, 0]
     assert camera.position + 3.0 * forward == pytest.approx([1.0, 2.0, 0.5])
-    assert camera.position[2] == pytest.approx(0.5 + 3.0 * math.sin(0.4))     # above: looks down
+    assert camera.position[2] == pytest.approx(0.5 + 3.0 * math.sin(0.4))  # above: looks down
     places, depth = project([camera.target], camera.pose, FOV, 640, 480)
     assert places[0] == pytest.approx([320.0, 240.0])
     assert depth[0] == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize('point, place', [
-    ((2.0, 0.0, 0.0), (320.0, 240.0)),
-    ((2.0, 1.0, 0.0), (160.0, 240.0)),      # left is left: focal 320 px * 1 m / 2 m
-    ((2.0, 0.0, 1.0), (320.0, 80.0)),       # up is up
-    ((2.0, -2.0, -1.0), (640.0, 400.0))])
+@pytest.mark.parametrize(
+    "point, place",
+    [
+        ((2.0, 0.0, 0.0), (320.0, 240.0)),
+        ((2.0, 1.0, 0.0), (160.0, 240.0)),  # left is left: focal 320 px * 1 m / 2 m
+        ((2.0, 0.0, 1.0), (320.0, 80.0)),  # up is up
+        ((2.0, -2.0, -1.0), (640.0, 400.0)),
+    ],
+)
 def test_points_are_seen_where_a_pinhole_camera_sees_them(point, place):
     places, _ = project([point], ((0, 0, 0), (0, 0, 0)), FOV, 640, 480)
     assert places[0] == pytest.approx(place)
 
 
-@pytest.mark.parametrize('drag', [(100.0, 0.0), (0.0, 50.0), (-30.0, 20.0)])
+@pytest.mark.parametrize("drag", [(100.0, 0.0), (0.0, 50.0), (-30.0, 20.0)])
 def test_circling_keeps_target_and_distance_in_view(drag):
     camera = OrbitCamera(target=(1.0, 0.0, 0.0), distance=2.0)
     before = camera.position
@@ -42,7 +45,7 @@ def test_circling_keeps_target_and_distance_in_view(drag):
 
 def test_dragging_to_the_right_moves_the_near_side_to_the_right():
     camera = OrbitCamera(distance=2.0, pitch=0.0)
-    near = camera.position + 1.0 * camera.rotation[:, 0]    # between camera and target
+    near = camera.position + 1.0 * camera.rotation[:, 0]  # between camera and target
     camera.orbit(40.0, 0.0)
     assert project([near], camera.pose, FOV, 640, 480)[0][0, 0] > 320.0
 
@@ -52,7 +55,7 @@ def test_it_never_turns_over():
     for down in (10000.0, -30000.0):
         camera.orbit(0.0, down)
         assert abs(camera.pitch) < math.pi / 2.0
-        assert camera.rotation[2, 2] > 0.0      # its up has an upward part
+        assert camera.rotation[2, 2] > 0.0  # its up has an upward part
 
 
 def test_shifting_makes_the_target_follow_the_pointer():

@@ -42,27 +42,37 @@ class FakeRos:
                 pass
 
         def log(level):
-            return lambda text, *values: fake.said.append((level, text % values if values
-                                                           else text))
+            return lambda text, *values: fake.said.append(
+                (level, text % values if values else text)
+            )
 
         for name in ("loginfo", "logwarn", "logerr"):
             monkeypatch.setattr(rospy, name, log(name[3:]))
-            monkeypatch.setattr(rospy, name + "_throttle",
-                                lambda _period, *words, say=log(name[3:]): say(*words))
+            say = log(name[3:])
+            monkeypatch.setattr(
+                rospy, name + "_throttle", lambda _period, *words, say=say: say(*words)
+            )
         for name, value in (
-                ("Publisher", Publisher), ("get_time", lambda: self.now),
-                ("Subscriber", lambda topic, _kind, callback, **_:
-                    self.subscribed.update({topic: callback})),
-                ("Service", lambda topic, _kind, callback: self.services.update({topic: callback})),
-                ("Timer", lambda _period, callback, reset=False:
-                    reset and self.timers.append(callback)),
-                ("on_shutdown", lambda _callback: None),
-                ("has_param", lambda name: name[1:] in given),
-                ("get_param", lambda name, *default: given[name[1:]] if name[1:] in given
-                    else default[0])):
+            ("Publisher", Publisher),
+            ("get_time", lambda: self.now),
+            (
+                "Subscriber",
+                lambda topic, _kind, callback, **_: self.subscribed.update({topic: callback}),
+            ),
+            ("Service", lambda topic, _kind, callback: self.services.update({topic: callback})),
+            (
+                "Timer",
+                lambda _period, callback, reset=False: reset and self.timers.append(callback),
+            ),
+            ("on_shutdown", lambda _callback: None),
+            ("has_param", lambda name: name[1:] in given),
+            (
+                "get_param",
+                lambda name, *default: given[name[1:]] if name[1:] in given else default[0],
+            ),
+        ):
             monkeypatch.setattr(rospy, name, value)
-        monkeypatch.setattr(rospy.Time, "now", staticmethod(
-            lambda: rospy.Time.from_sec(self.now)))
+        monkeypatch.setattr(rospy.Time, "now", staticmethod(lambda: rospy.Time.from_sec(self.now)))
         monkeypatch.setattr(tf2_ros, "TransformBroadcaster", Broadcaster)
 
     def messages(self, topic):

@@ -46,8 +46,11 @@ class Truck:
         self.x += self.speed * math.cos(middle) * PERIOD
         self.y += self.speed * math.sin(middle) * PERIOD
         self.heading += self.speed * curvature * PERIOD
-        self.hitch -= self.speed * PERIOD * (
-            math.sin(self.hitch) / 0.70 + (0.30 / 0.70 * math.cos(self.hitch) + 1.0) * curvature)
+        self.hitch -= (
+            self.speed
+            * PERIOD
+            * (math.sin(self.hitch) / 0.70 + (0.30 / 0.70 * math.cos(self.hitch) + 1.0) * curvature)
+        )
         self.widest_hitch = max(self.widest_hitch, abs(self.hitch))
         self.path += abs(self.speed) * PERIOD
         self.time += PERIOD
@@ -84,8 +87,9 @@ def drive(controller, truck, goal, limit=120.0):
     while truck.time - begin < limit:
         update = controller.update(truck.x, truck.y, truck.heading, truck.time)
         state = update[0]
-        error = math.remainder(math.atan2(goal[1] - truck.y, goal[0] - truck.x) - truck.heading,
-                               2.0 * math.pi)
+        error = math.remainder(
+            math.atan2(goal[1] - truck.y, goal[0] - truck.x) - truck.heading, 2.0 * math.pi
+        )
         if state == "active" and abs(error) > math.radians(1.0):
             now = 1 if error > 0.0 else -1
             changes += bool(sign and now != sign)
@@ -95,5 +99,11 @@ def drive(controller, truck, goal, limit=120.0):
         truck.step(*update[1:])
     while abs(truck.speed) > 1e-6:
         truck.step(0.0, 0.0)
-    return Run(state, math.hypot(goal[0] - truck.x, goal[1] - truck.y), truck.path - path_before,
-               controller.shortest, changes, truck.time - begin)
+    return Run(
+        state,
+        math.hypot(goal[0] - truck.x, goal[1] - truck.y),
+        truck.path - path_before,
+        controller.shortest,
+        changes,
+        truck.time - begin,
+    )

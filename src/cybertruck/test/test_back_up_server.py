@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-
 from cybertruck.backing.server import REST_TIME, BackUpServer
 
 

@@ -4,13 +4,12 @@ import math
 
 import pytest
 import rospy
+from cybertruck.drive import conversions
+from cybertruck.drive.model import CyberModel
+from cybertruck.drive.node import Drive
 from fake_ros import FakeRos
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
-
-from cybertruck.drive import conversions
-from cybertruck.drive.node import Drive
-from cybertruck.drive.model import CyberModel
 
 PERIOD = 0.008  # of joint states [s]
 TIMEOUT = 0.5  # command_timeout [s]
@@ -41,8 +40,9 @@ class Rig:
         return {name: 0.0 if name in conversions.HINGES else self.wheel for name in NAMES}
 
     def bring(self, positions):
-        message = JointState(name=list(positions), position=list(positions.values()),
-                             velocity=[0.0] * len(positions))
+        message = JointState(
+            name=list(positions), position=list(positions.values()), velocity=[0.0] * len(positions)
+        )
         message.header.stamp = rospy.Time.from_sec(self.ros.now)
         self.ros.subscribed["/cybertruck/joint_states"](message)
 
@@ -65,8 +65,11 @@ class Rig:
 
     def pose(self):
         pose = self.ros.messages("/odom")[-1].pose.pose
-        return pose.position.x, pose.position.y, 2.0 * math.atan2(pose.orientation.z,
-                                                                  pose.orientation.w)
+        return (
+            pose.position.x,
+            pose.position.y,
+            2.0 * math.atan2(pose.orientation.z, pose.orientation.w),
+        )
 
 
 @pytest.fixture
@@ -81,9 +84,13 @@ def at_start(rig):
     return rig.pose() == pytest.approx(tuple(START.values()), abs=1e-9)
 
 
-@pytest.mark.parametrize("bad, words", [
-    ({"rear_left_wheel_joint": math.nan}, "is nan"),
-    ({"front_left_steer_joint": math.inf}, "is inf")])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        ({"rear_left_wheel_joint": math.nan}, "is nan"),
+        ({"front_left_steer_joint": math.inf}, "is inf"),
+    ],
+)
 def test_joint_states_that_are_not_finite_brake_the_truck(rig, bad, words):
     rig.joints(**bad)
     assert rig.axle() == pytest.approx((1.0 - BRAKING * PERIOD) / RADIUS)

@@ -3,11 +3,10 @@
 import math
 
 import pytest
-from goal_sim import Truck, drive
-
 from cybertruck.goal.controller import GoalController
 from cybertruck.goal.settings import GoalSettings
 from cybertruck.goal.shortest import shortest_length
+from goal_sim import Truck, drive
 
 TOLERANCE = 0.15  # [m]
 BOTH = pytest.mark.parametrize("trailer", [False, True], ids=["truck", "trailer"])
@@ -50,20 +49,37 @@ def search_shortest(forward, left, radius, count=20000):
     return best
 
 
-@pytest.mark.parametrize("forward, left", [
-    (3.0, 0.5), (0.0, 3.0), (-2.0, 0.7), (-3.0, -0.2), (1.0, -1.5), (0.5, 1.9),  # outside
-    (0.3, 0.9), (0.0, 0.4), (-0.6, 1.0), (0.2, -1.5), (0.0, -0.05)])  # inside a circle
+@pytest.mark.parametrize(
+    "forward, left",
+    [
+        (3.0, 0.5),
+        (0.0, 3.0),
+        (-2.0, 0.7),
+        (-3.0, -0.2),
+        (1.0, -1.5),
+        (0.5, 1.9),  # outside
+        (0.3, 0.9),
+        (0.0, 0.4),
+        (-0.6, 1.0),
+        (0.2, -1.5),
+        (0.0, -0.05),
+    ],
+)  # inside a circle
 def test_shortest_length_equals_a_search(forward, left):
     expected = search_shortest(forward, left, 1.0)
     assert shortest_length(forward, left, 1.0) == pytest.approx(expected, abs=3e-3)
 
 
-@pytest.mark.parametrize("forward, left, expected", [
-    (5.0, 0.0, 5.0),  # straight ahead
-    (0.0, 2.0, math.pi),  # half a circle of radius 1
-    (1.0, 1.0, math.pi / 2.0),  # a quarter
-    (1.0, -3.0, 0.5 * math.pi + 2.0),  # a quarter to the right, then two metres
-    (-1.0, 1.0, 1.5 * math.pi)])
+@pytest.mark.parametrize(
+    "forward, left, expected",
+    [
+        (5.0, 0.0, 5.0),  # straight ahead
+        (0.0, 2.0, math.pi),  # half a circle of radius 1
+        (1.0, 1.0, math.pi / 2.0),  # a quarter
+        (1.0, -3.0, 0.5 * math.pi + 2.0),  # a quarter to the right, then two metres
+        (-1.0, 1.0, 1.5 * math.pi),
+    ],
+)
 def test_shortest_length_of_known_paths(forward, left, expected):
     assert shortest_length(forward, left, 1.0) == pytest.approx(expected)
 
@@ -87,8 +103,20 @@ def test_goals_off_the_heading(trailer, degrees, distance):
 
 
 @BOTH
-@pytest.mark.parametrize("x, y", [(0.0, 0.3), (0.0, -0.3), (0.0, 0.8), (0.3, 0.7), (-0.3, 0.7),
-                                  (0.1, -1.1), (-0.5, -0.6), (0.0, 1.5), (0.0, -1.5)])
+@pytest.mark.parametrize(
+    "x, y",
+    [
+        (0.0, 0.3),
+        (0.0, -0.3),
+        (0.0, 0.8),
+        (0.3, 0.7),
+        (-0.3, 0.7),
+        (0.1, -1.1),
+        (-0.5, -0.6),
+        (0.0, 1.5),
+        (0.0, -1.5),
+    ],
+)
 def test_goals_beside_the_truck_inside_its_turning_circle(trailer, x, y):
     truck = Truck()
     check(drive(controller(trailer=trailer), truck, (x, y)), truck, trailer)
@@ -134,12 +162,16 @@ def test_original_gains_end_in_the_original_box(heading):
         assert run.error > TOLERANCE  # it stops at the box, not at the goal
 
 
-@pytest.mark.parametrize("pose, expected", [
-    ((0.0, 0.0, 0.0), (1.5, 0.0)),  # 10 m ahead: 0.8 * 10 / 2.5 = 3.2, cut to 1.5
-    ((8.0, 0.0, 0.0), (0.24, 0.0)),  # fine: 0.3 * 2 / 2.5
-    ((6.0, 0.0, 0.1), (1.28, -0.096)),  # coarse beyond 3 m: 0.8 * 4 / 2.5, 2.4 * 0.1 / 2.5
-    ((8.0, 0.0, -0.2), (0.24, 0.08)),  # fine: 1.0 * 0.2 / 2.5
-    ((0.0, 0.0, 1.5), (1.5, -0.7854))])  # turning cut to 0.7854
+@pytest.mark.parametrize(
+    "pose, expected",
+    [
+        ((0.0, 0.0, 0.0), (1.5, 0.0)),  # 10 m ahead: 0.8 * 10 / 2.5 = 3.2, cut to 1.5
+        ((8.0, 0.0, 0.0), (0.24, 0.0)),  # fine: 0.3 * 2 / 2.5
+        ((6.0, 0.0, 0.1), (1.28, -0.096)),  # coarse beyond 3 m: 0.8 * 4 / 2.5, 2.4 * 0.1 / 2.5
+        ((8.0, 0.0, -0.2), (0.24, 0.08)),  # fine: 1.0 * 0.2 / 2.5
+        ((0.0, 0.0, 1.5), (1.5, -0.7854)),
+    ],
+)  # turning cut to 0.7854
 def test_original_gains(pose, expected):
     driver = controller(gains="original")
     driver.start(10.0, 0.0)
@@ -222,27 +254,35 @@ def test_a_blocked_truck_gives_up():
     assert states["stuck"] == pytest.approx(5.0, abs=0.02)
 
 
-@pytest.mark.parametrize("position, pose, words", [
-    ((math.nan, 0.0, 0.0), (0.0, 0.0, 0.0), "x of the goal is nan"),
-    ((0.0, math.inf, 0.0), (0.0, 0.0, 0.0), "y of the goal is inf"),
-    ((0.0, 0.0, math.nan), (0.0, 0.0, 0.0), "z of the goal is nan"),
-    ((300.0, 0.0, 0.0), (0.0, 0.0, 0.0), "within 200 m"),
-    ((3.0, 0.0, 2.0), (0.0, 0.0, 0.0), "on the ground"),
-    ((3.0, 0.0, 0.0), None, "no odometry"),
-    ((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), "")])
+@pytest.mark.parametrize(
+    "position, pose, words",
+    [
+        ((math.nan, 0.0, 0.0), (0.0, 0.0, 0.0), "x of the goal is nan"),
+        ((0.0, math.inf, 0.0), (0.0, 0.0, 0.0), "y of the goal is inf"),
+        ((0.0, 0.0, math.nan), (0.0, 0.0, 0.0), "z of the goal is nan"),
+        ((300.0, 0.0, 0.0), (0.0, 0.0, 0.0), "within 200 m"),
+        ((3.0, 0.0, 2.0), (0.0, 0.0, 0.0), "on the ground"),
+        ((3.0, 0.0, 0.0), None, "no odometry"),
+        ((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), ""),
+    ],
+)
 def test_refusals(position, pose, words):
     reason = controller().refusal(position, pose)
     assert words in reason and bool(reason) == bool(words)
 
 
-@pytest.mark.parametrize("settings, words", [
-    ({"gains": "fast"}, "one of default, original"),
-    ({"min_radius": 0.3}, "no less than"),
-    ({"trailer": True, "trailer_min_radius": 0.6}, "trailer_min_radius is 0.6"),
-    ({"tolerance": 0.0}, "tolerance is 0.0"),
-    ({"max_linear": float("nan")}, "max_linear is nan"),
-    ({"turn_gain": "much"}, "turn_gain is 'much'"),
-    ({"trailer": 1}, "true or false")])
+@pytest.mark.parametrize(
+    "settings, words",
+    [
+        ({"gains": "fast"}, "one of default, original"),
+        ({"min_radius": 0.3}, "no less than"),
+        ({"trailer": True, "trailer_min_radius": 0.6}, "trailer_min_radius is 0.6"),
+        ({"tolerance": 0.0}, "tolerance is 0.0"),
+        ({"max_linear": float("nan")}, "max_linear is nan"),
+        ({"turn_gain": "much"}, "turn_gain is 'much'"),
+        ({"trailer": 1}, "true or false"),
+    ],
+)
 def test_bad_settings(settings, words):
     with pytest.raises(ValueError, match=words):
         GoalSettings(**settings)

@@ -5,10 +5,10 @@ import time
 import pytest
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from cybertruck.goal.node import GoalNode
 from fake_ros import FakeRos
 from nav_msgs.msg import Odometry
 
-from cybertruck.goal.node import GoalNode
 from cybertruck.srv import GoalRequest
 
 
@@ -79,10 +79,14 @@ def test_a_reset_without_odometry_after_it_is_silence(rig):
     assert (status, rig.speeds()[-1]) == (GoalStatus.ABORTED, 0.0) and "silent" in text
 
 
-@pytest.mark.parametrize("ros, wall, status", [
-    (0.0, 60.0, GoalStatus.ACTIVE),  # a paused world
-    (5.0, 0.1, GoalStatus.ACTIVE),  # a world much faster than real time
-    (0.6, 0.6, GoalStatus.ABORTED)])
+@pytest.mark.parametrize(
+    "ros, wall, status",
+    [
+        (0.0, 60.0, GoalStatus.ACTIVE),  # a paused world
+        (5.0, 0.1, GoalStatus.ACTIVE),  # a world much faster than real time
+        (0.6, 0.6, GoalStatus.ABORTED),
+    ],
+)
 def test_silence_lasts_in_both_times(rig, ros, wall, status):
     rig.ros.now += ros
     rig.wall += wall

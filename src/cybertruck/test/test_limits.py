@@ -3,20 +3,23 @@
 import math
 
 import pytest
-
 from cybertruck.teleop.limits import Limits, RateLimiter
 
 FREE = {"max_acceleration": 0.0, "max_steering_rate": 0.0}
 
 
-@pytest.mark.parametrize("wanted, expected", [
-    ((0.5, 0.5), (0.5, 0.5)),
-    ((5.0, 0.0), (3.0, 0.0)),
-    ((-5.0, 0.0), (-3.0, 0.0)),
-    ((3.0, 9.0), (3.0, 3.0)),  # max_angular
-    ((0.5, 2.0), (0.5, 0.5 * math.tan(0.7854) / 0.508)),  # full lock
-    ((-0.5, 2.0), (-0.5, 0.5 * math.tan(0.7854) / 0.508)),
-    ((0.0, 1.0), (0.0, 0.0))])
+@pytest.mark.parametrize(
+    "wanted, expected",
+    [
+        ((0.5, 0.5), (0.5, 0.5)),
+        ((5.0, 0.0), (3.0, 0.0)),
+        ((-5.0, 0.0), (-3.0, 0.0)),
+        ((3.0, 9.0), (3.0, 3.0)),  # max_angular
+        ((0.5, 2.0), (0.5, 0.5 * math.tan(0.7854) / 0.508)),  # full lock
+        ((-0.5, 2.0), (-0.5, 0.5 * math.tan(0.7854) / 0.508)),
+        ((0.0, 1.0), (0.0, 0.0)),
+    ],
+)
 def test_clip(wanted, expected):
     assert Limits().clip(*wanted) == pytest.approx(expected)
 
@@ -35,7 +38,8 @@ def test_trailer_limit_keeps_the_hitch_angle(angle):
 def test_speed_rises_at_the_acceleration_and_falls_at_once():
     limiter = RateLimiter(Limits(max_acceleration=2.0, max_steering_rate=0.0))
     assert [limiter.step(0.5, 0.0, 0.05)[0] for _ in range(6)] == pytest.approx(
-        [0.1, 0.2, 0.3, 0.4, 0.5, 0.5])
+        [0.1, 0.2, 0.3, 0.4, 0.5, 0.5]
+    )
     assert limiter.step(0.2, 0.0, 0.05)[0] == pytest.approx(0.2)
     assert limiter.step(-0.5, 0.0, 0.05)[0] == pytest.approx(-0.1)
     assert limiter.step(0.0, 0.0, 0.05) == (0.0, 0.0)
@@ -52,13 +56,17 @@ def test_no_rates():
     assert RateLimiter(Limits(**FREE)).step(0.5, -0.4, 0.0) == pytest.approx((0.5, -0.4))
 
 
-@pytest.mark.parametrize("settings, words", [
-    ({"max_speed": 0.0}, "max_speed is 0.0; it must be above 0"),
-    ({"max_acceleration": -1.0}, "0 or more"),
-    ({"max_steering": 1.6}, "below pi/2"),
-    ({"trailer": "yes"}, "true or false"),
-    ({"wheelbase": float("nan")}, "wheelbase is nan"),
-    ({"max_angular": True}, "max_angular is True")])
+@pytest.mark.parametrize(
+    "settings, words",
+    [
+        ({"max_speed": 0.0}, "max_speed is 0.0; it must be above 0"),
+        ({"max_acceleration": -1.0}, "0 or more"),
+        ({"max_steering": 1.6}, "below pi/2"),
+        ({"trailer": "yes"}, "true or false"),
+        ({"wheelbase": float("nan")}, "wheelbase is nan"),
+        ({"max_angular": True}, "max_angular is True"),
+    ],
+)
 def test_bad_limits(settings, words):
     with pytest.raises(ValueError, match=words):
         Limits(**settings)

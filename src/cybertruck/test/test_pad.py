@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 import yaml
-
 from cybertruck.teleop.joystick.pad_map import PadReader, parse
 from cybertruck.teleop.joystick.schemes import PadTeleop
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
-PADS = {"ps4": {"cross": 0, "circle": 1, "triangle": 2, "square": 3, "l1": 4, "r1": 5, "r3": 12},
-        "xbox": {"cross": 0, "circle": 1, "square": 2, "triangle": 3, "l1": 4, "r1": 5, "r3": 10}}
+PADS = {
+    "ps4": {"cross": 0, "circle": 1, "triangle": 2, "square": 3, "l1": 4, "r1": 5, "r3": 12},
+    "xbox": {"cross": 0, "circle": 1, "square": 2, "triangle": 3, "l1": 4, "r1": 5, "r3": 10},
+}
 AXES = {"x": 0, "y": 1, "l2": 2, "r2": 5}
 STOP = (0.0, 0.0)
 
@@ -73,7 +74,8 @@ TRADITIONAL = [
     (["r3", "r2=-1", "", "r2=0.5"], (0.125, 0.0)),
     (["r3", "r2=-1", "", "l1", ""], STOP),
     (["r3", "r2=-1", "", "r3", ""], STOP),
-    (["y=1"], STOP)]
+    (["y=1"], STOP),
+]
 
 ALTERNATE = [
     ([""], STOP),
@@ -97,7 +99,8 @@ ALTERNATE = [
     (["square", "y=-1", "", "y=0.6", ""], (-0.3, 0.0)),
     (["square", "y=-1", "", "cross", ""], STOP),
     (["square", "y=-1", "", "square", ""], STOP),
-    (["triangle r3", "y=-1"], (0.5, 0.0))]
+    (["triangle r3", "y=-1"], (0.5, 0.0)),
+]
 
 
 @pytest.mark.parametrize("pad", PADS)
@@ -112,15 +115,19 @@ def test_alternate(pad, texts, expected):
     assert play(pad, "alternate", texts).wanted == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("texts, expected", [
-    (["l2=0 r2=0"], STOP),  # at 0 until first moved
-    (["l2=0 r2=0", "l2=0 r2=0 x=1"], STOP),
-    (["l2=0 r2=0", "l2=0 r2=0.8"], (0.05, 0.0)),  # the first thing told of a pull
-    (["l2=0 r2=0", "l2=0 r2=-1"], (0.5, 0.0)),
-    (["l2=0 r2=0", "l2=0 r2=-1", "l2=0 r2=1"], STOP),
-    (["l2=1 r2=1"], STOP),  # at 1 from the start
-    (["l2=1 r2=1", "l2=1 r2=-1"], (0.5, 0.0)),
-    (["l2=0 r2=0", "l2=-1 r2=0"], (-0.5, 0.0))])
+@pytest.mark.parametrize(
+    "texts, expected",
+    [
+        (["l2=0 r2=0"], STOP),  # at 0 until first moved
+        (["l2=0 r2=0", "l2=0 r2=0 x=1"], STOP),
+        (["l2=0 r2=0", "l2=0 r2=0.8"], (0.05, 0.0)),  # the first thing told of a pull
+        (["l2=0 r2=0", "l2=0 r2=-1"], (0.5, 0.0)),
+        (["l2=0 r2=0", "l2=0 r2=-1", "l2=0 r2=1"], STOP),
+        (["l2=1 r2=1"], STOP),  # at 1 from the start
+        (["l2=1 r2=1", "l2=1 r2=-1"], (0.5, 0.0)),
+        (["l2=0 r2=0", "l2=-1 r2=0"], (-0.5, 0.0)),
+    ],
+)
 def test_triggers_until_first_moved(texts, expected):
     assert play("ps4", "traditional", texts).wanted == pytest.approx(expected)
 
@@ -132,11 +139,15 @@ def test_triggers_from_zero_to_one():
         assert reader.read(*message("ps4", f"l2=0 r2={value}")).triggers["r2"] == pull
 
 
-@pytest.mark.parametrize("texts, lost", [
-    (["l2=1 r2=-1"], True),
-    (["l2=0 r2=-1"], True),
-    (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger on its way through the middle
-    (["l2=0 r2=0 y=-1"], False)])  # a stick that is let go of
+@pytest.mark.parametrize(
+    "texts, lost",
+    [
+        (["l2=1 r2=-1"], True),
+        (["l2=0 r2=-1"], True),
+        (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger on its way through the middle
+        (["l2=0 r2=0 y=-1"], False),
+    ],
+)  # a stick that is let go of
 def test_all_zero_of_an_unplugged_pad(texts, lost):
     reader = PadReader(pad_map("ps4"))
     for text in texts:
@@ -147,12 +158,16 @@ def test_all_zero_of_an_unplugged_pad(texts, lost):
         assert state.idle and state.triggers == {"l2": 0.0, "r2": 0.0}
 
 
-@pytest.mark.parametrize("axes, buttons, words", [
-    ([0.0] * 2, [0] * 13, "the pad has 2 axes, r2 should be number 5"),
-    ([], [], "has 0 axes"),
-    ([0.0] * 8, [0] * 4, "the pad has 4 buttons, r3 should be number 12"),
-    ([math.nan] + [0.0] * 7, [0] * 13, r"axis 0 \(left_x\) is nan"),
-    ([0.0] * 5 + [math.inf, 0.0, 0.0], [0] * 13, r"axis 5 \(r2\) is inf")])
+@pytest.mark.parametrize(
+    "axes, buttons, words",
+    [
+        ([0.0] * 2, [0] * 13, "the pad has 2 axes, r2 should be number 5"),
+        ([], [], "has 0 axes"),
+        ([0.0] * 8, [0] * 4, "the pad has 4 buttons, r3 should be number 12"),
+        ([math.nan] + [0.0] * 7, [0] * 13, r"axis 0 \(left_x\) is nan"),
+        ([0.0] * 5 + [math.inf, 0.0, 0.0], [0] * 13, r"axis 5 \(r2\) is inf"),
+    ],
+)
 def test_bad_messages(axes, buttons, words):
     with pytest.raises(ValueError, match=words):
         PadReader(pad_map("ps4")).read(axes, buttons)
@@ -163,15 +178,19 @@ def test_values_beyond_the_ends_are_cut():
     assert (state.sticks["left_x"], state.triggers["r2"]) == (1.0, 1.0)
 
 
-@pytest.mark.parametrize("change, words", [
-    (lambda table: table["axes"].pop("r2"), "axes/r2 is None"),
-    (lambda table: table["axes"].update(r2=-1), "axes/r2 is -1"),
-    (lambda table: table["buttons"].update(cross="A"), "buttons/cross is 'A'"),
-    (lambda table: table["buttons"].update(home=3), "unknown name 'home'"),
-    (lambda table: table.update(sticks=1), "unknown key 'sticks'"),
-    (lambda table: table.update(trigger_pressed=1.0), "are the same"),
-    (lambda table: table.update(inverted="left_x"), "inverted is 'left_x'"),
-    (lambda table: table.pop("axes"), "axes is None")])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda table: table["axes"].pop("r2"), "axes/r2 is None"),
+        (lambda table: table["axes"].update(r2=-1), "axes/r2 is -1"),
+        (lambda table: table["buttons"].update(cross="A"), "buttons/cross is 'A'"),
+        (lambda table: table["buttons"].update(home=3), "unknown name 'home'"),
+        (lambda table: table.update(sticks=1), "unknown key 'sticks'"),
+        (lambda table: table.update(trigger_pressed=1.0), "are the same"),
+        (lambda table: table.update(inverted="left_x"), "inverted is 'left_x'"),
+        (lambda table: table.pop("axes"), "axes is None"),
+    ],
+)
 def test_bad_maps(change, words):
     table = yaml.safe_load((CONFIG / "joystick_ps4.yaml").read_text())["pad"]
     change(table)

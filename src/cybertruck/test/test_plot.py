@@ -7,14 +7,13 @@ import sys
 import pytest
 import rosbag
 import rospy
+from cybertruck.plot import command
+from cybertruck.plot.picture import draw, spaced
+from cybertruck.plot.trajectory import Trajectory
 from geometry_msgs.msg import PoseStamped
 from matplotlib import image
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
-
-from cybertruck.plot import command
-from cybertruck.plot.picture import draw, spaced
-from cybertruck.plot.trajectory import Trajectory
 
 
 def quarter(count=200, radius=2.0):
@@ -61,8 +60,15 @@ def test_spacing_thins_out_but_keeps_the_ends():
     assert trajectory.rows[-1][1:3] == pytest.approx((2.0, 2.0))
 
 
-@pytest.mark.parametrize("row", [(math.nan, 0.0, 0.0, 0.0), (5.0, math.inf, 0.0, 0.0),
-                                 (5.0, 0.0, 0.0, math.nan), (0.5, 3.0, 3.0, 0.0)])
+@pytest.mark.parametrize(
+    "row",
+    [
+        (math.nan, 0.0, 0.0, 0.0),
+        (5.0, math.inf, 0.0, 0.0),
+        (5.0, 0.0, 0.0, math.nan),
+        (0.5, 3.0, 3.0, 0.0),
+    ],
+)
 def test_poses_that_are_left_out(row):
     trajectory = Trajectory()
     assert trajectory.add(1.0, 0.0, 0.0, 0.0)
@@ -85,7 +91,8 @@ def test_csv(tmp_path):
     assert rows[0] == ["time", "x", "y", "heading"]
     assert len(rows) == 202
     assert [float(value) for value in rows[-1]] == pytest.approx(
-        [20.0, 2.0, 2.0, 0.5 * math.pi], abs=1e-4)
+        [20.0, 2.0, 2.0, 0.5 * math.pi], abs=1e-4
+    )
 
 
 def test_arrows_are_evenly_spaced():
@@ -101,9 +108,9 @@ def test_picture_shows_path_and_goal(tmp_path):
     def count(color):
         return int((abs(pixels - [value / 255.0 for value in color]).max(axis=2) < 0.02).sum())
 
-    assert count((0x1f, 0x5f, 0xa8)) > 500  # the path
-    assert count((0xc0, 0x39, 0x2b)) > 50  # the goal
-    assert count((0x2e, 0x8b, 0x3d)) > 30  # the start
+    assert count((0x1F, 0x5F, 0xA8)) > 500  # the path
+    assert count((0xC0, 0x39, 0x2B)) > 50  # the goal
+    assert count((0x2E, 0x8B, 0x3D)) > 30  # the start
 
 
 def test_picture_of_one_pose(tmp_path):
@@ -121,21 +128,37 @@ def test_nothing_recorded():
 
 def test_from_a_bag(tmp_path, monkeypatch, capsys):
     write_bag(tmp_path / "run.bag")
-    monkeypatch.setattr(sys, "argv", ["plot_pose", "--bag", str(tmp_path / "run.bag"),
-                                      "--output", str(tmp_path / "new" / "run.png")])
+    monkeypatch.setattr(
+        sys,
+        "argv",
+        [
+            "plot_pose",
+            "--bag",
+            str(tmp_path / "run.bag"),
+            "--output",
+            str(tmp_path / "new" / "run.png"),
+        ],
+    )
     assert command.main() == 0
     assert (tmp_path / "new" / "run.png").is_file() and (tmp_path / "new" / "run.csv").is_file()
     assert "3.14 m in 20.0 s, 1 goals" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("make, words", [
-    (lambda path: write_bag(path, "/ground_truth/odom"), "topics with odometry: /ground_truth"),
-    (lambda path: path.write_text("no bag"), "run.bag"),
-    (lambda path: None, "run.bag")])
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda path: write_bag(path, "/ground_truth/odom"), "topics with odometry: /ground_truth"),
+        (lambda path: path.write_text("no bag"), "run.bag"),
+        (lambda path: None, "run.bag"),
+    ],
+)
 def test_bad_bags(tmp_path, monkeypatch, capsys, make, words):
     make(tmp_path / "run.bag")
-    monkeypatch.setattr(sys, "argv", ["plot_pose", "--bag", str(tmp_path / "run.bag"),
-                                      "--output", str(tmp_path / "run.png")])
+    monkeypatch.setattr(
+        sys,
+        "argv",
+        ["plot_pose", "--bag", str(tmp_path / "run.bag"), "--output", str(tmp_path / "run.png")],
+    )
     assert command.main() == 1
     assert words in capsys.readouterr().err
     assert not (tmp_path / "run.png").exists()

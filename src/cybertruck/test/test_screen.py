@@ -1,14 +1,21 @@
 """The teleops' picture at every size: fits, shows what it must, moves."""
 
 import pytest
-
 from cybertruck.teleop import art
-from cybertruck.teleop.screen import View, bar, render
-from cybertruck.teleop.keyboard.node import HELP
 from cybertruck.teleop.joystick.schemes import SCHEMES
+from cybertruck.teleop.keyboard.node import HELP
+from cybertruck.teleop.screen import View, bar, render
 
-VIEW = View("Cyber Truck", linear=-0.5, angular=0.25, continuous=True, drive=-1, turn=-1,
-            notes=("one", "two", "three"), help=HELP)
+VIEW = View(
+    "Cyber Truck",
+    linear=-0.5,
+    angular=0.25,
+    continuous=True,
+    drive=-1,
+    turn=-1,
+    notes=("one", "two", "three"),
+    help=HELP,
+)
 
 
 @pytest.mark.parametrize("width", [1, 2, 10, 39, 59, 60, 79, 80, 81, 100, 120, 200])
@@ -22,11 +29,33 @@ def test_every_size_fits(width, height):
 @pytest.mark.parametrize("width, height", [(80, 24), (120, 40)])
 @pytest.mark.parametrize("lines", [HELP, *(scheme.help for scheme in SCHEMES.values())])
 def test_all_is_shown(width, height, lines):
-    view = View("Cyber Truck", linear=-0.5, angular=0.25, linear_speed=0.605, angular_speed=0.495,
-                continuous=True, drive=-1, turn=-1, notes=("one", "two", "three"), help=lines)
+    view = View(
+        "Cyber Truck",
+        linear=-0.5,
+        angular=0.25,
+        linear_speed=0.605,
+        angular_speed=0.495,
+        continuous=True,
+        drive=-1,
+        turn=-1,
+        notes=("one", "two", "three"),
+        help=lines,
+    )
     text = "\n".join(render(view, width, height))
-    for words in ("-0.500 m/s", "+0.250 rad/s", "0.605", "0.495", "continuous",
-                  "backward, wheels right", "one", "two", "three", "> > >", "v v v", *lines):
+    for words in (
+        "-0.500 m/s",
+        "+0.250 rad/s",
+        "0.605",
+        "0.495",
+        "continuous",
+        "backward, wheels right",
+        "one",
+        "two",
+        "three",
+        "> > >",
+        "v v v",
+        *lines,
+    ):
         assert words in text
 
 
@@ -52,9 +81,16 @@ def test_the_truck_moves_only_when_it_drives():
     assert art.truck(1, 0, 1) != art.truck(-1, 0, 1)
 
 
-@pytest.mark.parametrize("value, expected", [
-    (0.0, "[            |            ]"), (3.0, "[            |############]"),
-    (-3.0, "[############|            ]"), (-1.5, "[      ######|            ]"),
-    (0.01, "[            |#           ]"), (99.0, "[            |############]")])
+@pytest.mark.parametrize(
+    "value, expected",
+    [
+        (0.0, "[            |            ]"),
+        (3.0, "[            |############]"),
+        (-3.0, "[############|            ]"),
+        (-1.5, "[      ######|            ]"),
+        (0.01, "[            |#           ]"),
+        (99.0, "[            |############]"),
+    ],
+)
 def test_bar(value, expected):
     assert bar(value, 3.0) == expected

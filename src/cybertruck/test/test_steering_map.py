@@ -4,11 +4,15 @@ import math
 
 import numpy as np
 import pytest
-
 from cybertruck.trailer.circle import fit_circle
 from cybertruck.trailer.geometry import TrailerError
-from cybertruck.trailer.steering import (IdealSteering, MeasuredSteering, parse_map, read_map,
-                                         write_map)
+from cybertruck.trailer.steering import (
+    IdealSteering,
+    MeasuredSteering,
+    parse_map,
+    read_map,
+    write_map,
+)
 
 ANGLES = np.radians(np.arange(-45.0, 46.0, 7.5))
 CURVATURES = np.tan(ANGLES) / 0.508 * 0.95 + 0.01
@@ -36,9 +40,14 @@ def test_noise_does_not_bias_a_half_circle():
     assert rms == pytest.approx(0.01, rel=0.2)
 
 
-@pytest.mark.parametrize("points, word", (
-    (np.zeros((2, 2)), "shape"), (np.zeros((5, 3)), "shape"),
-    (np.column_stack((np.arange(9.0), np.arange(9.0))), "line")))
+@pytest.mark.parametrize(
+    "points, word",
+    (
+        (np.zeros((2, 2)), "shape"),
+        (np.zeros((5, 3)), "shape"),
+        (np.column_stack((np.arange(9.0), np.arange(9.0))), "line"),
+    ),
+)
 def test_no_circle(points, word):
     with pytest.raises(TrailerError, match=word):
         fit_circle(points)
@@ -86,17 +95,21 @@ def test_written_map_is_read_back(tmp_path):
     np.testing.assert_allclose(steering.curvatures, CURVATURES, atol=1e-6)
 
 
-@pytest.mark.parametrize("data, word", (
-    (None, "lists"), ({"angles": [1.0]}, "lists"),
-    ({"angles": [0, 1], "curvatures": [0, 1]}, "3 or more"),
-    ({"angles": [0, 1, 1], "curvatures": [0, 1, 2]}, "1 is followed by 1"),
-    ({"angles": [-1, 0, 1], "curvatures": [0, 2, 1]}, "2 is followed by 1"),
-    ({"angles": [-1, 0, 1], "curvatures": [0, 1, math.nan]}, "finite"),
-    ({"angles": ["a", 0, 1], "curvatures": [0, 1, 2]}, "a"),
-    ({"angles": [-1, 0, 1], "curvatures": [0, 1, 2], "extra": 1}, "unknown extra"),
-    ({"angles": [1, 2, 3], "curvatures": [1, 2, 3]}, "both sides"),
-    ({"angles": [-1, 0, 1], "curvatures": [0, 1, 2], "extrapolation": -1}, "extrapolation"),
-))
+@pytest.mark.parametrize(
+    "data, word",
+    (
+        (None, "lists"),
+        ({"angles": [1.0]}, "lists"),
+        ({"angles": [0, 1], "curvatures": [0, 1]}, "3 or more"),
+        ({"angles": [0, 1, 1], "curvatures": [0, 1, 2]}, "1 is followed by 1"),
+        ({"angles": [-1, 0, 1], "curvatures": [0, 2, 1]}, "2 is followed by 1"),
+        ({"angles": [-1, 0, 1], "curvatures": [0, 1, math.nan]}, "finite"),
+        ({"angles": ["a", 0, 1], "curvatures": [0, 1, 2]}, "a"),
+        ({"angles": [-1, 0, 1], "curvatures": [0, 1, 2], "extra": 1}, "unknown extra"),
+        ({"angles": [1, 2, 3], "curvatures": [1, 2, 3]}, "both sides"),
+        ({"angles": [-1, 0, 1], "curvatures": [0, 1, 2], "extrapolation": -1}, "extrapolation"),
+    ),
+)
 def test_bad_maps_are_refused(data, word):
     with pytest.raises(TrailerError, match=word):
         parse_map(data)

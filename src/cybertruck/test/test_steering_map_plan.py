@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from cybertruck.backing.map_plan import MapSettings, measure, write_picture
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import MeasuredSteering
@@ -31,20 +30,31 @@ def test_straight_poses():
     assert measure(0.0, poses).curvature == pytest.approx(0.01)
 
 
-@pytest.mark.parametrize("poses, word", (
-    (circle_poses(0.5, 3.0, count=5), "5 points"),
-    (circle_poses(0.5, 3.0, noise=0.3), "off a circle"),
-    (np.zeros((0, 3)), "0 points"),
-))
+@pytest.mark.parametrize(
+    "poses, word",
+    (
+        (circle_poses(0.5, 3.0, count=5), "5 points"),
+        (circle_poses(0.5, 3.0, noise=0.3), "off a circle"),
+        (np.zeros((0, 3)), "0 points"),
+    ),
+)
 def test_bad_poses_are_refused(poses, word):
     with pytest.raises(TrailerError, match=word):
         measure(0.3, poses)
 
 
-@pytest.mark.parametrize("field, value, word", (
-    ("angles", (0.0, 0.1), "3 or more"), ("angles", (0.0, 0.2, 0.1), "above the one before"),
-    ("angles", (0.0, 0.2, 2.0), "2.0"), ("check_angles", (math.nan,), "nan"),
-    ("speed", 0.7, "0.7"), ("longest", 0.0, "longest"), ("circle", -1.0, "circle")))
+@pytest.mark.parametrize(
+    "field, value, word",
+    (
+        ("angles", (0.0, 0.1), "3 or more"),
+        ("angles", (0.0, 0.2, 0.1), "above the one before"),
+        ("angles", (0.0, 0.2, 2.0), "2.0"),
+        ("check_angles", (math.nan,), "nan"),
+        ("speed", 0.7, "0.7"),
+        ("longest", 0.0, "longest"),
+        ("circle", -1.0, "circle"),
+    ),
+)
 def test_bad_settings_are_refused(field, value, word):
     with pytest.raises(TrailerError, match=word):
         MapSettings(**{field: value})
@@ -63,9 +73,12 @@ def test_check_angles_are_not_used_for_the_map():
 
 def test_picture(tmp_path):
     angles = np.radians(np.arange(-45.0, 46.0, 15.0))
-    items = [measure(angle, circle_poses(math.tan(angle) / 0.508, 2.0)) if abs(angle) > 0.1
-             else measure(0.0, np.column_stack((np.arange(30.0), np.zeros(30), np.zeros(30))))
-             for angle in angles]
+    items = [
+        measure(angle, circle_poses(math.tan(angle) / 0.508, 2.0))
+        if abs(angle) > 0.1
+        else measure(0.0, np.column_stack((np.arange(30.0), np.zeros(30), np.zeros(30))))
+        for angle in angles
+    ]
     steering = MeasuredSteering(angles, [item.curvature for item in items])
     write_picture(tmp_path / "map.png", items, items[1:2], steering, 0.508)
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")

@@ -5,13 +5,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from vehiclemodels.vehicle_dynamics_kst import vehicle_dynamics_kst
-
 from cybertruck.trailer import kinematics as kin
-from cybertruck.trailer.geometry import (Geometry, TrailerError, backing_limit, has_steady_towing,
-                                         jackknife_angle, steady_hitch_angle, steady_trailer,
-                                         towing_curvature, towing_limit, trailer_curvature_limit)
+from cybertruck.trailer.geometry import (
+    Geometry,
+    TrailerError,
+    backing_limit,
+    has_steady_towing,
+    jackknife_angle,
+    steady_hitch_angle,
+    steady_trailer,
+    towing_curvature,
+    towing_limit,
+    trailer_curvature_limit,
+)
 from cybertruck.trailer.laws import curvature_law, hitch_law, hold_law
+from vehiclemodels.vehicle_dynamics_kst import vehicle_dynamics_kst
 
 OFF_AXLE = Geometry()
 ON_AXLE = Geometry(hitch_offset=0.0)
@@ -43,12 +51,15 @@ def rigid_body_rates(poses, speed, steering, geometry):
         return np.array((-math.sin(heading), math.cos(heading)))
 
     hitch = point(0, -geometry.hitch_offset, truck) - point(3, 0.0, trailer)
-    matrix = np.vstack((
-        along(truck) @ point(0, 0.0, truck),                                  # given speed
-        across(truck) @ point(0, 0.0, truck),                                 # rear wheels
-        across(truck + steering) @ point(0, geometry.wheelbase, truck),       # front wheels
-        hitch,                                                                # two bodies, one pin
-        across(trailer) @ point(3, -geometry.tongue_length, trailer)))        # trailer's wheels
+    matrix = np.vstack(
+        (
+            along(truck) @ point(0, 0.0, truck),  # given speed
+            across(truck) @ point(0, 0.0, truck),  # rear wheels
+            across(truck + steering) @ point(0, geometry.wheelbase, truck),  # front wheels
+            hitch,  # two bodies, one pin
+            across(trailer) @ point(3, -geometry.tongue_length, trailer),
+        )
+    )  # trailer's wheels
     return np.linalg.solve(matrix, np.array((speed, 0.0, 0.0, 0.0, 0.0, 0.0)))
 
 
@@ -66,13 +77,13 @@ def rigid_body_run(state, speed, steering_of, duration, steps, geometry):
 
         def rates(at, offset):
             return rigid_body_rates(at, speed, steering_of(time + offset), geometry)
+
         first = rates(poses, 0.0)
         second = rates(poses + step / 2 * first, step / 2)
         third = rates(poses + step / 2 * second, step / 2)
         fourth = rates(poses + step * third, step)
         poses = poses + step / 6 * (first + 2 * second + 2 * third + fourth)
-    axle = poses[3:5] - geometry.tongue_length * np.array((math.cos(poses[5]),
-                                                           math.sin(poses[5])))
+    axle = poses[3:5] - geometry.tongue_length * np.array((math.cos(poses[5]), math.sin(poses[5])))
     return np.array((*poses[:3], poses[5] - poses[2])), axle
 
 
@@ -85,13 +96,16 @@ def test_integration_equals_rigid_bodies_under_constraints(geometry, speed, hitc
 
     def steering_of(time):  # piecewise constant, like a command
         return amplitude * math.sin(1.3 * math.floor(time / step + 1e-9) * step)
-    curvatures = [math.tan(steering_of(number * step)) / geometry.wheelbase
-                  for number in range(steps)]
+
+    curvatures = [
+        math.tan(steering_of(number * step)) / geometry.wheelbase for number in range(steps)
+    ]
     ours = kin.integrate(start, [speed] * steps, curvatures, step, geometry)[-1]
     poses, axle = start, None
     for number in range(steps):
-        poses, axle = rigid_body_run(poses, speed, lambda _, n=number: steering_of(n * step),
-                                     step, 1, geometry)
+        poses, axle = rigid_body_run(
+            poses, speed, lambda _, n=number: steering_of(n * step), step, 1, geometry
+        )
     np.testing.assert_allclose(ours, poses, atol=1e-6, rtol=0)
     np.testing.assert_allclose(kin.trailer_axle(*ours, geometry)[:2], axle, atol=1e-6, rtol=0)
 
@@ -103,31 +117,41 @@ def test_rates_equal_rigid_bodies_under_constraints(seed):
     steering *= 0.6
     speed = random.choice((-0.4, 0.7))
     curvature = math.tan(steering) / OFF_AXLE.wheelbase
-    poses = np.array((0.0, 0.0, heading, *kin.hitch_position(0.0, 0.0, heading, OFF_AXLE),
-                      heading + hitch))
+    poses = np.array(
+        (0.0, 0.0, heading, *kin.hitch_position(0.0, 0.0, heading, OFF_AXLE), heading + hitch)
+    )
     rates = rigid_body_rates(poses, speed, steering, OFF_AXLE)
     assert kin.hitch_velocity(speed, heading, curvature, OFF_AXLE) == pytest.approx(
-        rates[3:5], abs=1e-12)
+        rates[3:5], abs=1e-12
+    )
     assert kin.trailer_yaw_rate(speed, hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5], abs=1e-12)
+        rates[5], abs=1e-12
+    )
     assert kin.hitch_rate(speed, hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5] - rates[2], abs=1e-12)
+        rates[5] - rates[2], abs=1e-12
+    )
     trailer = heading + hitch
-    axle = rates[3:5] + OFF_AXLE.tongue_length * rates[5] * np.array((math.sin(trailer),
-                                                                     -math.cos(trailer)))
+    axle = rates[3:5] + OFF_AXLE.tongue_length * rates[5] * np.array(
+        (math.sin(trailer), -math.cos(trailer))
+    )
     along = axle @ (math.cos(trailer), math.sin(trailer))
     assert kin.trailer_speed(speed, hitch, curvature, OFF_AXLE) == pytest.approx(along, abs=1e-12)
     assert kin.trailer_curvature(hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5] / along, abs=1e-9)
+        rates[5] / along, abs=1e-9
+    )
 
 
 def published_parameters(geometry):
     """What the published model reads, with limits that never bind here."""
     steering = SimpleNamespace(min=-1.5, max=1.5, v_min=-9.0, v_max=9.0)
     longitudinal = SimpleNamespace(v_min=-9.0, v_max=9.0, v_switch=8.0, a_max=9.0)
-    return SimpleNamespace(a=0.2, b=geometry.wheelbase - 0.2, steering=steering,
-                           longitudinal=longitudinal,
-                           trailer=SimpleNamespace(l_wb=geometry.tongue_length))
+    return SimpleNamespace(
+        a=0.2,
+        b=geometry.wheelbase - 0.2,
+        steering=steering,
+        longitudinal=longitudinal,
+        trailer=SimpleNamespace(l_wb=geometry.tongue_length),
+    )
 
 
 def test_on_axle_equals_the_published_single_track_model_with_trailer():
@@ -137,12 +161,15 @@ def test_on_axle_equals_the_published_single_track_model_with_trailer():
         x, y, heading = random.uniform(-3.0, 3.0, 3)
         steering, speed = random.uniform(-0.78, 0.78), random.uniform(-1.0, 1.0)
         hitch = random.uniform(-1.5, 1.5)
-        theirs = vehicle_dynamics_kst([x, y, steering, speed, heading, hitch], [0.0, 0.0],
-                                      parameters)
-        ours = kin.derivative(np.array((x, y, heading, hitch)), speed,
-                              math.tan(steering) / ON_AXLE.wheelbase, ON_AXLE)
-        np.testing.assert_allclose(ours, [theirs[0], theirs[1], theirs[4], theirs[5]],
-                                   atol=1e-9, rtol=0)
+        theirs = vehicle_dynamics_kst(
+            [x, y, steering, speed, heading, hitch], [0.0, 0.0], parameters
+        )
+        ours = kin.derivative(
+            np.array((x, y, heading, hitch)), speed, math.tan(steering) / ON_AXLE.wheelbase, ON_AXLE
+        )
+        np.testing.assert_allclose(
+            ours, [theirs[0], theirs[1], theirs[4], theirs[5]], atol=1e-9, rtol=0
+        )
 
 
 def test_on_axle_run_equals_the_published_model():
@@ -150,25 +177,29 @@ def test_on_axle_run_equals_the_published_model():
     theirs = np.array((0.0, 0.0, 0.3, 0.4, 0.2, 0.15))
     ours = np.array((0.0, 0.0, 0.2, 0.15))
     for _ in range(300):
+
         def rates(state):
             return np.array(vehicle_dynamics_kst(list(state), [0.0, 0.0], parameters))
+
         first = rates(theirs)
         second = rates(theirs + step / 2 * first)
         third = rates(theirs + step / 2 * second)
-        theirs = theirs + step / 6 * (first + 2 * second + 2 * third
-                                      + rates(theirs + step * third))
+        theirs = theirs + step / 6 * (first + 2 * second + 2 * third + rates(theirs + step * third))
         ours = kin.advance(ours, 0.4, math.tan(0.3) / ON_AXLE.wheelbase, step, ON_AXLE)
     np.testing.assert_allclose(ours, theirs[[0, 1, 4, 5]], atol=1e-9, rtol=0)
 
 
-@pytest.mark.parametrize("speed, hitch, curvature, rate", (
-    (1.0, 0.3, 0.0, -1),   # towing straight on unfolds
-    (1.0, -0.3, 0.0, 1),
-    (-1.0, 0.3, 0.0, 1),   # backing straight folds further
-    (-1.0, -0.3, 0.0, -1),
-    (1.0, 0.0, 0.5, -1),   # a left turn leaves the trailer's nose to the right of the truck's
-    (-1.0, 0.0, 0.5, 1),
-))
+@pytest.mark.parametrize(
+    "speed, hitch, curvature, rate",
+    (
+        (1.0, 0.3, 0.0, -1),  # towing straight on unfolds
+        (1.0, -0.3, 0.0, 1),
+        (-1.0, 0.3, 0.0, 1),  # backing straight folds further
+        (-1.0, -0.3, 0.0, -1),
+        (1.0, 0.0, 0.5, -1),  # a left turn leaves the trailer's nose to the right of the truck's
+        (-1.0, 0.0, 0.5, 1),
+    ),
+)
 def test_signs_of_the_hitch_rate(speed, hitch, curvature, rate):
     for geometry in (OFF_AXLE, ON_AXLE):
         assert np.sign(kin.hitch_rate(speed, hitch, curvature, geometry)) == rate
@@ -186,7 +217,8 @@ def test_arrays_and_numbers_agree():
         table = function(-0.3, hitch, curvature, OFF_AXLE)
         assert table.shape == (7, 7)
         assert table[2, 5] == pytest.approx(
-            function(-0.3, hitch[5], curvature[2, 0], OFF_AXLE), abs=1e-15)
+            function(-0.3, hitch[5], curvature[2, 0], OFF_AXLE), abs=1e-15
+        )
 
 
 def test_trailer_and_truck_places_are_inverse():
@@ -202,8 +234,9 @@ def test_the_law_gives_the_wanted_trailer_curvature():
     made = kin.trailer_curvature(hitch, curvature, OFF_AXLE)
     assert inside.sum() > 400
     np.testing.assert_allclose(made[inside], wanted[inside], atol=1e-11, rtol=0)
-    fraction = ((wanted * 0.7 * np.cos(hitch) + np.sin(hitch))
-                / (wanted * 0.3 * 0.7 * np.sin(hitch) - 0.3 * np.cos(hitch)))
+    fraction = (wanted * 0.7 * np.cos(hitch) + np.sin(hitch)) / (
+        wanted * 0.3 * 0.7 * np.sin(hitch) - 0.3 * np.cos(hitch)
+    )
     np.testing.assert_allclose(curvature[inside], fraction[inside], rtol=1e-9)
 
 
@@ -218,7 +251,8 @@ def test_hitch_law_makes_the_error_decay_along_arc_length(geometry):
     for hitch in (-0.8, -0.1, 0.5):
         curvature = hitch_law(0.2, hitch, 0.4, geometry)
         assert kin.hitch_rate(-1.0, hitch, curvature, geometry) == pytest.approx(
-            -(hitch - 0.2) / 0.4, abs=1e-12)
+            -(hitch - 0.2) / 0.4, abs=1e-12
+        )
 
 
 @pytest.mark.parametrize("geometry", (OFF_AXLE, ON_AXLE))
@@ -250,9 +284,10 @@ def test_backing_limit_is_the_nearer_of_stop_and_jackknife():
 def test_steady_towing():
     assert not has_steady_towing(OFF_AXLE.max_curvature, OFF_AXLE)  # 0.59 m < 0.70 m
     assert math.isnan(steady_hitch_angle(OFF_AXLE.max_curvature, OFF_AXLE))
-    edge = 1.0 / math.sqrt(0.7 ** 2 - 0.3 ** 2)
-    assert has_steady_towing(0.999 * edge, OFF_AXLE) and not has_steady_towing(1.001 * edge,
-                                                                               OFF_AXLE)
+    edge = 1.0 / math.sqrt(0.7**2 - 0.3**2)
+    assert has_steady_towing(0.999 * edge, OFF_AXLE) and not has_steady_towing(
+        1.001 * edge, OFF_AXLE
+    )
     curvatures = np.array((-1.2, -0.4, 0.0, 0.3, 1.2))
     angles = steady_hitch_angle(curvatures, OFF_AXLE)
     np.testing.assert_allclose(kin.hitch_rate(1.0, angles, curvatures, OFF_AXLE), 0.0, atol=1e-12)
@@ -274,15 +309,24 @@ def test_steady_trailer_circle(geometry):
     wanted = np.array((-0.8, -0.2, 0.0, 0.5))
     curvature, angle = steady_trailer(wanted, geometry)
     np.testing.assert_allclose(kin.hitch_rate(1.0, angle, curvature, geometry), 0.0, atol=1e-12)
-    np.testing.assert_allclose(kin.trailer_curvature(angle, curvature, geometry), wanted,
-                               atol=1e-12)
+    np.testing.assert_allclose(
+        kin.trailer_curvature(angle, curvature, geometry), wanted, atol=1e-12
+    )
     limit = trailer_curvature_limit(0.6, geometry)
     assert steady_trailer(limit, geometry)[1] == pytest.approx(-0.6, abs=1e-12)
 
 
-@pytest.mark.parametrize("field, value", (
-    ("wheelbase", 0.0), ("wheelbase", math.nan), ("hitch_offset", -0.1), ("tongue_length", "0.7"),
-    ("max_steering", 1.6), ("hitch_stop", 0.0)))
+@pytest.mark.parametrize(
+    "field, value",
+    (
+        ("wheelbase", 0.0),
+        ("wheelbase", math.nan),
+        ("hitch_offset", -0.1),
+        ("tongue_length", "0.7"),
+        ("max_steering", 1.6),
+        ("hitch_stop", 0.0),
+    ),
+)
 def test_bad_geometry_is_refused_by_name_and_value(field, value):
     with pytest.raises(TrailerError) as caught:
         Geometry(**{field: value})

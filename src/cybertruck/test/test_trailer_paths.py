@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import from_curvature, from_points
 from cybertruck.trailer.shapes import SHAPES, make_shape
@@ -28,18 +27,22 @@ def test_circle_of_constant_curvature():
 
 def test_clothoid_equals_fresnel_integrals():
     from scipy.special import fresnel
+
     path = from_curvature(lambda arc: math.pi * arc, 1.2)  # C(s), S(s) by definition
     sine, cosine = fresnel(path.arc)
     np.testing.assert_allclose(path.points, np.column_stack((cosine, sine)), atol=1e-9)
 
 
-@pytest.mark.parametrize("name, size, end, heading", (
-    ("line", (3.0,), (3.0, 0.0), 0.0),
-    ("s", (1.0, 6.0), (6.0, 1.0), 0.0),
-    ("s", (-2.5, 6.0), (6.0, -2.5), 0.0),
-    ("lane-change", (1.5, 5.0, 2.0), (9.0, 1.5), 0.0),
-    ("park", (-1.2, 4.0, 2.0), (6.2, -1.2), 0.0),
-))
+@pytest.mark.parametrize(
+    "name, size, end, heading",
+    (
+        ("line", (3.0,), (3.0, 0.0), 0.0),
+        ("s", (1.0, 6.0), (6.0, 1.0), 0.0),
+        ("s", (-2.5, 6.0), (6.0, -2.5), 0.0),
+        ("lane-change", (1.5, 5.0, 2.0), (9.0, 1.5), 0.0),
+        ("park", (-1.2, 4.0, 2.0), (6.2, -1.2), 0.0),
+    ),
+)
 def test_ends_of_shapes(name, size, end, heading):
     path = make_shape(name, size)
     np.testing.assert_allclose(path.points[-1], end, atol=1e-7)
@@ -59,8 +62,9 @@ def test_shapes_are_smooth(name):
     steps = np.hypot(*np.diff(path.points, axis=0).T)
     np.testing.assert_allclose(steps, path.arc[1], rtol=1e-4)
     turn = np.diff(path.headings)
-    np.testing.assert_allclose(turn, path.arc[1] * 0.5 * (path.curvatures[1:]
-                                                           + path.curvatures[:-1]), atol=1e-5)
+    np.testing.assert_allclose(
+        turn, path.arc[1] * 0.5 * (path.curvatures[1:] + path.curvatures[:-1]), atol=1e-5
+    )
     assert np.max(np.abs(np.diff(path.curvatures))) < 0.02  # no jump of the steering
     assert path.curvatures[0] == path.curvatures[-1] == 0.0
 
@@ -115,26 +119,35 @@ def test_two_points_make_a_line_and_repeated_points_are_taken_once():
     np.testing.assert_allclose(path.points[-1], (1.0, 3.0), atol=1e-12)
 
 
-@pytest.mark.parametrize("points, word", (
-    ([], "shape"), ([(1.0, 1.0)], "1 different"), ([(0.0, 0.0), (0.0, 0.0)], "1 different"),
-    ([(0.0, 0.0), (math.nan, 1.0)], "point 1"), ([(0.0, 0.0), (2000.0, 0.0)], "at most"),
-))
+@pytest.mark.parametrize(
+    "points, word",
+    (
+        ([], "shape"),
+        ([(1.0, 1.0)], "1 different"),
+        ([(0.0, 0.0), (0.0, 0.0)], "1 different"),
+        ([(0.0, 0.0), (math.nan, 1.0)], "point 1"),
+        ([(0.0, 0.0), (2000.0, 0.0)], "at most"),
+    ),
+)
 def test_bad_points_are_refused(points, word):
     with pytest.raises(TrailerError, match=word):
         from_points(points)
 
 
-@pytest.mark.parametrize("name, size, words", (
-    ("circle", (), ("circle", "lane-change")),
-    ("line", (0.0,), ("line: length", "above 0")),
-    ("line", (1.0, 2.0), ("2 numbers",)),
-    ("line", (math.nan,), ("nan", "finite")),
-    ("line", (1e6,), ("1e+06",)),
-    ("arc", (0.0, 1.0), ("radius",)),
-    ("arc", (3.0, -1.0), ("angle",)),
-    ("s", (9.0, 4.0), ("offset", "3.2")),
-    ("park", (1.0, 4.0, -1.0), ("straight", "-1")),
-))
+@pytest.mark.parametrize(
+    "name, size, words",
+    (
+        ("circle", (), ("circle", "lane-change")),
+        ("line", (0.0,), ("line: length", "above 0")),
+        ("line", (1.0, 2.0), ("2 numbers",)),
+        ("line", (math.nan,), ("nan", "finite")),
+        ("line", (1e6,), ("1e+06",)),
+        ("arc", (0.0, 1.0), ("radius",)),
+        ("arc", (3.0, -1.0), ("angle",)),
+        ("s", (9.0, 4.0), ("offset", "3.2")),
+        ("park", (1.0, 4.0, -1.0), ("straight", "-1")),
+    ),
+)
 def test_bad_shapes_are_refused(name, size, words):
     with pytest.raises(TrailerError) as caught:
         make_shape(name, size)

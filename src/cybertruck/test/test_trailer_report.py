@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-
 from cybertruck.trailer import report
 from cybertruck.trailer.geometry import Geometry
 from cybertruck.trailer.shapes import make_shape
@@ -39,7 +38,7 @@ def test_summary(drive):
     figures = report.summary(rows, path)
     lateral = report.column(rows, "lateral_error")
     assert figures["max_lateral_error_m"] == pytest.approx(0.3, abs=1e-6)
-    assert figures["rms_lateral_error_m"] == pytest.approx(math.sqrt(np.mean(lateral ** 2)))
+    assert figures["rms_lateral_error_m"] == pytest.approx(math.sqrt(np.mean(lateral**2)))
     assert figures["end_distance_m"] < 0.02
     assert abs(figures["end_heading_error_deg"]) < 1.0
 

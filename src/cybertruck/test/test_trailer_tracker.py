@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from cybertruck.trailer.geometry import Geometry, TrailerError, jackknife_angle
 from cybertruck.trailer.hold import CurvatureHold
 from cybertruck.trailer.kinematics import advance, trailer_axle, trailer_curvature
@@ -30,20 +29,33 @@ def back_up(path, geometry, lateral, heading, hitch, believed=None, tuning=Tunin
         (Run, Tracker).
     """
     start = start_state(path, lateral, heading, hitch, geometry)
-    tracker = Tracker(path, believed or geometry, steering_of(geometry), tuning,
-                      shape=start.shape[:-1])
+    tracker = Tracker(
+        path, believed or geometry, steering_of(geometry), tuning, shape=start.shape[:-1]
+    )
     tracker.begin(*trailer_axle(*np.moveaxis(start[..., :3], -1, 0), start[..., 3], geometry)[:2])
     return simulate(tracker, start, steering_of(geometry), geometry, limit, 0.04), tracker
 
 
-@pytest.mark.parametrize("geometry", (DEFAULT, TIGHT, Geometry(hitch_offset=0.0),
-                                      Geometry(hitch_offset=0.05), Geometry(hitch_offset=0.12)))
+@pytest.mark.parametrize(
+    "geometry",
+    (
+        DEFAULT,
+        TIGHT,
+        Geometry(hitch_offset=0.0),
+        Geometry(hitch_offset=0.05),
+        Geometry(hitch_offset=0.12),
+    ),
+)
 def test_a_thousand_random_starts_converge(geometry):
     random = np.random.default_rng(11)
     count = 1000
-    run, _ = back_up(LINE, geometry, random.uniform(-1.0, 1.0, count),
-                     np.radians(random.uniform(-30.0, 30.0, count)),
-                     np.radians(random.uniform(-45.0, 45.0, count)))
+    run, _ = back_up(
+        LINE,
+        geometry,
+        random.uniform(-1.0, 1.0, count),
+        np.radians(random.uniform(-30.0, 30.0, count)),
+        np.radians(random.uniform(-45.0, 45.0, count)),
+    )
     assert np.all(run.mode[-1] == ARRIVED)
     assert not run.struck.any()
     assert np.max(np.abs(run.lateral[-1])) < 0.005
@@ -54,8 +66,13 @@ def test_starts_beyond_the_jackknife_angle_recover_by_pulling_forward():
     random = np.random.default_rng(12)
     low, count = math.degrees(jackknife_angle(TIGHT)), 200
     hitch = np.radians(random.uniform(low + 0.1, 79.9, count)) * random.choice((-1, 1), count)
-    run, tracker = back_up(LINE, TIGHT, random.uniform(-1.0, 1.0, count),
-                           np.radians(random.uniform(-30.0, 30.0, count)), hitch)
+    run, tracker = back_up(
+        LINE,
+        TIGHT,
+        random.uniform(-1.0, 1.0, count),
+        np.radians(random.uniform(-30.0, 30.0, count)),
+        hitch,
+    )
     assert np.all(run.mode[0] == PULLING)
     assert np.all(tracker.recoveries >= 1)
     assert np.all(run.mode[-1] == ARRIVED)
@@ -74,12 +91,15 @@ def test_without_pulling_forward_such_a_start_is_lost():
 def test_wrong_lengths_stay_stable_and_at_most_double_the_errors(offset, tongue):
     believed = Geometry(hitch_offset=0.3 * offset, tongue_length=0.7 * tongue)
     random = np.random.default_rng(13)
-    starts = (random.uniform(-1.0, 1.0, 50), np.radians(random.uniform(-30.0, 30.0, 50)),
-              np.radians(random.uniform(-45.0, 45.0, 50)))
+    starts = (
+        random.uniform(-1.0, 1.0, 50),
+        np.radians(random.uniform(-30.0, 30.0, 50)),
+        np.radians(random.uniform(-45.0, 45.0, 50)),
+    )
     exact, _ = back_up(LINE, DEFAULT, *starts)
     wrong, _ = back_up(LINE, DEFAULT, *starts, believed, Tuning(steering_gain=1.15))
     assert np.all(wrong.mode[-1] == ARRIVED) and not wrong.struck.any()
-    rms = [np.sqrt(np.mean(run.lateral ** 2, axis=0)) for run in (exact, wrong)]
+    rms = [np.sqrt(np.mean(run.lateral**2, axis=0)) for run in (exact, wrong)]
     assert np.all(rms[1] <= 2.0 * rms[0])
     assert np.max(np.abs(wrong.lateral[-1])) < 0.005
 
@@ -87,13 +107,13 @@ def test_wrong_lengths_stay_stable_and_at_most_double_the_errors(offset, tongue)
 @pytest.mark.parametrize("offset, tongue", ((0.9, 0.9), (1.1, 1.1)))
 def test_wrong_lengths_on_a_bend(offset, tongue):
     believed = Geometry(hitch_offset=0.3 * offset, tongue_length=0.7 * tongue)
-    run, _ = back_up(make_shape("s"), DEFAULT, 0.0, 0.0, 0.0, believed,
-                     Tuning(steering_gain=1.15))
+    run, _ = back_up(make_shape("s"), DEFAULT, 0.0, 0.0, 0.0, believed, Tuning(steering_gain=1.15))
     assert run.mode[-1] == ARRIVED and np.max(np.abs(run.lateral)) < 0.02
 
 
-@pytest.mark.parametrize("name, largest", (("arc", 0.02), ("s", 0.02), ("lane-change", 0.02),
-                                           ("park", 0.02)))
+@pytest.mark.parametrize(
+    "name, largest", (("arc", 0.02), ("s", 0.02), ("lane-change", 0.02), ("park", 0.02))
+)
 def test_shapes_from_their_start(name, largest):
     run, _ = back_up(make_shape(name), DEFAULT, 0.0, 0.0, 0.0)
     assert run.mode[-1] == ARRIVED
@@ -109,8 +129,9 @@ def test_errors_decay_as_the_law_says():
     run = simulate(tracker, start, steering_of(DEFAULT), DEFAULT, 30.0, 0.01, steering_rate=1e6)
     first, second = 1.0 / tuning.lateral_length, 1.0 / tuning.heading_length
     arc = run.arc
-    expected = 0.02 / (second - first) * (second * np.exp(-first * arc)
-                                          - first * np.exp(-second * arc))
+    expected = (
+        0.02 / (second - first) * (second * np.exp(-first * arc) - first * np.exp(-second * arc))
+    )
     assert np.max(np.abs(run.lateral - expected)) < 4e-4
 
 
@@ -131,9 +152,15 @@ def test_held_curvature_is_reached_and_the_drive_ends(geometry, curvature, hitch
     assert made == pytest.approx(curvature, abs=0.01)
 
 
-@pytest.mark.parametrize("curvature, length, word", (
-    (2.0, 3.0, "2 1/m"), (math.nan, 3.0, "nan"), (0.3, 0.0, "length is 0"),
-    (0.3, math.inf, "inf")))
+@pytest.mark.parametrize(
+    "curvature, length, word",
+    (
+        (2.0, 3.0, "2 1/m"),
+        (math.nan, 3.0, "nan"),
+        (0.3, 0.0, "length is 0"),
+        (0.3, math.inf, "inf"),
+    ),
+)
 def test_bad_holds_are_refused(curvature, length, word):
     with pytest.raises(TrailerError, match=word):
         CurvatureHold(curvature, length, DEFAULT, steering_of(DEFAULT))
@@ -166,8 +193,10 @@ def test_guard_before_the_hitch_stop(hitch, mode):
 
 def test_a_rig_that_cannot_be_unfolded_fails_after_the_longest_pull():
     tracker = Tracker(LINE, DEFAULT, steering_of(DEFAULT))
-    modes = [int(tracker.step(-0.1 * number, 0.0, math.pi, math.radians(78.0)).mode)
-             for number in range(80)]
+    modes = [
+        int(tracker.step(-0.1 * number, 0.0, math.pi, math.radians(78.0)).mode)
+        for number in range(80)
+    ]
     assert modes[0] == PULLING and modes[-1] == FAILED
 
 
@@ -188,10 +217,20 @@ def test_a_measured_map_is_used():
     assert run.mode[-1] == ARRIVED and np.max(np.abs(run.lateral)) < 0.02
 
 
-@pytest.mark.parametrize("field, value", (
-    ("speed", 0.0), ("speed", -0.3), ("speed", 0.7), ("speed", math.nan), ("speed", "fast"),
-    ("recovery_speed", 1.0), ("lateral_length", 0.0), ("steering_gain", True),
-    ("reference_limit", 1.5)))
+@pytest.mark.parametrize(
+    "field, value",
+    (
+        ("speed", 0.0),
+        ("speed", -0.3),
+        ("speed", 0.7),
+        ("speed", math.nan),
+        ("speed", "fast"),
+        ("recovery_speed", 1.0),
+        ("lateral_length", 0.0),
+        ("steering_gain", True),
+        ("reference_limit", 1.5),
+    ),
+)
 def test_bad_tuning_is_refused(field, value):
     with pytest.raises(TrailerError, match=field):
         Tuning(**{field: value})

@@ -1,8 +1,8 @@
 """Commands: how old they may be, how fast the truck follows, what a pad says."""
+
 import math
 
 import pytest
-
 from cybertruck.drive.command import Command, refusal
 from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.drive.joystick import JoyDrive
@@ -21,7 +21,7 @@ def test_a_command_holds_for_its_time_and_ends_once():
     assert command.target(10.0) == (0.3, 1.0, False)
     assert command.target(10.5) == (0.3, 1.0, False)
     assert command.target(10.508) == (0.3, 0.0, True)
-    assert command.target(10.516) == (0.3, 0.0, False)    # the wheels stay where they stand
+    assert command.target(10.516) == (0.3, 0.0, False)  # the wheels stay where they stand
     command.give(-0.1, -0.5, 11.0)
     assert command.target(11.1) == (-0.1, -0.5, False)
 
@@ -29,7 +29,7 @@ def test_a_command_holds_for_its_time_and_ends_once():
 def test_a_command_from_before_the_clock_went_back_ends():
     command = Command(0.5)
     command.give(0.3, 1.0, 100.0)
-    assert command.target(99.6) == (0.3, 1.0, False)    # joint states lag behind the clock
+    assert command.target(99.6) == (0.3, 1.0, False)  # joint states lag behind the clock
     assert command.target(0.1) == (0.3, 0.0, True)
     assert command.target(100.1) == (0.3, 0.0, False)
 
@@ -41,16 +41,16 @@ def test_stop_keeps_the_steering():
     assert command.target(10.1) == (0.3, 0.0, False)
 
 
-@pytest.mark.parametrize('timeout', [0.0, -1.0, float('nan'), float('inf'), '1', True, None])
+@pytest.mark.parametrize("timeout", [0.0, -1.0, float("nan"), float("inf"), "1", True, None])
 def test_wrong_timeout(timeout):
-    with pytest.raises(ValueError, match='command_timeout'):
+    with pytest.raises(ValueError, match="command_timeout"):
         Command(timeout)
 
 
 def test_refusal_names_the_number():
-    assert refusal(speed=1.0, steering_angle=-0.2) == ''
-    assert 'steering_angle is nan' in refusal(steering_angle=math.nan, speed=1.0)
-    assert 'linear.x is inf' in refusal(**{'linear.x': math.inf})
+    assert refusal(speed=1.0, steering_angle=-0.2) == ""
+    assert "steering_angle is nan" in refusal(steering_angle=math.nan, speed=1.0)
+    assert "linear.x is inf" in refusal(**{"linear.x": math.inf})
 
 
 def test_rates():
@@ -66,27 +66,35 @@ def test_rates():
     assert (limiter.steering, limiter.speed) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize('axes, steering, speed', [
-    ((0.0, 0.0), 0.0, 0.0), ((1.0, 0.5), 0.7854, 0.5), ((-0.5, -1.0, 0.3), -0.3927, -1.0)])
+@pytest.mark.parametrize(
+    "axes, steering, speed",
+    [((0.0, 0.0), 0.0, 0.0), ((1.0, 0.5), 0.7854, 0.5), ((-0.5, -1.0, 0.3), -0.3927, -1.0)],
+)
 def test_pad(axes, steering, speed):
     assert JoyDrive().command(axes) == pytest.approx((steering, speed))
 
 
 def test_pad_maps_and_signs():
-    pad = JoyDrive.from_parameters(lambda name, default: {
-        'joy_speed_axis': 4, 'joy_steering_axis': 3, 'joy_speed': -2.0}.get(name, default))
+    pad = JoyDrive.from_parameters(
+        lambda name, default: {"joy_speed_axis": 4, "joy_steering_axis": 3, "joy_speed": -2.0}.get(
+            name, default
+        )
+    )
     assert pad.command((9.0, 9.0, 9.0, 1.0, 0.5)) == pytest.approx((0.7854, -1.0))
 
 
-@pytest.mark.parametrize('axes, word', [
-    ((0.0,), '1 axes'), ((0.0, math.nan), 'nan'), ((), '0 axes')])
+@pytest.mark.parametrize(
+    "axes, word", [((0.0,), "1 axes"), ((0.0, math.nan), "nan"), ((), "0 axes")]
+)
 def test_pad_refuses(axes, word):
     with pytest.raises(ValueError, match=word):
         JoyDrive().command(axes)
 
 
-@pytest.mark.parametrize('values', [{'speed_axis': -1}, {'steering_axis': 1.5},
-                                    {'speed': math.inf}, {'steering': 'left'}])
+@pytest.mark.parametrize(
+    "values",
+    [{"speed_axis": -1}, {"steering_axis": 1.5}, {"speed": math.inf}, {"steering": "left"}],
+)
 def test_wrong_pad_parameters(values):
-    with pytest.raises(ValueError, match='joy_' + next(iter(values))):
+    with pytest.raises(ValueError, match="joy_" + next(iter(values))):
         JoyDrive(**values)

@@ -1,16 +1,16 @@
 """CyberModel against the bicycle's geometry."""
+
 import math
 import pathlib
 
 import pytest
 import yaml
-
 from cybertruck.drive.geometry import TruckGeometry, geometry_from
 from cybertruck.drive.model import CyberModel
 
 SHAPE = TruckGeometry()
 MODEL = CyberModel(SHAPE)
-CONFIG = pathlib.Path(__file__).resolve().parents[1] / 'config' / 'truck.yaml'
+CONFIG = pathlib.Path(__file__).resolve().parents[1] / "config" / "truck.yaml"
 
 
 def test_defaults_are_those_of_the_file():
@@ -19,30 +19,41 @@ def test_defaults_are_those_of_the_file():
     assert set(values) == set(vars(SHAPE))
 
 
-@pytest.mark.parametrize('name, value, word', [
-    ('wheelbase', 0.0, 'wheelbase'), ('track_width', -0.4, 'track_width'),
-    ('wheel_radius', float('nan'), 'wheel_radius'), ('max_speed', 'fast', 'max_speed'),
-    ('max_acceleration', True, 'max_acceleration'), ('max_steering', 1.2, '1.1704')])
+@pytest.mark.parametrize(
+    "name, value, word",
+    [
+        ("wheelbase", 0.0, "wheelbase"),
+        ("track_width", -0.4, "track_width"),
+        ("wheel_radius", float("nan"), "wheel_radius"),
+        ("max_speed", "fast", "max_speed"),
+        ("max_acceleration", True, "max_acceleration"),
+        ("max_steering", 1.2, "1.1704"),
+    ],
+)
 def test_wrong_parameters_are_named(name, value, word):
     with pytest.raises(ValueError, match=word):
         geometry_from(lambda key, default: value if key == name else default)
 
 
-@pytest.mark.parametrize('linear, angular, steering, speed', [
-    (0.0, 0.5, 0.0, 0.0),                           # no speed, no steering
-    (1.0, 0.0, 0.0, 1.0),
-    (0.5, 0.5, math.atan(0.508), 0.5),
-    (-0.5, 0.5, -math.atan(0.508), -0.5),           # turning left backwards: wheels to the right
-    (0.5, 50.0, SHAPE.max_steering, 0.5),
-    (0.5, -50.0, -SHAPE.max_steering, 0.5),
-    (6.0, 3.0, math.atan(0.508 * 0.5), 3.0),        # too fast: the curvature stays
-    (-9.0, 0.0, 0.0, -3.0),
-    (1e-300, 1.0, SHAPE.max_steering, 1e-300)])
+@pytest.mark.parametrize(
+    "linear, angular, steering, speed",
+    [
+        (0.0, 0.5, 0.0, 0.0),  # no speed, no steering
+        (1.0, 0.0, 0.0, 1.0),
+        (0.5, 0.5, math.atan(0.508), 0.5),
+        (-0.5, 0.5, -math.atan(0.508), -0.5),  # turning left backwards: wheels to the right
+        (0.5, 50.0, SHAPE.max_steering, 0.5),
+        (0.5, -50.0, -SHAPE.max_steering, 0.5),
+        (6.0, 3.0, math.atan(0.508 * 0.5), 3.0),  # too fast: the curvature stays
+        (-9.0, 0.0, 0.0, -3.0),
+        (1e-300, 1.0, SHAPE.max_steering, 1e-300),
+    ],
+)
 def test_twist(linear, angular, steering, speed):
     assert MODEL.from_twist(linear, angular) == pytest.approx((steering, speed), abs=1e-12)
 
 
-@pytest.mark.parametrize('degrees', [-45, -20, -1, 0, 5, 30, 45])
+@pytest.mark.parametrize("degrees", [-45, -20, -1, 0, 5, 30, 45])
 def test_wheels_share_one_turning_centre(degrees):
     steering, speed = math.radians(degrees), 0.8
     wheels = MODEL.wheels(steering, speed)
@@ -51,16 +62,20 @@ def test_wheels_share_one_turning_centre(degrees):
     assert MODEL.front_curvature(steering) == pytest.approx(math.sin(steering) / SHAPE.wheelbase)
     yaw_rate = speed * curvature
     for x, y, angle, spin in (
-            (0.0, 0.215, 0.0, wheels.rear_left), (0.0, -0.215, 0.0, wheels.rear_right),
-            (SHAPE.wheelbase, 0.215, wheels.left_steering, wheels.front_left),
-            (SHAPE.wheelbase, -0.215, wheels.right_steering, wheels.front_right)):
+        (0.0, 0.215, 0.0, wheels.rear_left),
+        (0.0, -0.215, 0.0, wheels.rear_right),
+        (SHAPE.wheelbase, 0.215, wheels.left_steering, wheels.front_left),
+        (SHAPE.wheelbase, -0.215, wheels.right_steering, wheels.front_right),
+    ):
         # velocity of that point of the rigid body, against the wheel's direction and speed
         along, across = speed - yaw_rate * y, yaw_rate * x
         rolling = spin * SHAPE.wheel_radius
         assert (rolling * math.cos(angle), rolling * math.sin(angle)) == pytest.approx(
-            (along, across), abs=1e-12)
+            (along, across), abs=1e-12
+        )
     assert MODEL.curvature_of_hinges(wheels.left_steering, wheels.right_steering) == pytest.approx(
-        curvature, abs=1e-12)
+        curvature, abs=1e-12
+    )
 
 
 def test_spec_formula_and_joint_limits():

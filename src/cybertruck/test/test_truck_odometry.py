@@ -1,10 +1,10 @@
 """Dead reckoning on closed forms; encoders; messages."""
+
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from cybertruck.drive import conversions
 from cybertruck.drive.model import CyberModel
 from cybertruck.drive.odometry import Errors, Measured, WheelOdometry, ticks
@@ -16,8 +16,14 @@ RADIUS = MODEL.geometry.wheel_radius
 def along(steering, distance, speed=0.0):
     """Measured after a distance [m] at a steering angle [rad] held all the way."""
     angles, rates = MODEL.wheels(steering, distance), MODEL.wheels(steering, speed)
-    return Measured(angles.rear_left, angles.rear_right, angles.left_steering,
-                    angles.right_steering, rates.rear_left, rates.rear_right)
+    return Measured(
+        angles.rear_left,
+        angles.rear_right,
+        angles.left_steering,
+        angles.right_steering,
+        rates.rear_left,
+        rates.rear_right,
+    )
 
 
 def run(steering, distance, steps, start=(0.0, 0.0, 0.0)):
@@ -27,9 +33,10 @@ def run(steering, distance, steps, start=(0.0, 0.0, 0.0)):
     return odometry
 
 
-@pytest.mark.parametrize('steps', [1, 7, 1000])
-@pytest.mark.parametrize('degrees, distance', [
-    (0, 2.0), (0, -2.0), (20, 1.5), (-35, 2.0), (30, -1.0)])
+@pytest.mark.parametrize("steps", [1, 7, 1000])
+@pytest.mark.parametrize(
+    "degrees, distance", [(0, 2.0), (0, -2.0), (20, 1.5), (-35, 2.0), (30, -1.0)]
+)
 def test_arc(degrees, distance, steps):
     steering = math.radians(degrees)
     odometry = run(steering, distance, steps)
@@ -47,11 +54,11 @@ def test_start_pose_and_reset():
     assert (odometry.x, odometry.y, odometry.yaw) == pytest.approx((1.0, 0.0, math.pi / 2))
     odometry.reset()
     assert (odometry.x, odometry.y, odometry.yaw) == (1.0, -2.0, math.pi / 2)
-    odometry.update(along(0.0, 55.0))      # where the wheels stand at first counts for nothing
+    odometry.update(along(0.0, 55.0))  # where the wheels stand at first counts for nothing
     assert odometry.x == 1.0
 
 
-@pytest.mark.parametrize('period, limit', [(0.0, 0.6), (0.008, 0.6), (0.1, 0.6), (2.0, 12.0)])
+@pytest.mark.parametrize("period, limit", [(0.0, 0.6), (0.008, 0.6), (0.1, 0.6), (2.0, 12.0)])
 def test_a_jump_is_more_than_twice_the_top_speed(period, limit):
     odometry = run(0.0, 2.0, 5)
     for side in (1.0, -1.0):
@@ -76,9 +83,9 @@ def test_covariance_on_a_straight_line():
     for way in np.linspace(0.0, 9.0, 901):
         odometry.update(along(0.0, way))
     grown = np.diag(odometry.covariance) - still
-    assert grown[0] == pytest.approx(9.0 * 0.01 ** 2, rel=1e-6)
-    assert grown[2] == pytest.approx(9.0 * 0.002 ** 2, rel=1e-6)
-    assert grown[1] == pytest.approx(9.0 ** 3 / 3 * 0.002 ** 2 + 81.0 * still[2], rel=1e-2)
+    assert grown[0] == pytest.approx(9.0 * 0.01**2, rel=1e-6)
+    assert grown[2] == pytest.approx(9.0 * 0.002**2, rel=1e-6)
+    assert grown[1] == pytest.approx(9.0**3 / 3 * 0.002**2 + 81.0 * still[2], rel=1e-2)
     assert np.linalg.eigvalsh(odometry.covariance).min() > 0.0
 
 
@@ -90,15 +97,17 @@ def test_covariance_stands_still_with_the_truck():
     assert (odometry.covariance == before).all()
 
 
-@pytest.mark.parametrize('values', [{'distance_error': -0.1}, {'heading_error': math.nan},
-                                    {'heading_drift': 'much'}])
+@pytest.mark.parametrize(
+    "values", [{"distance_error": -0.1}, {"heading_error": math.nan}, {"heading_drift": "much"}]
+)
 def test_wrong_errors(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         Errors(**values)
 
 
-@pytest.mark.parametrize('turns, count', [(0, 0), (1, 42), (2.5, 105), (-1, -42), (0.03, 1),
-                                          (-0.01, -1), (100, 4200)])
+@pytest.mark.parametrize(
+    "turns, count", [(0, 0), (1, 42), (2.5, 105), (-1, -42), (0.03, 1), (-0.01, -1), (100, 4200)]
+)
 def test_ticks(turns, count):
     assert ticks(turns * 2 * math.pi + 1e-9) == count
 
@@ -113,22 +122,22 @@ class State:
 
 
 def full(**changes):
-    names = conversions.WHEELS + conversions.HINGES + conversions.ENCODERS + ('hitch_yaw_joint',)
+    names = conversions.WHEELS + conversions.HINGES + conversions.ENCODERS + ("hitch_yaw_joint",)
     return State(**{**{name: float(i) for i, name in enumerate(names)}, **changes})
 
 
 def test_measured_picks_joints_by_name():
     measured, encoders = conversions.measured(full())
     assert measured == Measured(0.0, 1.0, 2.0, 3.0, 0.0, 0.5)
-    assert encoders == {'front_left_wheel_joint': 4.0, 'front_right_wheel_joint': 5.0}
+    assert encoders == {"front_left_wheel_joint": 4.0, "front_right_wheel_joint": 5.0}
 
 
 def test_measured_refuses():
     state = full()
     state.velocity.pop()
-    with pytest.raises(ValueError, match='velocities'):
+    with pytest.raises(ValueError, match="velocities"):
         conversions.measured(state)
-    with pytest.raises(ValueError, match='nan'):
+    with pytest.raises(ValueError, match="nan"):
         conversions.measured(full(rear_left_wheel_joint=math.nan))
     with pytest.raises(ValueError, match="'rear_left_wheel_joint' is missing"):
         conversions.measured(State(other=1.0))
@@ -136,8 +145,8 @@ def test_measured_refuses():
 
 def test_message():
     odometry = run(math.radians(20), 1.0, 100, (1.0, 2.0, 0.5))
-    message = conversions.odometry(None, ('odom', 'base_footprint'), odometry)
-    assert (message.header.frame_id, message.child_frame_id) == ('odom', 'base_footprint')
+    message = conversions.odometry(None, ("odom", "base_footprint"), odometry)
+    assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_footprint")
     pose, twist = message.pose.pose, message.twist.twist
     assert (pose.position.x, pose.position.y, pose.position.z) == (odometry.x, odometry.y, 0.0)
     assert 2 * math.atan2(pose.orientation.z, pose.orientation.w) == pytest.approx(odometry.yaw)
@@ -150,5 +159,5 @@ def test_message():
         assert np.linalg.eigvalsh(matrix).min() > 0.0
     assert message.pose.covariance[35] == odometry.covariance[2, 2]
     made = conversions.transform(message)
-    assert (made.header.frame_id, made.child_frame_id) == ('odom', 'base_footprint')
+    assert (made.header.frame_id, made.child_frame_id) == ("odom", "base_footprint")
     assert made.transform.translation.x == odometry.x

@@ -4,13 +4,17 @@ import math
 
 import pytest
 import rospy
+from deepracer_control.control import CarControl, Settings
 from geometry_msgs.msg import Twist
 
 from deepracer_control import control, topics
-from deepracer_control.control import CarControl, Settings
 
-WHEELS = (topics.RIGHT_REAR_TOPIC, topics.LEFT_REAR_TOPIC,
-          topics.RIGHT_FRONT_TOPIC, topics.LEFT_FRONT_TOPIC)
+WHEELS = (
+    topics.RIGHT_REAR_TOPIC,
+    topics.LEFT_REAR_TOPIC,
+    topics.RIGHT_FRONT_TOPIC,
+    topics.LEFT_FRONT_TOPIC,
+)
 HINGES = (topics.LEFT_DIRECTION_TOPIC, topics.RIGHT_DIRECTION_TOPIC)
 
 
@@ -33,16 +37,17 @@ class FakeRos:
                 fake.sent.append((self.name, message.data))
 
         monkeypatch.setattr(rospy, "Publisher", Publisher)
-        monkeypatch.setattr(rospy, "Subscriber",
-                            lambda name, kind, cb: fake.subscribed.update({name: cb}))
+        monkeypatch.setattr(
+            rospy, "Subscriber", lambda name, kind, cb: fake.subscribed.update({name: cb})
+        )
         monkeypatch.setattr(rospy, "Rate", lambda hz: f"rate {hz}")
-        monkeypatch.setattr(rospy, "Timer",
-                            lambda period, cb, reset: fake.timers.append((period.to_sec(), cb)))
+        monkeypatch.setattr(
+            rospy, "Timer", lambda period, cb, reset: fake.timers.append((period.to_sec(), cb))
+        )
         monkeypatch.setattr(rospy, "get_time", lambda: fake.now)
         monkeypatch.setattr(rospy, "logwarn", lambda *_: None)
         monkeypatch.setattr(rospy, "logerr_throttle", lambda _t, text: fake.errors.append(text))
-        monkeypatch.setattr(rospy, "get_param",
-                            lambda name, default: parameters.get(name, default))
+        monkeypatch.setattr(rospy, "get_param", lambda name, default: parameters.get(name, default))
 
     def take(self):
         """Gives the last value of each topic since the last call."""
@@ -56,6 +61,7 @@ def make(monkeypatch):
         fake = FakeRos()
         fake.install(monkeypatch, {"~" + key: value for key, value in parameters.items()})
         return CarControl(), fake
+
     return build
 
 
@@ -67,16 +73,24 @@ def twist(v, w):
 
 def test_attributes_of_the_public_interface(make):
     car, fake = make()
-    for name in ("rightRearPub", "leftRearPub", "rightFrontPub", "leftFrontPub",
-                 "leftSteeringPub", "rightSteeringPub"):
+    for name in (
+        "rightRearPub",
+        "leftRearPub",
+        "rightFrontPub",
+        "leftFrontPub",
+        "leftSteeringPub",
+        "rightSteeringPub",
+    ):
         assert fake.queues[getattr(car, name).name] == 10
     assert car.rate == "rate 10"
     assert fake.subscribed[topics.COMMANDED_DATA_TOPIC] == car.subscriberCb
     assert control.controlEngines is None and callable(control.main)
 
 
-@pytest.mark.parametrize("v, w, degrees_right", [
-    (10, 0, 0), (-10, 0, 0), (10, 2, 30), (10, -2, -30), (10, -5, -60), (0, 5, 60), (3, 4, 60)])
+@pytest.mark.parametrize(
+    "v, w, degrees_right",
+    [(10, 0, 0), (-10, 0, 0), (10, 2, 30), (10, -2, -30), (10, -5, -60), (0, 5, 60), (3, 4, 60)],
+)
 def test_original_mode(make, v, w, degrees_right):
     car, fake = make()
     car.subscriberCb(twist(v, w))
@@ -105,9 +119,14 @@ def test_ackermann_mode_is_metric_and_left_positive(make):
 
 
 @pytest.mark.parametrize("mode", control.MODES)
-@pytest.mark.parametrize("v, w, said", [
-    (math.nan, 1, "linear.x is nan"), (1, math.inf, "angular.z is inf"),
-    (-math.inf, 1, "linear.x is -inf")])
+@pytest.mark.parametrize(
+    "v, w, said",
+    [
+        (math.nan, 1, "linear.x is nan"),
+        (1, math.inf, "angular.z is inf"),
+        (-math.inf, 1, "linear.x is -inf"),
+    ],
+)
 def test_no_number_stops_the_car_and_is_said(make, mode, v, w, said):
     car, fake = make(mode=mode)
     car.drive(0.2, 0.1)
@@ -121,7 +140,7 @@ def test_no_number_stops_the_car_and_is_said(make, mode, v, w, said):
 
 def test_watchdog_stops_once_in_ros_time(make):
     car, fake = make(command_timeout=0.5)
-    (_, watch), = fake.timers
+    ((_, watch),) = fake.timers
     watch(None)
     assert fake.take() == {}
     fake.now = 10.0
@@ -140,7 +159,7 @@ def test_watchdog_stops_once_in_ros_time(make):
 
 def test_watchdog_counts_anew_after_a_reset(make):
     car, fake = make(command_timeout=0.5)
-    (_, watch), = fake.timers
+    ((_, watch),) = fake.timers
     fake.now = 10.0
     car.subscriberCb(twist(10, 0))
     fake.take()
@@ -153,9 +172,15 @@ def test_no_watchdog_by_default(make):
     assert make()[1].timers == []
 
 
-@pytest.mark.parametrize("key, value, said", [
-    ("mode", "sideways", "mode is 'sideways'"), ("command_timeout", -1, "command_timeout is -1"),
-    ("wheelbase", "long", "~wheelbase is 'long'"), ("wheel_radius", 0, "wheel_radius is 0")])
+@pytest.mark.parametrize(
+    "key, value, said",
+    [
+        ("mode", "sideways", "mode is 'sideways'"),
+        ("command_timeout", -1, "command_timeout is -1"),
+        ("wheelbase", "long", "~wheelbase is 'long'"),
+        ("wheel_radius", 0, "wheel_radius is 0"),
+    ],
+)
 def test_bad_parameters_are_named(make, key, value, said):
     with pytest.raises(ValueError, match=said):
         make(**{key: value})

@@ -1,4 +1,5 @@
 """The camera's view of the ground and what the drivers make of it."""
+
 import math
 
 import cv2
@@ -27,9 +28,12 @@ def picture(curvature, side=0.0, half_lane=0.38, orange=True):
         off, along = y - side, x
     image = np.full((HEIGHT, WIDTH, 3), (235, 200, 150), np.uint8)
     on_ground = np.isfinite(x)
-    for colour, where in ((GRASS, on_ground), (WHITE, abs(off) < half_lane),
-                          (ASPHALT, abs(off) < half_lane - 0.03),
-                          (ORANGE, (abs(off) < 0.0125) & (along % 0.25 < 0.15) & orange)):
+    for colour, where in (
+        (GRASS, on_ground),
+        (WHITE, abs(off) < half_lane),
+        (ASPHALT, abs(off) < half_lane - 0.03),
+        (ORANGE, (abs(off) < 0.0125) & (along % 0.25 < 0.15) & orange),
+    ):
         image[on_ground & where] = colour
     return cv2.GaussianBlur(image, (3, 3), 0)
 
@@ -44,10 +48,10 @@ def test_ground_points_invert_the_projection():
         below = down * math.cos(mount.pitch) - ahead * math.sin(mount.pitch)
         assert FOCAL * -y / depth + WIDTH / 2 == pytest.approx(column + 0.5, abs=1e-6)
         assert FOCAL * below / depth + HEIGHT / 2 == pytest.approx(row + 0.5, abs=1e-6)
-    assert np.isnan(ground[0]).all()        # 25 degrees above the axis is above the horizon
+    assert np.isnan(ground[0]).all()  # 25 degrees above the axis is above the horizon
 
 
-@pytest.mark.parametrize('curvature', [-1.0, -0.5, 0.0, 0.5, 1.0])
+@pytest.mark.parametrize("curvature", [-1.0, -0.5, 0.0, 0.5, 1.0])
 def test_curvature_of_the_line(curvature):
     vision = LineVision()
     for _ in range(3):
@@ -56,13 +60,13 @@ def test_curvature_of_the_line(curvature):
     assert 0.45 < math.hypot(*goal) < 0.7
 
 
-@pytest.mark.parametrize('side', [-0.15, 0.15])
+@pytest.mark.parametrize("side", [-0.15, 0.15])
 def test_steers_back_to_the_line(side):
     goal = LineVision().look(picture(0.0, side), MATRIX)
     assert goal[1] == pytest.approx(side, abs=0.02)
 
 
-@pytest.mark.parametrize('curvature', [-2.0, 2.0])
+@pytest.mark.parametrize("curvature", [-2.0, 2.0])
 def test_hairpin_by_the_border_alone(curvature):
     vision = LineVision()
     for k in (0.5, 1.0, 1.4, 1.7):
@@ -80,7 +84,7 @@ def test_nothing_in_sight():
     assert speed > 0.1 and curvature > 0.5
     assert follower.command(1.9, grass, MATRIX) == (speed, curvature)
     assert follower.command(2.1, grass, MATRIX) == (0.0, 0.0)
-    assert follower.command(0.5, grass, MATRIX) == (0.0, 0.0)      # the clock went back
+    assert follower.command(0.5, grass, MATRIX) == (0.0, 0.0)  # the clock went back
 
 
 def test_slower_in_bends():
@@ -101,7 +105,7 @@ def test_pursuit_on_a_circle_gives_its_curvature():
         x, y = 1.5 * math.sin(angle), 1.5 * (1.0 - math.cos(angle))
         speed, curvature = pursuit.command(x, y, angle)
         assert curvature == pytest.approx(1.0 / 1.5, rel=0.03)
-        assert speed == pytest.approx(1.5, rel=0.03)        # v^2 / R = 1.5 m/s^2
+        assert speed == pytest.approx(1.5, rel=0.03)  # v^2 / R = 1.5 m/s^2
 
 
 def test_open_path_ends_with_a_stop():
@@ -111,26 +115,27 @@ def test_open_path_ends_with_a_stop():
     assert pursuit.command(1.99, 0.0, 0.0) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize('points', [[(0, 0), (1, 0)], [(0, 0)] * 5,
-                                    [(0, 0), (1, float('nan')), (2, 0)]])
+@pytest.mark.parametrize(
+    "points", [[(0, 0), (1, 0)], [(0, 0)] * 5, [(0, 0), (1, float("nan")), (2, 0)]]
+)
 def test_bad_paths(points):
-    with pytest.raises(ValueError, match='path'):
+    with pytest.raises(ValueError, match="path"):
         Path(points)
 
 
-@pytest.mark.parametrize('limit', ['lookahead', 'max_speed', 'max_lateral_acceleration'])
-@pytest.mark.parametrize('value', [0.0, -1.0, float('nan'), 'fast', True])
+@pytest.mark.parametrize("limit", ["lookahead", "max_speed", "max_lateral_acceleration"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), "fast", True])
 def test_bad_limits(limit, value):
     with pytest.raises(ValueError, match=limit):
         Pursuit(Path(circle()), **{limit: value})
 
 
 def test_units_of_both_modes():
-    twist = Units('ackermann').twist(0.5, 1.2)
+    twist = Units("ackermann").twist(0.5, 1.2)
     assert (twist.linear.x, twist.angular.z) == pytest.approx((0.5, 0.6))
-    twist = Units('original').twist(0.3, 1.2)
+    twist = Units("original").twist(0.3, 1.2)
     assert twist.linear.x == pytest.approx(10.0)
     assert twist.angular.z == pytest.approx(-math.degrees(math.atan(0.164 * 1.2)) / 15.0)
     assert Units().twist(0.5, 50.0).angular.z == pytest.approx(0.5 * math.tan(0.5236) / 0.164)
-    with pytest.raises(ValueError, match='mode'):
-        Units('metric')
+    with pytest.raises(ValueError, match="mode"):
+        Units("metric")

@@ -6,12 +6,11 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
 import rospy
+from deepracer_teleop.window import window as window_module
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
-
-from deepracer_teleop.window import window as window_module
 
 
 class Rig:
@@ -55,9 +54,17 @@ class Rig:
         QTest.mousePress(slider, Qt.LeftButton, pos=start)
         for index in range(1, steps + 1):
             place = start + QPoint(round(pixels * index / steps), 0)
-            QApplication.sendEvent(slider, QMouseEvent(
-                QEvent.MouseMove, QPointF(place), QPointF(slider.mapToGlobal(place)),
-                Qt.NoButton, Qt.LeftButton, Qt.NoModifier))
+            QApplication.sendEvent(
+                slider,
+                QMouseEvent(
+                    QEvent.MouseMove,
+                    QPointF(place),
+                    QPointF(slider.mapToGlobal(place)),
+                    Qt.NoButton,
+                    Qt.LeftButton,
+                    Qt.NoModifier,
+                ),
+            )
         QTest.mouseRelease(slider, Qt.LeftButton, pos=start + QPoint(pixels, 0))
 
 

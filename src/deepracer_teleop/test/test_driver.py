@@ -1,8 +1,8 @@
 """The window drivers' decisions, with eyes that see what a test says."""
+
 import math
 
 import pytest
-
 from deepracer_teleop.drivers import driver as module
 
 
@@ -98,7 +98,7 @@ def test_slider_changes_at_most_five_times_a_second(slider):
         slider.eyes.goal = (1.0, 0.3 * math.sin(k))
         slider.run(0.04)
     values = [item for item in slider.done if not isinstance(item, str)]
-    assert slider.done[:2] == ["cruise", "grab"] and 15 <= len(values) <= 21    # in 4 s
+    assert slider.done[:2] == ["cruise", "grab"] and 15 <= len(values) <= 21  # in 4 s
 
 
 def test_slider_stops_when_the_line_is_gone(slider):
@@ -130,8 +130,10 @@ def test_slider_goes_on_after_a_reset(slider):
     assert slider.done[-1] > 0
 
 
-@pytest.mark.parametrize("goal, button", [((1.0, 0.1), "Forward"), ((1.0, 0.6), "Left"),
-                                          ((1.0, -0.6), "Right"), (None, "Backwards")])
+@pytest.mark.parametrize(
+    "goal, button",
+    [((1.0, 0.1), "Forward"), ((1.0, 0.6), "Left"), ((1.0, -0.6), "Right"), (None, "Backwards")],
+)
 def test_buttons(buttons, goal, button):
     buttons.eyes.goal = goal
     buttons.driver.act()

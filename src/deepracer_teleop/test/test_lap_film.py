@@ -1,8 +1,8 @@
 """The film of a lap."""
+
 import cv2
 import numpy as np
 import pytest
-
 from deepracer_teleop.runs.film import Film
 
 
@@ -10,10 +10,10 @@ def test_film_has_the_frames_that_were_due(tmp_path):
     path = str(tmp_path / "lap.mp4")
     film = Film(path, rate=10.0)
     shown = 0
-    for k in range(90):     # 3 s at 30 Hz
+    for k in range(90):  # 3 s at 30 Hz
         picture = np.full((120, 160, 3), (40, 90, 200), np.uint8)
         shown += film.add(5.0 + k / 30.0, picture, "line  lap 1") is not None
-        assert (picture == (40, 90, 200)).all()     # the overlay goes onto a copy
+        assert (picture == (40, 90, 200)).all()  # the overlay goes onto a copy
     film.close()
     assert shown == film.frames == 30
     video = cv2.VideoCapture(path)
@@ -21,7 +21,7 @@ def test_film_has_the_frames_that_were_due(tmp_path):
     good, frame = video.read()
     assert good and video.get(cv2.CAP_PROP_FRAME_COUNT) == 30
     assert np.abs(frame[60].astype(int) - (40, 90, 200)).max() < 25
-    assert frame[:40].max() > 200 and frame[100:].max() > 200       # words above and below
+    assert frame[:40].max() > 200 and frame[100:].max() > 200  # words above and below
 
 
 def test_a_clock_that_jumps_back_does_not_end_the_film(tmp_path):

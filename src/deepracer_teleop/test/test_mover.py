@@ -1,15 +1,17 @@
 """Timed moves, repetitions and stops on a clock set by hand."""
 
 import pytest
-
 from deepracer_teleop.window.mover import Mover
 
 
 class Bench:
     def __init__(self):
         self.now, self.sent = 50.0, []
-        self.mover = Mover(lambda v, w: self.sent.append((round(self.now, 3), v, w)),
-                           lambda: self.now, repeat_rate=10.0)
+        self.mover = Mover(
+            lambda v, w: self.sent.append((round(self.now, 3), v, w)),
+            lambda: self.now,
+            repeat_rate=10.0,
+        )
 
     def run(self, seconds, step=0.01):
         for _ in range(round(seconds / step)):
@@ -25,8 +27,9 @@ def bench():
 def test_a_timed_move_repeats_and_ends_with_one_zero(bench):
     bench.mover.move(10.0, 0.0, 1.0)
     bench.run(5.0)
-    assert bench.sent == [(pytest.approx(50.0 + 0.1 * i), 10.0, 0.0) for i in range(10)] + \
-        [(51.0, 0.0, 0.0)]
+    assert bench.sent == [(pytest.approx(50.0 + 0.1 * i), 10.0, 0.0) for i in range(10)] + [
+        (51.0, 0.0, 0.0)
+    ]
     assert not bench.mover.active
 
 

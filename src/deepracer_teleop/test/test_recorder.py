@@ -5,10 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from nav_msgs.msg import Odometry
-
 from deepracer_teleop.runs import birdseye
 from deepracer_teleop.runs.recorder import Pursuit, Recorder, along
+from nav_msgs.msg import Odometry
 
 
 def odometry(t, x, y, yaw, v=0.3):
@@ -45,7 +44,9 @@ def test_csv(tmp_path):
     recorder.callback(odometry(1.5, 1.0, -2.0, 0.5))
     recorder.write_csv(tmp_path / "path.csv")
     assert (tmp_path / "path.csv").read_text().splitlines() == [
-        "t,x,y,yaw,v", "1.500000,1.000000,-2.000000,0.500000,0.300000"]
+        "t,x,y,yaw,v",
+        "1.500000,1.000000,-2.000000,0.500000,0.300000",
+    ]
 
 
 def test_pursuit_on_a_circle_gives_its_curvature():
@@ -60,8 +61,13 @@ def test_birdseye_draws_the_path_where_it_was():
     recorder.phase = "cruise"
     for index in range(11):
         recorder.callback(odometry(index, -1.0 + 0.2 * index, 0.5, 0.0))
-    track = SimpleNamespace(centreline=circle(2.0), inner=circle(1.6), outer=circle(2.4),
-                            extent=(-3.0, 3.0, -3.0, 3.0), texture="/no/such/texture.png")
+    track = SimpleNamespace(
+        centreline=circle(2.0),
+        inner=circle(1.6),
+        outer=circle(2.4),
+        extent=(-3.0, 3.0, -3.0, 3.0),
+        texture="/no/such/texture.png",
+    )
     picture = birdseye.draw(track, recorder.samples, width=800)
     view = birdseye.View(track.extent, 800)
     column, row = view.pixels([(0.5, 0.5)])[0]

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
 from deepracer_teleop.window.settings import Settings, settings_from_parameters
 
@@ -22,9 +21,18 @@ def test_parameters_are_private():
     assert settings.slider_to_angular(20) == -2.0
 
 
-@pytest.mark.parametrize("key, value", [
-    ("default_speed", "fast"), ("default_speed", math.nan), ("slider_scale", 0), ("turn_wait", -1),
-    ("angular_sign", 2), ("slider_limit", 10.5), ("repeat_rate", True)])
+@pytest.mark.parametrize(
+    "key, value",
+    [
+        ("default_speed", "fast"),
+        ("default_speed", math.nan),
+        ("slider_scale", 0),
+        ("turn_wait", -1),
+        ("angular_sign", 2),
+        ("slider_limit", 10.5),
+        ("repeat_rate", True),
+    ],
+)
 def test_bad_values_are_named(key, value):
     with pytest.raises(ValueError, match=f"{key} is {value!r}"):
         Settings(**{key: value})

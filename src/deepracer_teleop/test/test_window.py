@@ -6,13 +6,12 @@ import time
 import numpy as np
 import pytest
 from cv_bridge import CvBridge
+from deepracer_teleop.window import window as module
+from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate, frame_rate_text
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton, QSlider
-
-from deepracer_teleop.window import window as module
-from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate, frame_rate_text
 
 
 def position(window, widget):
@@ -30,8 +29,13 @@ def frame(colour=(40, 120, 200), stamp=None, encoding="bgr8"):
 def test_layout(rig):
     window = rig.build()
     assert window.windowTitle() == "Teleop Interface"
-    places = {"Forward": (0, 1), "Left": (1, 0), "Stop": (1, 1), "Right": (1, 2),
-              "Backwards": (2, 1)}
+    places = {
+        "Forward": (0, 1),
+        "Left": (1, 0),
+        "Stop": (1, 1),
+        "Right": (1, 2),
+        "Backwards": (2, 1),
+    }
     for name, place in places.items():
         assert isinstance(window.buttons[name], QPushButton)
         assert window.buttons[name].text() == name
@@ -65,9 +69,15 @@ def test_slider_is_as_specified(rig):
     assert slider.tickPosition() == QSlider.TicksBelow and slider.tickInterval() == 1
 
 
-@pytest.mark.parametrize("name, command, seconds", [
-    ("Forward", (10, 0), 1.0), ("Backwards", (-10, 0), 1.0),
-    ("Left", (10, -5), 0.8), ("Right", (10, 5), 0.8)])
+@pytest.mark.parametrize(
+    "name, command, seconds",
+    [
+        ("Forward", (10, 0), 1.0),
+        ("Backwards", (-10, 0), 1.0),
+        ("Left", (10, -5), 0.8),
+        ("Right", (10, 5), 0.8),
+    ],
+)
 def test_timed_buttons(rig, name, command, seconds):
     rig.build()
     rig.click(name)
@@ -129,8 +139,13 @@ def test_keys_move_the_slider(rig):
 
 
 def test_parameters_pair_the_window_with_ackermann(rig):
-    window = rig.build(default_speed=0.3, default_angular_speed=1.0, angular_sign=-1,
-                       slider_scale=50, linear_wait=0.5)
+    window = rig.build(
+        default_speed=0.3,
+        default_angular_speed=1.0,
+        angular_sign=-1,
+        slider_scale=50,
+        linear_wait=0.5,
+    )
     rig.click("Left")
     assert rig.take() == [(0.3, 1.0)]
     window.slider.setValue(25)
@@ -151,9 +166,13 @@ def test_closing_sends_one_zero(rig):
 
 def test_module_functions(rig):
     window = rig.build()
-    for function, command in ((module.fwdFunct, (10, 0)), (module.bwdFunct, (-10, 0)),
-                              (module.leftFunct, (10, -5)), (module.rightFunct, (10, 5)),
-                              (module.stopFunct, (0, 0))):
+    for function, command in (
+        (module.fwdFunct, (10, 0)),
+        (module.bwdFunct, (-10, 0)),
+        (module.leftFunct, (10, -5)),
+        (module.rightFunct, (10, 5)),
+        (module.stopFunct, (0, 0)),
+    ):
         function()
         assert rig.take() == [command]
     window.treatValue(30)
@@ -187,10 +206,16 @@ def test_camera_picture_is_inside_and_frame_rate_drawn(rig):
     pixmap = window.cameraLabel.pixmap()
     assert pixmap.width() * 3 == pytest.approx(pixmap.height() * 4, abs=4)
     image = pixmap.toImage()
-    corner = {image.pixel(x, y) for x in range(5, image.width() // 2, 2)
-              for y in range(3, image.height() // 10)}
-    rest = {image.pixel(x, y) for x in range(0, image.width(), 7)
-            for y in range(image.height() // 2, image.height(), 7)}
+    corner = {
+        image.pixel(x, y)
+        for x in range(5, image.width() // 2, 2)
+        for y in range(3, image.height() // 10)
+    }
+    rest = {
+        image.pixel(x, y)
+        for x in range(0, image.width(), 7)
+        for y in range(image.height() // 2, image.height(), 7)
+    }
     assert len(corner) > 5 and len(rest) == 1
 
 
@@ -261,17 +286,25 @@ def test_a_lost_master_is_shown_and_decides_the_exit_code(rig):
     assert window.troubleLabel.text() == window._watch.words
 
 
-@pytest.mark.parametrize("stamps, rates", [
-    ([1.0, 1.5, 2.0], [None, 2.0, 2.0]), ([1.0, 1.0], [None, None]),
-    ([5.0, 1.0, 1.1], [None, None, 10.0])])
+@pytest.mark.parametrize(
+    "stamps, rates",
+    [
+        ([1.0, 1.5, 2.0], [None, 2.0, 2.0]),
+        ([1.0, 1.0], [None, None]),
+        ([5.0, 1.0, 1.1], [None, None, 10.0]),
+    ],
+)
 def test_frame_rate_from_stamps(stamps, rates):
     counter = FrameRate()
-    assert [counter.update(stamp) for stamp in stamps] == \
-        [None if rate is None else pytest.approx(rate) for rate in rates]
+    assert [counter.update(stamp) for stamp in stamps] == [
+        None if rate is None else pytest.approx(rate) for rate in rates
+    ]
 
 
-@pytest.mark.parametrize("rate, words", [
-    (29.97, "Image Framerate: 30"), (7.52, "Image Framerate: 7.5"), (None, "Image Framerate: --")])
+@pytest.mark.parametrize(
+    "rate, words",
+    [(29.97, "Image Framerate: 30"), (7.52, "Image Framerate: 7.5"), (None, "Image Framerate: --")],
+)
 def test_frame_rate_words(rate, words):
     assert frame_rate_text(rate) == words
     picture = draw_frame_rate(np.zeros((480, 640, 3), np.uint8), rate)

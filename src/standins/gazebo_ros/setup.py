@@ -1,6 +1,7 @@
 """Tells catkin where the Python module is."""
+
 from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=['gazebo_ros'], package_dir={'': 'src'}))
+setup(**generate_distutils_setup(packages=["gazebo_ros"], package_dir={"": "src"}))

@@ -1,4 +1,5 @@
 """Arguments of the launch files, and how stand-ins give way to real packages."""
+
 import importlib.util
 import os
 import xml.etree.ElementTree as ElementTree
@@ -6,17 +7,46 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 STANDINS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-LAUNCH = os.path.join(STANDINS, 'gazebo_ros', 'launch')
+LAUNCH = os.path.join(STANDINS, "gazebo_ros", "launch")
 GAZEBO_ARGUMENTS = {
-    'paused', 'use_sim_time', 'extra_gazebo_args', 'gui', 'recording', 'headless', 'debug',
-    'physics', 'verbose', 'output', 'world_name', 'respawn_gazebo', 'use_clock_frequency',
-    'pub_clock_frequency', 'enable_ros_network', 'server_required', 'gui_required'}
-OURS = {'real_time_factor', 'lockstep', 'renderer'}
+    "paused",
+    "use_sim_time",
+    "extra_gazebo_args",
+    "gui",
+    "recording",
+    "headless",
+    "debug",
+    "physics",
+    "verbose",
+    "output",
+    "world_name",
+    "respawn_gazebo",
+    "use_clock_frequency",
+    "pub_clock_frequency",
+    "enable_ros_network",
+    "server_required",
+    "gui_required",
+}
+OURS = {"real_time_factor", "lockstep", "renderer"}
 NAMED_IN_FIND_PACKAGE = (
-    'gazebo_ros', 'gazebo_plugins', 'gazebo_ros_control', 'controller_manager', 'ros_control',
-    'ros_controllers', 'velocity_controllers', 'position_controllers', 'effort_controllers',
-    'joint_state_controller', 'diff_drive_controller', 'ackermann_steering_controller',
-    'control_msgs', 'ackermann_msgs', 'gazebo_msgs', 'xacro', 'joy')
+    "gazebo_ros",
+    "gazebo_plugins",
+    "gazebo_ros_control",
+    "controller_manager",
+    "ros_control",
+    "ros_controllers",
+    "velocity_controllers",
+    "position_controllers",
+    "effort_controllers",
+    "joint_state_controller",
+    "diff_drive_controller",
+    "ackermann_steering_controller",
+    "control_msgs",
+    "ackermann_msgs",
+    "gazebo_msgs",
+    "xacro",
+    "joy",
+)
 
 
 def _root(path):
@@ -24,49 +54,48 @@ def _root(path):
 
 
 def test_empty_world_declares_all_arguments_of_gazebo():
-    root = _root(os.path.join(LAUNCH, 'empty_world.launch'))
-    declared = {a.get('name') for a in root.iter('arg')}
+    root = _root(os.path.join(LAUNCH, "empty_world.launch"))
+    declared = {a.get("name") for a in root.iter("arg")}
     assert declared == GAZEBO_ARGUMENTS | OURS
 
 
-@pytest.mark.parametrize('name', sorted(os.listdir(LAUNCH)))
+@pytest.mark.parametrize("name", sorted(os.listdir(LAUNCH)))
 def test_launch_files_are_xml(name):
-    assert _root(os.path.join(LAUNCH, name)).tag == 'launch'
+    assert _root(os.path.join(LAUNCH, name)).tag == "launch"
 
 
-@pytest.mark.parametrize('name', NAMED_IN_FIND_PACKAGE)
+@pytest.mark.parametrize("name", NAMED_IN_FIND_PACKAGE)
 def test_package_exists_under_its_name(name):
     folder = os.path.join(STANDINS, name)
-    assert _root(os.path.join(folder, 'package.xml')).findtext('name') == name
-    for file_name in ('CMakeLists.txt', 'README.md'):
+    assert _root(os.path.join(folder, "package.xml")).findtext("name") == name
+    for file_name in ("CMakeLists.txt", "README.md"):
         assert os.path.isfile(os.path.join(folder, file_name))
 
 
-@pytest.fixture(name='give_way')
+@pytest.fixture(name="give_way")
 def _give_way():
-    pytest.importorskip('rospkg')
-    spec = importlib.util.spec_from_file_location('give_way',
-                                                  os.path.join(STANDINS, 'give_way.py'))
+    pytest.importorskip("rospkg")
+    spec = importlib.util.spec_from_file_location("give_way", os.path.join(STANDINS, "give_way.py"))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 def test_give_way_marks_and_unmarks(give_way, tmp_path):
-    for name in ('joy', 'xacro'):
+    for name in ("joy", "xacro"):
         (tmp_path / name).mkdir()
-        (tmp_path / name / 'package.xml').write_text('<package/>')
-    assert give_way.give_way(str(tmp_path), {'joy', 'other'}) == ['joy']
-    assert (tmp_path / 'joy' / 'CATKIN_IGNORE').exists()
+        (tmp_path / name / "package.xml").write_text("<package/>")
+    assert give_way.give_way(str(tmp_path), {"joy", "other"}) == ["joy"]
+    assert (tmp_path / "joy" / "CATKIN_IGNORE").exists()
     assert give_way.give_way(str(tmp_path), set()) == []
-    assert not (tmp_path / 'joy' / 'CATKIN_IGNORE').exists()
+    assert not (tmp_path / "joy" / "CATKIN_IGNORE").exists()
 
 
 def test_links_to_the_stand_ins_are_no_real_packages(give_way, tmp_path):
-    (tmp_path / 'src').mkdir()
-    (tmp_path / 'src' / 'joy').symlink_to(os.path.join(STANDINS, 'joy'))
-    real = tmp_path / 'src' / 'xacro'
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "joy").symlink_to(os.path.join(STANDINS, "joy"))
+    real = tmp_path / "src" / "xacro"
     real.mkdir()
-    (real / 'package.xml').write_text('<package><name>xacro</name></package>')
-    found = give_way.real_packages(['', str(tmp_path / 'src'), STANDINS, str(tmp_path / 'none')])
-    assert found == {'xacro'}
+    (real / "package.xml").write_text("<package><name>xacro</name></package>")
+    found = give_way.real_packages(["", str(tmp_path / "src"), STANDINS, str(tmp_path / "none")])
+    assert found == {"xacro"}

@@ -1,11 +1,12 @@
 """What rviz shows of a lane."""
+
 import numpy as np
 import pytest
 from shapely.geometry import Polygon
 from test_referee import circle
+from track_model.referee.display import lane_marker
 
 from track_model import geometry, spec
-from track_model.referee.display import lane_marker
 
 
 def area(marker):
@@ -17,15 +18,25 @@ def area(marker):
     return areas.sum()
 
 
-@pytest.mark.parametrize('text, closed', [
-    (circle(), True), (spec.parse('points: [[0, 0], [1, 0], [2, 1], [3, 1]]\nclosed: false\n',
-                                  'open.yaml'), False)])
+@pytest.mark.parametrize(
+    "text, closed",
+    [
+        (circle(), True),
+        (
+            spec.parse("points: [[0, 0], [1, 0], [2, 1], [3, 1]]\nclosed: false\n", "open.yaml"),
+            False,
+        ),
+    ],
+)
 def test_the_lane_marker_covers_the_lane(text, closed):
     lane = geometry.lane(text)
     assert lane.closed == closed
-    marker = lane_marker(lane, 'odom')
+    marker = lane_marker(lane, "odom")
     left, right = lane.edge(1), lane.edge(-1)
-    whole = Polygon(right).area - Polygon(left).area if closed \
+    whole = (
+        Polygon(right).area - Polygon(left).area
+        if closed
         else Polygon(np.vstack([left, right[::-1]])).area
+    )
     assert area(marker) == pytest.approx(whole, rel=1e-6)
-    assert marker.header.frame_id == 'odom' and marker.color.a == 1.0
+    assert marker.header.frame_id == "odom" and marker.color.a == 1.0

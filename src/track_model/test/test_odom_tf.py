@@ -1,14 +1,14 @@
 """Odometry to transform, without a master."""
+
 import pytest
 
-rospy = pytest.importorskip('rospy')
-pytest.importorskip('tf2_ros')
+rospy = pytest.importorskip("rospy")
+pytest.importorskip("tf2_ros")
 from nav_msgs.msg import Odometry  # noqa: E402
-
 from track_model.odom_tf import to_transform  # noqa: E402
 
 
-def message(frame='odom', child='base_link'):
+def message(frame="odom", child="base_link"):
     odometry = Odometry()
     odometry.header.frame_id, odometry.child_frame_id = frame, child
     odometry.header.stamp = rospy.Time(12, 34)
@@ -18,11 +18,14 @@ def message(frame='odom', child='base_link'):
     return odometry
 
 
-@pytest.mark.parametrize('frames, arguments, expected', [
-    (('odom', 'base_link'), {}, ('odom', 'base_link')),
-    (('odom', ''), {'child': 'base_link'}, ('odom', 'base_link')),
-    (('odom', 'car'), {'parent': 'map', 'child': 'base_link'}, ('map', 'base_link')),
-])
+@pytest.mark.parametrize(
+    "frames, arguments, expected",
+    [
+        (("odom", "base_link"), {}, ("odom", "base_link")),
+        (("odom", ""), {"child": "base_link"}, ("odom", "base_link")),
+        (("odom", "car"), {"parent": "map", "child": "base_link"}, ("map", "base_link")),
+    ],
+)
 def test_frames_and_pose(frames, arguments, expected):
     result = to_transform(message(*frames), **arguments)
     move, turn = result.transform.translation, result.transform.rotation
@@ -33,5 +36,5 @@ def test_frames_and_pose(frames, arguments, expected):
 
 
 def test_missing_frame_is_named():
-    with pytest.raises(ValueError, match='child_frame_id'):
-        to_transform(message(child=''))
+    with pytest.raises(ValueError, match="child_frame_id"):
+        to_transform(message(child=""))

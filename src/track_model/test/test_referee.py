@@ -1,26 +1,27 @@
 """The lap referee: laps, progress and offences of driven poses."""
+
 import numpy as np
 import pytest
 from shapely.geometry import Point
-
-from track_model import geometry, region, source, spec
 from track_model.files import writer as files
 from track_model.referee.course import Course
 from track_model.referee.referee import Referee, wall_polygons
 from track_model.referee.rules import Car, Rules
 
-RADIUS = 2.0        # [m]
+from track_model import geometry, region, source, spec
+
+RADIUS = 2.0  # [m]
 LAP = 2.0 * np.pi * RADIUS
 
 
-def circle(extra=''):
+def circle(extra=""):
     """A track whose centreline is a circle driven counter-clockwise; its centre is (0, 2)."""
     at = 2.0 * np.pi * np.arange(36) / 36 - np.pi / 2
     points = [[round(RADIUS * np.cos(a), 6), round(RADIUS * np.sin(a), 6)] for a in at]
-    return spec.parse('points: %s\n%s' % (points, extra), 'circle.yaml')
+    return spec.parse(f"points: {points}\n{extra}", "circle.yaml")
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope="module")
 def course():
     return Course(geometry.lane(circle()))
 
@@ -53,13 +54,13 @@ def test_projection(course):
     assert course.curvature(3.0) == pytest.approx(1.0 / RADIUS, rel=0.01)
 
 
-@pytest.mark.parametrize('rate', [10.0, 50.0, 123.0])
+@pytest.mark.parametrize("rate", [10.0, 50.0, 123.0])
 def test_lap_times_are_exact_between_samples(course, rate):
     """0.31 rad/s from 0.2 rad before the line: crossings at 0.2/0.31 s and one turn later each."""
     referee = Referee(course)
     times = np.arange(0.0, 45.0, 1.0 / rate)
     events = drive(referee, 0.31 * times - 0.2, times)
-    assert [name for _, name in events] == ['start', 'lap', 'lap']
+    assert [name for _, name in events] == ["start", "lap", "lap"]
     turn = 2.0 * np.pi / 0.31
     for (time, _), k in zip(events, range(3)):
         assert 0.0 <= time - (0.2 / 0.31 + k * turn) < 1.0 / rate
@@ -76,16 +77,17 @@ def test_standing_start_counts_from_the_first_motion(course):
     times = np.arange(0.0, 30.0, 0.02)
     angles = 0.05 + 0.4 * np.clip(times - 3.0, 0.0, None)
     events = drive(referee, angles, times)
-    assert [name for _, name in events][:2] == ['start', 'lap']
+    assert [name for _, name in events][:2] == ["start", "lap"]
     assert referee.status.last_lap_time == pytest.approx((2.0 * np.pi - 0.05) / 0.4, abs=0.03)
 
 
 def test_reversing_over_the_line_is_no_lap(course):
     referee = Referee(course)
-    angles = np.concatenate([np.linspace(-0.2, 0.5, 100), np.linspace(0.5, -0.5, 100),
-                             np.linspace(-0.5, 0.3, 100)])
+    angles = np.concatenate(
+        [np.linspace(-0.2, 0.5, 100), np.linspace(0.5, -0.5, 100), np.linspace(-0.5, 0.3, 100)]
+    )
     events = drive(referee, angles, np.arange(300) * 0.02)
-    assert [name for _, name in events] == ['start', 'wrong_way']
+    assert [name for _, name in events] == ["start", "wrong_way"]
     assert referee.status.laps == 0
 
 
@@ -100,18 +102,22 @@ def test_cutting_to_a_far_part_is_no_progress(course):
 
 def test_wheels_off_and_penalty(course):
     half = 0.38
-    for offset, wheels in ((0.0, (False,) * 4), (half, (True, False, True, False)),
-                           (-half, (False, True, False, True)), (half + 0.2, (True,) * 4)):
+    for offset, wheels in (
+        (0.0, (False,) * 4),
+        (half, (True, False, True, False)),
+        (-half, (False, True, False, True)),
+        (half + 0.2, (True,) * 4),
+    ):
         referee = Referee(course)
         events = drive(referee, np.linspace(1.0, 1.2, 10), np.arange(10) * 0.02, offset)
         assert referee.status.wheels_off == wheels
         assert referee.status.off_track == all(wheels)
-        assert [name for _, name in events] == ['off_track'] * all(wheels)
+        assert [name for _, name in events] == ["off_track"] * all(wheels)
         assert referee.status.penalty == (5.0 if all(wheels) else 0.0)
 
 
 def test_one_wheel_rule_and_penalty_once_per_excursion(course):
-    referee = Referee(course, rules=Rules(off_track='one', off_track_penalty=2.0))
+    referee = Referee(course, rules=Rules(off_track="one", off_track_penalty=2.0))
     for start in (0.0, 1.0):
         drive(referee, np.linspace(1.0, 1.2, 10), start + np.arange(10) * 0.02, 0.38)
         drive(referee, np.linspace(1.2, 1.4, 10), start + 0.5 + np.arange(10) * 0.02, 0.0)
@@ -122,13 +128,13 @@ def test_stuck_and_free_again(course):
     referee = Referee(course, rules=Rules(stuck_time=2.0))
     events = drive(referee, np.linspace(-0.1, 0.5, 50), np.arange(50) * 0.1)
     events += drive(referee, np.full(40, 0.5), 5.0 + np.arange(40) * 0.1)
-    assert [name for _, name in events] == ['start', 'stuck'] and referee.status.stuck
+    assert [name for _, name in events] == ["start", "stuck"] and referee.status.stuck
     drive(referee, np.linspace(0.5, 0.6, 10), 9.0 + np.arange(10) * 0.1)
     assert not referee.status.stuck
 
 
 def test_walls():
-    parsed = circle('walls: {enabled: true}')
+    parsed = circle("walls: {enabled: true}")
     lane = geometry.lane(parsed)
     walls = wall_polygons(files.wall_boxes(lane, parsed), parsed.walls.thickness)
     referee = Referee(Course(lane), walls)
@@ -136,13 +142,13 @@ def test_walls():
     for offset, crashed in ((-0.40, False), (-0.45, True)):
         referee.restart()
         events = drive(referee, np.linspace(1.0, 1.3, 20), np.arange(20) * 0.02, offset)
-        assert ('crash' in [name for _, name in events]) == crashed == referee.status.crashed
+        assert ("crash" in [name for _, name in events]) == crashed == referee.status.crashed
         assert referee.status.penalty == (5.0 if crashed else 0.0)
 
 
 def test_open_course_from_start_to_finish():
     points = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.5], [6.0, 0.5]]
-    lane = geometry.lane(spec.parse('closed: false\npoints: %s' % points, 'open.yaml'))
+    lane = geometry.lane(spec.parse(f"closed: false\npoints: {points}", "open.yaml"))
     course = Course(lane)
     referee = Referee(course)
     events = []
@@ -151,9 +157,9 @@ def test_open_course_from_start_to_finish():
         if 0.1 + 0.01 * k > lane.length:
             x += 0.01 * k + 0.1 - lane.length
         events += referee.update(0.02 * k, x, y, yaw, 0.5)[1]
-        if 'lap' in events:
+        if "lap" in events:
             break
-    assert events == ['start', 'lap'] and referee.status.laps == 1
+    assert events == ["start", "lap"] and referee.status.laps == 1
     assert referee.status.last_lap_time == pytest.approx((lane.length - 0.1) / 0.5, abs=0.05)
 
 
@@ -167,15 +173,18 @@ def test_time_going_back_starts_afresh(course):
 
 def test_off_track_matches_polygon_geometry():
     """10,000 random poses on a track of the package against shapely's own containment."""
-    path = source.find('hard')
+    path = source.find("hard")
     lane = geometry.lane(source.load(path))
     area, referee = region.lane_area(lane), Referee(Course(lane))
     rng = np.random.default_rng(7)
     low, high = lane.curve.min(axis=0) - 0.8, lane.curve.max(axis=0) + 0.8
     wheels = np.array(Car().wheels)
     seen = set()
-    for x, y, yaw in zip(rng.uniform(low[0], high[0], 10000), rng.uniform(low[1], high[1], 10000),
-                         rng.uniform(-np.pi, np.pi, 10000)):
+    for x, y, yaw in zip(
+        rng.uniform(low[0], high[0], 10000),
+        rng.uniform(low[1], high[1], 10000),
+        rng.uniform(-np.pi, np.pi, 10000),
+    ):
         turn = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
         places = wheels @ turn.T + (x, y)
         outside = tuple(not area.contains(Point(place)) for place in places)
@@ -184,12 +193,15 @@ def test_off_track_matches_polygon_geometry():
     assert seen == {0, 1, 2, 3, 4}
 
 
-@pytest.mark.parametrize('wrong, words', [
-    ({'off_track': 'two'}, ['off_track', 'two', 'all or one']),
-    ({'stuck_time': -1.0}, ['stuck_time', '-1']),
-    ({'collision_penalty': float('nan')}, ['collision_penalty', 'nan']),
-    ({'auto_reset': 1}, ['auto_reset', 'true or false']),
-])
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        ({"off_track": "two"}, ["off_track", "two", "all or one"]),
+        ({"stuck_time": -1.0}, ["stuck_time", "-1"]),
+        ({"collision_penalty": float("nan")}, ["collision_penalty", "nan"]),
+        ({"auto_reset": 1}, ["auto_reset", "true or false"]),
+    ],
+)
 def test_bad_rules(wrong, words):
     with pytest.raises(ValueError) as caught:
         Rules(**wrong)
@@ -201,5 +213,5 @@ def test_a_stale_pose_at_the_line_starts_no_lap(course):
     referee = Referee(course)
     referee.update(0.0, *place(0.02), 0.0)
     events = drive(referee, np.linspace(-0.2, 1.0, 100), 0.02 + 0.02 * np.arange(100))
-    assert [name for _, name in events] == ['start']
+    assert [name for _, name in events] == ["start"]
     assert referee.status.progress == pytest.approx(100.0 / (2.0 * np.pi), abs=0.5)

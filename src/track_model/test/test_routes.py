@@ -1,4 +1,5 @@
 """Routes of other projects: forms that occur, tracks made from them, and what mistakes say."""
+
 import io
 import xml.etree.ElementTree as ET
 
@@ -15,7 +16,7 @@ def wavy(count, seed, closed=True, scale=3.0):
     at = np.linspace(0.0, 2.0 * np.pi if closed else 1.5 * np.pi, count, endpoint=not closed)
     radius = scale * np.ones(count)
     for k in range(2, 5):
-        radius += scale * 0.25 / k ** 1.5 * rng.uniform(-1, 1) * np.sin(k * at + rng.uniform(0, 6))
+        radius += scale * 0.25 / k**1.5 * rng.uniform(-1, 1) * np.sin(k * at + rng.uniform(0, 6))
     half = 0.4 + 0.1 * np.sin(3.0 * at + rng.uniform(0, 6))
     return radius[:, None] * np.stack([np.cos(at), np.sin(at)], axis=1), half
 
@@ -46,10 +47,10 @@ def community(number):
     return array, closed
 
 
-@pytest.mark.parametrize('number', range(10))
+@pytest.mark.parametrize("number", range(10))
 def test_community_routes_become_tracks(number, tmp_path):
     array, closed = community(number)
-    path = tmp_path / 'route.npy'
+    path = tmp_path / "route.npy"
     path.write_bytes(npy(array))
     loaded = track.load_track(str(path))
     assert loaded.closed == closed
@@ -58,37 +59,41 @@ def test_community_routes_become_tracks(number, tmp_path):
     x, y, yaw = loaded.lane.origin
     turn = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
     there = loaded.centreline @ turn.T + (x, y)
-    for points, line in ((array[:, :2], there),
-                         (np.vstack([array[:, 2:4], array[:, 4:6]]),
-                          np.vstack([loaded.inner, loaded.outer]) @ turn.T + (x, y))):
+    for points, line in (
+        (array[:, :2], there),
+        (
+            np.vstack([array[:, 2:4], array[:, 4:6]]),
+            np.vstack([loaded.inner, loaded.outer]) @ turn.T + (x, y),
+        ),
+    ):
         off = np.linalg.norm(points[:, None] - line[None], axis=2).min(axis=1)
-        assert off.max() < 0.03     # [m]: 2 cm samples, edges are perpendicular to the spline
-    model = ET.parse(loaded.directory + '/track.sdf').getroot().find('model')
-    assert model.find('.//mesh/uri').text.endswith('track.obj')
+        assert off.max() < 0.03  # [m]: 2 cm samples, edges are perpendicular to the spline
+    model = ET.parse(loaded.directory + "/track.sdf").getroot().find("model")
+    assert model.find(".//mesh/uri").text.endswith("track.obj")
 
 
 def test_sides_follow_the_driving_direction():
     centre, half = wavy(80, 1)
     array = deepracer(centre, half)
-    array[:, 2:4] = centre + 0.5 * (array[:, 2:4] - centre)     # inner edge half as far away
+    array[:, 2:4] = centre + 0.5 * (array[:, 2:4] - centre)  # inner edge half as far away
     for content, left in ((array, True), (array[::-1], False)):
-        sides = np.array(source.load('a.npy', npy(content)).sides)
+        sides = np.array(source.load("a.npy", npy(content)).sides)
         assert (sides[:, 0] < sides[:, 1]).all() == left
 
 
 def test_centreline_csv():
     centre, half = wavy(100, 4, scale=20.0)
-    rows = ['# x_m, y_m, w_tr_right_m, w_tr_left_m']
-    rows += ['%.6f, %.6f, %.3f, %.3f' % (*point, 1.1, 0.9) for point in centre]
-    lane = geometry.lane(source.load('a.csv', '\n'.join(rows).encode()))
+    rows = ["# x_m, y_m, w_tr_right_m, w_tr_left_m"]
+    rows += ["{:.6f}, {:.6f}, {:.3f}, {:.3f}".format(*point, 1.1, 0.9) for point in centre]
+    lane = geometry.lane(source.load("a.csv", "\n".join(rows).encode()))
     assert lane.closed
     assert lane.left == pytest.approx(0.9) and lane.right == pytest.approx(1.1)
     assert lane.length == pytest.approx(geometry.closed_length(centre), rel=2e-3)
 
 
 def test_header_without_hash_and_semicolons():
-    text = 'x;y;right;left\n0;0;1;1\n9;0;1;1\n9;9;1;1\n0;9;1;1\n'
-    loaded = source.load('a.csv', text.encode())
+    text = "x;y;right;left\n0;0;1;1\n9;0;1;1\n9;9;1;1\n0;9;1;1\n"
+    loaded = source.load("a.csv", text.encode())
     assert loaded.points == ((0, 0), (9, 0), (9, 9), (0, 9)) and not loaded.closed
 
 
@@ -101,42 +106,45 @@ def changed(row, column, value):
     return array
 
 
-@pytest.mark.parametrize('name, content, words', [
-    ('a.npy', b'nonsense', ['content', 'not an array file', '.npy']),
-    ('a.npy', b'', ['content', 'not an array file']),
-    ('a.npy', npy(GOOD[:, :4]), ['(40, 4)', 'N x 6']),
-    ('a.npy', npy(GOOD.ravel()), ['(240,)', 'N x 6']),
-    ('a.npy', npy(GOOD.astype(str)), ['N x 6']),
-    ('a.npy', npy(changed(7, 3, np.nan)), ['row 7, column 3', 'nan', 'finite']),
-    ('a.npy', npy(changed(2, 0, 1e6)), ['row 2', '500 m']),
-    ('a.npy', npy(np.zeros((0, 6))), ['0 points', 'at least 3']),
-    ('a.npy', npy(np.repeat(GOOD[:2], 9, axis=0)), ['2 distinct points', 'at least 3']),
-    ('a.npy', npy(np.hstack([GOOD[:, :2]] * 3)), ['width near point', '0.2 m']),
-    ('a.csv', b'\xff\xfe\xfa', ['not text']),
-    ('a.csv', b'# only\n', ['no rows']),
-    ('a.csv', b'0, 0, 1, 1\n1, 0, 1\n', ['line 2', '3 columns', '4: x, y']),
-    ('a.csv', b'0, 0, 1, 1\n1, b, 1, 1\n', ['line 2', "'1, b, 1, 1'", 'numbers']),
-    ('a.csv', b'0, 0, 1, 1\n1, 0, inf, 1\n2, 1, 1, 1', ['row 1, column 2', 'inf']),
-    ('a.csv', b'0, 0, 1, 1\n1, 0, -3, 1\n2, 1, 1, 1', ['width near point 1', '-2']),
-])
+@pytest.mark.parametrize(
+    "name, content, words",
+    [
+        ("a.npy", b"nonsense", ["content", "not an array file", ".npy"]),
+        ("a.npy", b"", ["content", "not an array file"]),
+        ("a.npy", npy(GOOD[:, :4]), ["(40, 4)", "N x 6"]),
+        ("a.npy", npy(GOOD.ravel()), ["(240,)", "N x 6"]),
+        ("a.npy", npy(GOOD.astype(str)), ["N x 6"]),
+        ("a.npy", npy(changed(7, 3, np.nan)), ["row 7, column 3", "nan", "finite"]),
+        ("a.npy", npy(changed(2, 0, 1e6)), ["row 2", "500 m"]),
+        ("a.npy", npy(np.zeros((0, 6))), ["0 points", "at least 3"]),
+        ("a.npy", npy(np.repeat(GOOD[:2], 9, axis=0)), ["2 distinct points", "at least 3"]),
+        ("a.npy", npy(np.hstack([GOOD[:, :2]] * 3)), ["width near point", "0.2 m"]),
+        ("a.csv", b"\xff\xfe\xfa", ["not text"]),
+        ("a.csv", b"# only\n", ["no rows"]),
+        ("a.csv", b"0, 0, 1, 1\n1, 0, 1\n", ["line 2", "3 columns", "4: x, y"]),
+        ("a.csv", b"0, 0, 1, 1\n1, b, 1, 1\n", ["line 2", "'1, b, 1, 1'", "numbers"]),
+        ("a.csv", b"0, 0, 1, 1\n1, 0, inf, 1\n2, 1, 1, 1", ["row 1, column 2", "inf"]),
+        ("a.csv", b"0, 0, 1, 1\n1, 0, -3, 1\n2, 1, 1, 1", ["width near point 1", "-2"]),
+    ],
+)
 def test_mistakes(name, content, words):
     with pytest.raises(spec.TrackError) as caught:
         source.load(name, content)
-    assert '\n' not in str(caught.value)
-    for word in [name, 'valid:', *words]:
+    assert "\n" not in str(caught.value)
+    for word in [name, "valid:", *words]:
         assert word in str(caught.value)
 
 
 def test_self_crossing_route():
     at = np.linspace(0.0, 2.0 * np.pi, 80, endpoint=False)
     eight = 4.0 * np.stack([np.sin(at), np.sin(at) * np.cos(at)], axis=1)
-    with pytest.raises(spec.TrackError, match='crosses itself'):
-        geometry.lane(source.load('a.npy', npy(deepracer(eight, 0.3 * np.ones(80)))))
+    with pytest.raises(spec.TrackError, match="crosses itself"):
+        geometry.lane(source.load("a.npy", npy(deepracer(eight, 0.3 * np.ones(80)))))
 
 
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize("seed", range(3))
 def test_inside_agrees_with_shapely(seed):
-    lane = geometry.lane(source.load('a.npy', npy(deepracer(*wavy(60, seed)))))
+    lane = geometry.lane(source.load("a.npy", npy(deepracer(*wavy(60, seed)))))
     area = region.lane_area(lane)
     points = np.random.default_rng(seed).uniform(-7.0, 5.0, (3000, 2))
     expected = [area.contains(Point(point)) for point in points]
@@ -149,9 +157,14 @@ def test_folded_inner_edge_stays_a_lane():
     at = np.linspace(0.0, np.pi, 40)
     bend = 0.3 * np.stack([np.sin(at), -np.cos(at)], axis=1)
     lead = np.linspace(-2.0, -0.05, 30)
-    centre = np.vstack([np.stack([lead, -0.3 * np.ones(30)], axis=1), bend,
-                        np.stack([lead[::-1], 0.3 * np.ones(30)], axis=1)])
-    lane = geometry.lane(source.load('a.npy', npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
+    centre = np.vstack(
+        [
+            np.stack([lead, -0.3 * np.ones(30)], axis=1),
+            bend,
+            np.stack([lead[::-1], 0.3 * np.ones(30)], axis=1),
+        ]
+    )
+    lane = geometry.lane(source.load("a.npy", npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
     area = region.lane_area(lane)
-    assert area.is_valid and area.geom_type == 'Polygon' and not lane.closed
+    assert area.is_valid and area.geom_type == "Polygon" and not lane.closed
     assert region.Inside(area)(lane.curve[5:-5]).all()

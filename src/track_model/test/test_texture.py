@@ -1,11 +1,11 @@
 """Facts about the picture on the ground that renderers depend on."""
+
 import numpy as np
 import pytest
-
 from track_model.files import texture
 
 
-@pytest.mark.parametrize('width', [3.0, 7.003, 9.861, 10.2, 25.0])
+@pytest.mark.parametrize("width", [3.0, 7.003, 9.861, 10.2, 25.0])
 def test_columns_come_in_fours(width):
     """PyBullet's EGL renderer draws rows that are not aligned to four bytes as stripes."""
     area, (rows, columns) = texture.whole_pixels((0.0, width, -1.0, 1.111))

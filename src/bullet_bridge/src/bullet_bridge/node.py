@@ -3,25 +3,25 @@
 import sys
 
 import rospy
+from bullet_sim.errors import SimError, WorldError
+from bullet_sim.formats.sdf.world import parse_world
+from bullet_sim.system.quiet import keep_python_audible
+from bullet_sim.world import World
 
-from bullet_bridge.transport import publishing
-from bullet_bridge.loop.arrivals import Arrivals
-from bullet_bridge.outputs.cameras import Cameras
-from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.config import parse_config
-from bullet_bridge.services.gazebo import GazeboServices
+from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.resolve import Resolver, find_world
-from bullet_bridge.transport.relay import Relay
-from bullet_bridge.robots import Robots
 from bullet_bridge.loop.server import Server
 from bullet_bridge.loop.statistics import StatisticsService
 from bullet_bridge.loop.step import StepService
+from bullet_bridge.outputs.cameras import Cameras
 from bullet_bridge.outputs.viewer_link import ViewerLink
-from bullet_sim.errors import SimError, WorldError
-from bullet_sim.system.quiet import keep_python_audible
-from bullet_sim.formats.sdf.world import parse_world
-from bullet_sim.world import World
+from bullet_bridge.resolve import Resolver, find_world
+from bullet_bridge.robots import Robots
+from bullet_bridge.services.gazebo import GazeboServices
+from bullet_bridge.transport import publishing
+from bullet_bridge.transport.relay import Relay
 
 
 def load_world(world, path, resolve):
@@ -34,12 +34,12 @@ def load_world(world, path, resolve):
         return
     path = find_world(path)
     try:
-        with open(path, 'rb') as file:
+        with open(path, "rb") as file:
             text = file.read()
     except OSError as error:
         raise WorldError(f"world file '{path}' cannot be read: {error.strerror}") from error
     for warning in world.load(parse_world(text, resolve, path)):
-        rospy.logwarn('%s', warning)
+        rospy.logwarn("%s", warning)
 
 
 def start_relay():
@@ -47,7 +47,7 @@ def start_relay():
     try:
         return Relay()
     except OSError as error:
-        rospy.logwarn('the relay does not start: %s; the bridge sends by itself', error)
+        rospy.logwarn("the relay does not start: %s; the bridge sends by itself", error)
         return None
 
 
@@ -55,11 +55,11 @@ def main():
     """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
     keep_python_audible()
     # The node would hear its own /clock through a socket and a thread: it sets its time itself.
-    rospy.init_node('gazebo', disable_rostime=True)
+    rospy.init_node("gazebo", disable_rostime=True)
     world = World()
     cameras = viewer = relay = None
     try:
-        config = parse_config(lambda name, default: rospy.get_param(f'~{name}', default))
+        config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
         publishing.set_lockstep(config.lockstep)
         relay = None if config.lockstep else start_relay()
         publishing.set_relay(relay)
@@ -70,11 +70,10 @@ def main():
         cameras = Cameras(config.renderer, config.lockstep)
         arrivals = Arrivals()
         robots = Robots(jobs, world, cameras, config.seed, arrivals)
-        own_time = set_own_time if rospy.get_param('/use_sim_time', False) else None
+        own_time = set_own_time if rospy.get_param("/use_sim_time", False) else None
         clock = SimClock(config.clock_rate, world.time_step, own=own_time)
         server = Server(world, jobs, robots, config, clock, relay=relay)
-        GazeboServices(world, jobs, robots, server, resolve, config.states_rate,
-                       rospy.get_name())
+        GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
         StatisticsService(jobs, server)
         StepService(jobs, server, arrivals, config.step_timeout)
         robots.adopt()
@@ -82,12 +81,17 @@ def main():
         viewer.offer()
         if config.gui and not config.headless:
             viewer.open()
-        rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step,
-                      f'real time x {config.real_time_factor:g}' if config.real_time_factor
-                      else 'as fast as possible')
+        rospy.loginfo(
+            "world '%s' is up: step %g s, %s",
+            world.name,
+            world.time_step,
+            f"real time x {config.real_time_factor:g}"
+            if config.real_time_factor
+            else "as fast as possible",
+        )
         server.run()
     except (SimError, ValueError) as error:
-        rospy.logfatal('%s', error)
+        rospy.logfatal("%s", error)
         return 1
     finally:
         if viewer is not None:
@@ -100,5 +104,5 @@ def main():
     return 0
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     sys.exit(main())

@@ -20,18 +20,18 @@ class Resolver:
         Raises:
             ValueError: nothing is found; names what was looked for and where.
         """
-        scheme, _, rest = uri.partition('://')
+        scheme, _, rest = uri.partition("://")
         if not rest:
             if os.path.isabs(uri):
                 return _sdf_file(uri) or uri
-            raise ValueError('a mesh needs package://, model://, file:// or an absolute path')
-        if scheme == 'file':
+            raise ValueError("a mesh needs package://, model://, file:// or an absolute path")
+        if scheme == "file":
             return self._file(rest)
-        if scheme == 'package':
-            name, _, path = rest.partition('/')
+        if scheme == "package":
+            name, _, path = rest.partition("/")
             path = os.path.join(self._package(name), path)
             return _sdf_file(path) or path
-        if scheme == 'model':
+        if scheme == "model":
             return self._model(rest)
         raise ValueError(f"scheme '{scheme}' is not one of package, model, file")
 
@@ -43,10 +43,15 @@ class Resolver:
 
     def _file(self, path):
         """A file:// path; a relative one is looked for as Gazebo does, then taken as it is."""
-        places = [] if os.path.isabs(path) else [
-            folder for folder in os.environ.get('GAZEBO_RESOURCE_PATH', '').split(':') if folder]
+        places = (
+            []
+            if os.path.isabs(path)
+            else [
+                folder for folder in os.environ.get("GAZEBO_RESOURCE_PATH", "").split(":") if folder
+            ]
+        )
         if not os.path.isabs(path):
-            places += exported_folders(self._packages, 'gazebo_media_path') + self._folders()
+            places += exported_folders(self._packages, "gazebo_media_path") + self._folders()
         found = [os.path.join(place, path) for place in places]
         path = next((place for place in found if os.path.exists(place)), path)
         return _sdf_file(path) or path
@@ -57,20 +62,21 @@ class Resolver:
             model = _sdf_file(path)
             if model:
                 return model
-            if '/' in rest.strip('/') and os.path.exists(path):     # a file or material folder
+            if "/" in rest.strip("/") and os.path.exists(path):  # a file or material folder
                 return path
-        name, _, path = rest.partition('/')
+        name, _, path = rest.partition("/")
         try:
             return os.path.join(self._packages.get_path(name), path)
         except rospkg.ResourceNotFound as error:
-            raise ValueError(f"model '{rest}' is in none of "
-                             f"{', '.join(self._folders()) or '(no model folder)'}") from error
+            raise ValueError(
+                f"model '{rest}' is in none of {', '.join(self._folders()) or '(no model folder)'}"
+            ) from error
 
     def _folders(self):
         if self._model_paths is None:
-            folders = os.environ.get('GAZEBO_MODEL_PATH', '').split(':')
-            folders += exported_folders(self._packages, 'gazebo_model_path')
-            folders.append(os.path.join('~', '.gazebo', 'models'))
+            folders = os.environ.get("GAZEBO_MODEL_PATH", "").split(":")
+            folders += exported_folders(self._packages, "gazebo_model_path")
+            folders.append(os.path.join("~", ".gazebo", "models"))
             self._model_paths = [os.path.expanduser(folder) for folder in folders if folder]
         return self._model_paths
 
@@ -83,24 +89,28 @@ def exported_folders(packages, key):
         key: gazebo_model_path (models) or gazebo_media_path (worlds, materials).
     """
     folders = []
-    for name in packages.list():        # rospkg overlooks <depend> of format 2
+    for name in packages.list():  # rospkg overlooks <depend> of format 2
         try:
-            exports = packages.get_manifest(name).get_export('gazebo_ros', key)
+            exports = packages.get_manifest(name).get_export("gazebo_ros", key)
         except (InvalidPackage, rospkg.InvalidManifest, rospkg.ResourceNotFound):
-            continue    # a broken package.xml has none
-        folders += [folder.replace('${prefix}', packages.get_path(name))
-                    for export in exports for folder in export.split(':') if folder]
+            continue  # a broken package.xml has none
+        folders += [
+            folder.replace("${prefix}", packages.get_path(name))
+            for export in exports
+            for folder in export.split(":")
+            if folder
+        ]
     return folders
 
 
 def _sdf_file(folder):
     """The SDF file of a model's folder: the last that its model.config names, or model.sdf."""
-    names = ['model.sdf']
+    names = ["model.sdf"]
     try:
-        config = ElementTree.parse(os.path.join(folder, 'model.config'))
-        names += [(element.text or '').strip() for element in config.iter('sdf')]
+        config = ElementTree.parse(os.path.join(folder, "model.config"))
+        names += [(element.text or "").strip() for element in config.iter("sdf")]
     except (OSError, ElementTree.ParseError):
-        pass        # none, or a broken one
+        pass  # none, or a broken one
     found = [os.path.join(folder, name) for name in names if name]
     return next((path for path in reversed(found) if os.path.isfile(path)), None)
 
@@ -117,13 +127,13 @@ def find_world(path):
     if os.path.isabs(path) or os.path.isfile(path):
         return path
     places = [os.getcwd()]
-    places += [f for f in os.environ.get('GAZEBO_RESOURCE_PATH', '').split(':') if f]
+    places += [f for f in os.environ.get("GAZEBO_RESOURCE_PATH", "").split(":") if f]
     packages = rospkg.RosPack()
     try:
-        places.append(packages.get_path('gazebo_ros'))
+        places.append(packages.get_path("gazebo_ros"))
     except rospkg.ResourceNotFound:
-        places.append('package gazebo_ros (not on ROS_PACKAGE_PATH)')
-    places += exported_folders(packages, 'gazebo_media_path')
+        places.append("package gazebo_ros (not on ROS_PACKAGE_PATH)")
+    places += exported_folders(packages, "gazebo_media_path")
     for place in places:
         found = os.path.join(place, path)
         if os.path.isfile(found):

@@ -6,14 +6,14 @@ import zlib
 
 import rospy
 
-from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.control.robot import RobotControl
+from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.outputs.sensors import CameraOutput
 from bullet_bridge.outputs.table import OUTPUTS
 from bullet_bridge.transport.publishing import all_or_none
-from bullet_bridge.outputs.sensors import CameraOutput
 
-LOOK = 0.02         # [s] of simulated time after which it is looked again who subscribes ...
-LOOK_GAP = 0.005    # [s] ... but not sooner than after so much wall time
+LOOK = 0.02  # [s] of simulated time after which it is looked again who subscribes ...
+LOOK_GAP = 0.005  # [s] ... but not sooner than after so much wall time
 
 
 def _publish(what, publish, *arguments):
@@ -21,7 +21,7 @@ def _publish(what, publish, *arguments):
     try:
         publish(*arguments)
     except (ValueError, ArithmeticError) as error:
-        rospy.logerr_throttle(5.0, f'{what}: cannot be published: {error}')
+        rospy.logerr_throttle(5.0, f"{what}: cannot be published: {error}")
 
 
 class Robots:
@@ -43,9 +43,9 @@ class Robots:
         self.arrivals = arrivals or Arrivals()
         self._controls, self._outputs, self._counts = {}, {}, {}
         self._all_controls, self._all_outputs, self._next, self._next_look = (), (), 0, 0.0
-        self._claims, self._claiming = {}, threading.Lock()     # control namespace -> model
+        self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
 
-    def connect(self, model, namespace=''):
+    def connect(self, model, namespace=""):
         """Offer a model's services and topics; called outside the simulation thread."""
         for text in model.description.warnings:
             rospy.logwarn("model '%s': %s", model.name, text)
@@ -55,7 +55,7 @@ class Robots:
         """Offer what the world file's models bring; called before the simulation runs."""
         for model in list(self._world.models.values()):
             if model.description.sensors or model.manager is not None:
-                self._offer(model, '', lambda job: job())
+                self._offer(model, "", lambda job: job())
 
     def _offer(self, model, namespace, run):
         outputs, controls = [], []
@@ -63,7 +63,7 @@ class Robots:
         def register():
             if self._world.models.get(model.name) is not model:
                 return False
-            for output in outputs:      # steps were made since they were built
+            for output in outputs:  # steps were made since they were built
                 output.schedule.restart(self._world.step_count)
             self._outputs[model.name] = outputs
             for control in controls:
@@ -71,12 +71,13 @@ class Robots:
             self._cameras.set_sources(self._world.sources())
             self.refresh()
             return True
+
         kept = False
         try:
             self._make_outputs(model, outputs)
             control = self._control(model, namespace)
             controls += [control] if control is not None else []
-            kept = run(register)        # else deleted by somebody meanwhile
+            kept = run(register)  # else deleted by somebody meanwhile
         finally:
             if not kept:
                 self._withdraw(controls + outputs)
@@ -84,14 +85,15 @@ class Robots:
     def _make_outputs(self, model, outputs):
         """Append the outputs of a model's sensors to a list; one that cannot work is left out."""
         for number, spec in enumerate(model.description.sensors):
-            seed = zlib.crc32(f'{self._seed}/{model.name}/{number}'.encode())
+            seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
             try:
                 with all_or_none():
                     output = OUTPUTS[type(spec)](self._world, model, spec, seed)
                     output.attach(self.arrivals)
             except (ValueError, ArithmeticError) as error:
-                rospy.logerr("model '%s': sensor on %s is left out: %s", model.name,
-                             spec.topic, error)
+                rospy.logerr(
+                    "model '%s': sensor on %s is left out: %s", model.name, spec.topic, error
+                )
                 continue
             outputs.append(output)
             if isinstance(output, CameraOutput):
@@ -107,7 +109,7 @@ class Robots:
             try:
                 part.close()
             except Exception as error:
-                rospy.logerr('what a failed spawn left cannot be withdrawn: %s', error)
+                rospy.logerr("what a failed spawn left cannot be withdrawn: %s", error)
             if isinstance(part, RobotControl):
                 self._release(part.model)
 
@@ -115,13 +117,17 @@ class Robots:
         """The model's RobotControl; None without a control plugin, or if its place is taken."""
         if model.manager is None:
             return None
-        namespace = (model.description.control_namespace or namespace or model.name).strip('/')
+        namespace = (model.description.control_namespace or namespace or model.name).strip("/")
         with self._claiming:
             rival = self._claims.setdefault(namespace, model)
         if rival is not model:
-            rospy.logerr("model '%s' has no controllers: '%s' has its controller_manager in the "
-                         "namespace '/%s' already; give each a robot_namespace", model.name,
-                         rival.name, namespace)
+            rospy.logerr(
+                "model '%s' has no controllers: '%s' has its controller_manager in the "
+                "namespace '/%s' already; give each a robot_namespace",
+                model.name,
+                rival.name,
+                namespace,
+            )
             return None
         try:
             return RobotControl(self._jobs, self._world, model, namespace, self.arrivals)
@@ -136,8 +142,9 @@ class Robots:
     def _release(self, model):
         """Let others have a model's control namespace."""
         with self._claiming:
-            self._claims = {namespace: owner for namespace, owner in self._claims.items()
-                            if owner is not model}
+            self._claims = {
+                namespace: owner for namespace, owner in self._claims.items() if owner is not model
+            }
 
     def disconnect(self, name):
         """Withdraw a model's services and topics (simulation thread)."""
@@ -159,8 +166,9 @@ class Robots:
         self._all_controls = tuple(self._controls.values())
         for control in self._all_controls:
             control.refresh()
-        self._all_outputs = tuple(output for outputs in self._outputs.values()
-                                  for output in outputs)
+        self._all_outputs = tuple(
+            output for outputs in self._outputs.values() for output in outputs
+        )
         self._look_ahead(again=True)
 
     def _look_ahead(self, again=False):
@@ -197,17 +205,22 @@ class Robots:
                 if isinstance(output, CameraOutput):
                     pictures.append(output)
                 else:
-                    _publish(f"model '{output.model.name}', sensor on {output.spec.topic}",
-                             output.update, time)
+                    _publish(
+                        f"model '{output.model.name}', sensor on {output.spec.topic}",
+                        output.update,
+                        time,
+                    )
         if pictures:
-            _publish('pictures', self._cameras.draw, self._world, pictures)
+            _publish("pictures", self._cameras.draw, self._world, pictures)
         self._look_ahead()
 
     def sensor_counts(self):
         """Messages so far of each sensor that had listeners, by WORLD::MODEL::LINK::SENSOR."""
-        return {f'{self._world.name}::{output.model.name}::{output.spec.link}::'
-                f"{getattr(output.spec, 'name', output.spec.topic)}": count
-                for output, count in self._counts.items()}
+        return {
+            f"{self._world.name}::{output.model.name}::{output.spec.link}::"
+            f"{getattr(output.spec, 'name', output.spec.topic)}": count
+            for output, count in self._counts.items()
+        }
 
     def take_failures(self):
         """What of the due messages could not be made since the last call, as sentences."""
@@ -220,7 +233,7 @@ class Robots:
         for outputs in self._outputs.values():
             for output in outputs:
                 output.restart()
-        self.arrivals.clear()       # their commands are dropped
+        self.arrivals.clear()  # their commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()

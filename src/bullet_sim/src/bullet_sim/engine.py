@@ -10,16 +10,16 @@ import cv2
 import numpy as np
 
 from bullet_sim.errors import ModelError, RenderError
-from bullet_sim.system.quiet import quiet
 from bullet_sim.sensors.contact import Contact
+from bullet_sim.system.quiet import quiet
 
-with quiet():       # it greets on the terminal when it is imported
+with quiet():  # it greets on the terminal when it is imported
     import pybullet as p
 
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are kept by those who command them.
-MAX_COORDINATE_SPEED = 1e4      # [rad/s, m/s]
-_BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)     # of a ray's hit
+MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
+_BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)  # of a ray's hit
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
@@ -47,14 +47,18 @@ class Engine:
 
     def _configure(self):
         self._movable = {}
-        self._planes = {}       # (body, link) -> local poses of its planes, () if it has others
-        self._inertial, self._outward = {}, {}      # body -> centre in the root's frame, and back
+        self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
+        self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
-            numSolverIterations=self._iterations, deterministicOverlappingPairs=1,
-            enableFileCaching=0, enableConeFriction=1,
-            solverResidualThreshold=SOLVER_RESIDUAL, physicsClientId=self._client)
+            numSolverIterations=self._iterations,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            enableConeFriction=1,
+            solverResidualThreshold=SOLVER_RESIDUAL,
+            physicsClientId=self._client,
+        )
 
     def close(self):
         """Disconnect; the engine is not usable afterwards."""
@@ -78,8 +82,14 @@ class Engine:
         p.setTimeStep(self.time_step, physicsClientId=self._client)
 
     # bodies -----------------------------------------------------------------------------------
-    def load(self, path, position=(0, 0, 0), orientation=(0, 0, 0, 1), fixed_base=False,
-             self_collide=False):
+    def load(
+        self,
+        path,
+        position=(0, 0, 0),
+        orientation=(0, 0, 0, 1),
+        fixed_base=False,
+        self_collide=False,
+    ):
         """Load a prepared URDF file; its root link's frame lands at the given world pose.
 
         Args:
@@ -94,21 +104,32 @@ class Engine:
         Raises:
             ModelError: PyBullet refuses the file.
         """
-        flags = (p.URDF_USE_IMPLICIT_CYLINDER | p.URDF_USE_INERTIA_FROM_FILE
-                 | p.URDF_USE_MATERIAL_COLORS_FROM_MTL)
+        flags = (
+            p.URDF_USE_IMPLICIT_CYLINDER
+            | p.URDF_USE_INERTIA_FROM_FILE
+            | p.URDF_USE_MATERIAL_COLORS_FROM_MTL
+        )
         if self_collide:
             flags |= p.URDF_USE_SELF_COLLISION
         try:
             with quiet():
-                body = p.loadURDF(path, (0, 0, 0), (0, 0, 0, 1), useFixedBase=fixed_base,
-                                  flags=flags, physicsClientId=self._client)
+                body = p.loadURDF(
+                    path,
+                    (0, 0, 0),
+                    (0, 0, 0, 1),
+                    useFixedBase=fixed_base,
+                    flags=flags,
+                    physicsClientId=self._client,
+                )
         except p.error as error:
-            raise ModelError(f'PyBullet cannot load {path}: {error}') from error
+            raise ModelError(f"PyBullet cannot load {path}: {error}") from error
         info = p.getDynamicsInfo(body, -1, physicsClientId=self._client)
         self._inertial[body] = (info[3], info[4])
         self._outward[body] = p.invertTransform(info[3], info[4])
-        joints = [p.getJointInfo(body, i, physicsClientId=self._client)
-                  for i in range(p.getNumJoints(body, physicsClientId=self._client))]
+        joints = [
+            p.getJointInfo(body, i, physicsClientId=self._client)
+            for i in range(p.getNumJoints(body, physicsClientId=self._client))
+        ]
         self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
         self._prepare_dynamics(body, joints)
         self.set_base_pose(body, position, orientation)
@@ -116,12 +137,20 @@ class Engine:
 
     def _prepare_dynamics(self, body, joints):
         client = self._client
-        p.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, restitution=0.0,
-                         physicsClientId=client)
+        p.changeDynamics(
+            body, -1, linearDamping=0.0, angularDamping=0.0, restitution=0.0, physicsClientId=client
+        )
         for joint in joints:
-            p.changeDynamics(body, joint[0], linearDamping=0.0, angularDamping=0.0,
-                             jointDamping=joint[6], restitution=0.0,
-                             maxJointVelocity=MAX_COORDINATE_SPEED, physicsClientId=client)
+            p.changeDynamics(
+                body,
+                joint[0],
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=joint[6],
+                restitution=0.0,
+                maxJointVelocity=MAX_COORDINATE_SPEED,
+                physicsClientId=client,
+            )
         for number in range(len(self._movable[body])):
             self.release(body, number)
 
@@ -133,8 +162,10 @@ class Engine:
 
     def joint_names(self, body):
         """Names of the movable joints, in joint order."""
-        return [p.getJointInfo(body, i, physicsClientId=self._client)[1].decode()
-                for i in self._movable[body]]
+        return [
+            p.getJointInfo(body, i, physicsClientId=self._client)[1].decode()
+            for i in self._movable[body]
+        ]
 
     def link_indices(self, body):
         """Map of link name -> link index; the root link has -1."""
@@ -143,11 +174,15 @@ class Engine:
             names[p.getJointInfo(body, i, physicsClientId=self._client)[12].decode()] = i
         return names
 
-    def set_surface(self, body, link, friction=None, rolling=None, spinning=None,
-                    stiffness=None, damping=None):
+    def set_surface(
+        self, body, link, friction=None, rolling=None, spinning=None, stiffness=None, damping=None
+    ):
         """Set the contact properties of one link (index as link_indices gives it)."""
-        values = {'lateralFriction': friction, 'rollingFriction': rolling,
-                  'spinningFriction': spinning}
+        values = {
+            "lateralFriction": friction,
+            "rollingFriction": rolling,
+            "spinningFriction": spinning,
+        }
         if stiffness is not None and damping is not None:
             values.update(contactStiffness=stiffness, contactDamping=damping)
         given = {key: value for key, value in values.items() if value is not None}
@@ -167,8 +202,7 @@ class Engine:
 
     def base_pose(self, body):
         """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""
-        position, orientation = p.getBasePositionAndOrientation(
-            body, physicsClientId=self._client)
+        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
         return p.multiplyTransforms(position, orientation, *self._outward[body])
 
     def set_base_pose(self, body, position, orientation):
@@ -202,14 +236,23 @@ class Engine:
             position, orientation = p.multiplyTransforms(centre, axes, *self._outward[body])
             linear, angular = p.getBaseVelocity(body, physicsClientId=self._client)
         else:
-            state = p.getLinkState(body, link, computeLinkVelocity=1,
-                                   computeForwardKinematics=1, physicsClientId=self._client)
+            state = p.getLinkState(
+                body,
+                link,
+                computeLinkVelocity=1,
+                computeForwardKinematics=1,
+                physicsClientId=self._client,
+            )
             centre, position, orientation = state[0], state[4], state[5]
             linear, angular = state[6], state[7]
         (u, v, w), (wx, wy, wz) = linear, angular
         x, y, z = position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]
-        return (position, orientation,
-                (u + wy * z - wz * y, v + wz * x - wx * z, w + wx * y - wy * x), angular)
+        return (
+            position,
+            orientation,
+            (u + wy * z - wz * y, v + wz * x - wx * z, w + wx * y - wy * x),
+            angular,
+        )
 
     def link_poses(self, body):
         """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""
@@ -217,8 +260,9 @@ class Engine:
         positions, orientations = [position], [orientation]
         count = p.getNumJoints(body, physicsClientId=self._client)
         if count:
-            for state in p.getLinkStates(body, range(count), computeForwardKinematics=1,
-                                         physicsClientId=self._client):
+            for state in p.getLinkStates(
+                body, range(count), computeForwardKinematics=1, physicsClientId=self._client
+            ):
                 positions.append(state[4])
                 orientations.append(state[5])
         return np.array(positions), np.array(orientations)
@@ -231,8 +275,11 @@ class Engine:
     def read_joints(self, body):
         """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
         states = self.joint_states(body)
-        return (np.array([s[0] for s in states]), np.array([s[1] for s in states]),
-                np.array([s[3] for s in states]))
+        return (
+            np.array([s[0] for s in states]),
+            np.array([s[1] for s in states]),
+            np.array([s[3] for s in states]),
+        )
 
     def set_joint_positions(self, body, positions):
         """Put the movable joints at positions (n,) [rad, m], at rest."""
@@ -242,16 +289,28 @@ class Engine:
     # motors -----------------------------------------------------------------------------------
     def drive_velocity(self, body, joint, velocity, effort):
         """Let the movable joint number `joint` track a velocity with at most `effort`."""
-        p.setJointMotorControl2(body, self._movable[body][joint], p.VELOCITY_CONTROL,
-                                targetVelocity=velocity, force=effort,
-                                physicsClientId=self._client)
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.VELOCITY_CONTROL,
+            targetVelocity=velocity,
+            force=effort,
+            physicsClientId=self._client,
+        )
 
     def drive_position(self, body, joint, position, effort, velocity):
         """Let a joint track a position with at most `effort` and `velocity`."""
-        p.setJointMotorControl2(body, self._movable[body][joint], p.POSITION_CONTROL,
-                                targetPosition=position, force=effort, maxVelocity=velocity,
-                                positionGain=0.1, velocityGain=1.0,
-                                physicsClientId=self._client)
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.POSITION_CONTROL,
+            targetPosition=position,
+            force=effort,
+            maxVelocity=velocity,
+            positionGain=0.1,
+            velocityGain=1.0,
+            physicsClientId=self._client,
+        )
 
     def release(self, body, joint):
         """Leave a joint to its friction: a velocity motor to 0 that is no stronger than that.
@@ -260,13 +319,24 @@ class Engine:
         """
         index = self._movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
-        p.setJointMotorControl2(body, index, p.VELOCITY_CONTROL, targetVelocity=0.0,
-                                force=friction, physicsClientId=self._client)
+        p.setJointMotorControl2(
+            body,
+            index,
+            p.VELOCITY_CONTROL,
+            targetVelocity=0.0,
+            force=friction,
+            physicsClientId=self._client,
+        )
 
     def drive_effort(self, body, joint, effort):
         """Apply an effort [N m, N] to a joint for the next step only."""
-        p.setJointMotorControl2(body, self._movable[body][joint], p.TORQUE_CONTROL,
-                                force=effort, physicsClientId=self._client)
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.TORQUE_CONTROL,
+            force=effort,
+            physicsClientId=self._client,
+        )
 
     def push(self, body, link, force, torque):
         """Let a force (3,) [N] act at a link's centre of mass and a torque (3,) [N m], both along
@@ -274,23 +344,28 @@ class Engine:
         if link < 0:
             centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
         else:
-            centre = p.getLinkState(body, link, computeForwardKinematics=1,
-                                    physicsClientId=self._client)[0]
-        p.applyExternalForce(body, link, tuple(force), centre, p.WORLD_FRAME,
-                             physicsClientId=self._client)
-        p.applyExternalTorque(body, link, tuple(torque), p.WORLD_FRAME,
-                              physicsClientId=self._client)
+            centre = p.getLinkState(
+                body, link, computeForwardKinematics=1, physicsClientId=self._client
+            )[0]
+        p.applyExternalForce(
+            body, link, tuple(force), centre, p.WORLD_FRAME, physicsClientId=self._client
+        )
+        p.applyExternalTorque(
+            body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self._client
+        )
 
     def put_joint(self, body, joint, position):
         """Put the movable joint number `joint` at a position [rad, m], at rest."""
-        p.resetJointState(body, self._movable[body][joint], position, 0.0,
-                          physicsClientId=self._client)
+        p.resetJointState(
+            body, self._movable[body][joint], position, 0.0, physicsClientId=self._client
+        )
 
     # properties -------------------------------------------------------------------------------
     def set_mass(self, body, link, mass, moments):
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
-        p.changeDynamics(body, link, mass=mass, localInertiaDiagonal=tuple(moments),
-                         physicsClientId=self._client)
+        p.changeDynamics(
+            body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self._client
+        )
 
     def principal_axes(self, body, link):
         """Quaternion of the axes that set_mass's moments belong to, in the link frame."""
@@ -298,13 +373,19 @@ class Engine:
 
     def set_joint_limits(self, body, joint, lower, upper):
         """Change the stops [rad, m] of a movable joint that has stops."""
-        p.changeDynamics(body, self._movable[body][joint], jointLowerLimit=lower,
-                         jointUpperLimit=upper, physicsClientId=self._client)
+        p.changeDynamics(
+            body,
+            self._movable[body][joint],
+            jointLowerLimit=lower,
+            jointUpperLimit=upper,
+            physicsClientId=self._client,
+        )
 
     def set_joint_damping(self, body, joint, damping):
         """Change the viscous damping [N m s/rad, N s/m] of a movable joint."""
-        p.changeDynamics(body, self._movable[body][joint], jointDamping=damping,
-                         physicsClientId=self._client)
+        p.changeDynamics(
+            body, self._movable[body][joint], jointDamping=damping, physicsClientId=self._client
+        )
 
     @property
     def solver_iterations(self):
@@ -314,8 +395,9 @@ class Engine:
     def set_solver_iterations(self, count):
         """Change the iterations of the constraint solver per step."""
         self._iterations = int(count)
-        p.setPhysicsEngineParameter(numSolverIterations=self._iterations,
-                                    physicsClientId=self._client)
+        p.setPhysicsEngineParameter(
+            numSolverIterations=self._iterations, physicsClientId=self._client
+        )
 
     # sensing ----------------------------------------------------------------------------------
     def ray_batch(self, origins, targets):
@@ -327,18 +409,24 @@ class Engine:
         hits, limit = [], p.MAX_RAY_INTERSECTION_BATCH_SIZE
         origins, targets = np.asarray(origins), np.asarray(targets)
         for start in range(0, len(origins), limit):
-            hits += p.rayTestBatch(origins[start:start + limit], targets[start:start + limit],
-                                   physicsClientId=self._client)
-        return (np.fromiter(map(_FRACTION, hits), float, len(hits)),
-                np.fromiter(map(_BODY, hits), int, len(hits)))
+            hits += p.rayTestBatch(
+                origins[start : start + limit],
+                targets[start : start + limit],
+                physicsClientId=self._client,
+            )
+        return (
+            np.fromiter(map(_FRACTION, hits), float, len(hits)),
+            np.fromiter(map(_BODY, hits), int, len(hits)),
+        )
 
     def bodies_in_box(self, low, high):
         """Numbers of the bodies that may reach into a box of the world, given by two corners (3,).
 
         Their bounding boxes do; a plane, whose box has no end, counts by what is below it.
         """
-        touching = p.getOverlappingObjects(tuple(low), tuple(high),
-                                           physicsClientId=self._client) or ()
+        touching = (
+            p.getOverlappingObjects(tuple(low), tuple(high), physicsClientId=self._client) or ()
+        )
         return {body for body, link in touching if self._reaches(body, link, low, high)}
 
     def _reaches(self, body, link, low, high):
@@ -346,8 +434,11 @@ class Engine:
         key = (body, link)
         if key not in self._planes:
             shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
-            self._planes[key] = [shape[5:7] for shape in shapes] \
-                if shapes and all(shape[2] == p.GEOM_PLANE for shape in shapes) else ()
+            self._planes[key] = (
+                [shape[5:7] for shape in shapes]
+                if shapes and all(shape[2] == p.GEOM_PLANE for shape in shapes)
+                else ()
+            )
         planes = self._planes[key]
         if not planes or link >= 0:
             return True
@@ -368,32 +459,32 @@ class Engine:
             List of sensors.contact.Contact that press or touch, in the engine's order.
         """
         found = []
-        for point in p.getContactPoints(bodyA=body, linkIndexA=link,
-                                        physicsClientId=self._client):
-            if point[8] > 0.0 and point[9] <= 0.0:      # near, but not there yet
+        for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client):
+            if point[8] > 0.0 and point[9] <= 0.0:  # near, but not there yet
                 continue
             normal = np.array(point[7])
-            force = (point[9] * normal + point[10] * np.array(point[11])
-                     + point[12] * np.array(point[13]))
-            found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8],
-                                 force))
+            force = (
+                point[9] * normal
+                + point[10] * np.array(point[11])
+                + point[12] * np.array(point[13])
+            )
+            found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
         return found
 
     def link_centre(self, body, link):
         """Centre of mass (3,) [m] of a link in the world."""
         if link < 0:
-            return np.array(p.getBasePositionAndOrientation(
-                body, physicsClientId=self._client)[0])
-        return np.array(p.getLinkState(body, link, computeForwardKinematics=1,
-                                       physicsClientId=self._client)[0])
+            return np.array(p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0])
+        return np.array(
+            p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self._client)[0]
+        )
 
     def contact_count(self, body, link):
         """Number of contact points of one link."""
-        return len(p.getContactPoints(bodyA=body, linkIndexA=link,
-                                      physicsClientId=self._client))
+        return len(p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client))
 
     # pictures ---------------------------------------------------------------------------------
-    def start_renderer(self, kind='auto'):
+    def start_renderer(self, kind="auto"):
         """Choose the renderer: 'egl' (GPU or Mesa), 'tiny' (in PyBullet), 'auto': EGL if it works.
 
         Returns:
@@ -402,17 +493,18 @@ class Engine:
         Raises:
             RenderError: unknown kind, or EGL was asked for and does not work.
         """
-        if kind not in ('auto', 'egl', 'tiny'):
+        if kind not in ("auto", "egl", "tiny"):
             raise RenderError(f"renderer is '{kind}', must be auto, egl or tiny")
-        if kind != 'tiny' and self._plugin < 0:
-            found = importlib.util.find_spec('eglRenderer')
+        if kind != "tiny" and self._plugin < 0:
+            found = importlib.util.find_spec("eglRenderer")
             if found:
                 with quiet():
-                    self._plugin = p.loadPlugin(found.origin, '_eglRendererPlugin',
-                                                physicsClientId=self._client)
-            if self._plugin < 0 and kind == 'egl':
-                raise RenderError('the EGL renderer does not load: is libegl1 installed?')
-        self._renderer = 'egl' if kind != 'tiny' and self._plugin >= 0 else 'tiny'
+                    self._plugin = p.loadPlugin(
+                        found.origin, "_eglRendererPlugin", physicsClientId=self._client
+                    )
+            if self._plugin < 0 and kind == "egl":
+                raise RenderError("the EGL renderer does not load: is libegl1 installed?")
+        self._renderer = "egl" if kind != "tiny" and self._plugin >= 0 else "tiny"
         return self._renderer
 
     def render(self, width, height, view, projection, shadow=False):
@@ -433,11 +525,18 @@ class Engine:
         Args:
             out: (H, W, 3) uint8 array that takes the colours; None: a new one.
         """
-        kind = p.ER_TINY_RENDERER if self._renderer != 'egl' else p.ER_BULLET_HARDWARE_OPENGL
+        kind = p.ER_TINY_RENDERER if self._renderer != "egl" else p.ER_BULLET_HARDWARE_OPENGL
         picture = p.getCameraImage(
-            width, height, viewMatrix=view, projectionMatrix=projection, shadow=int(shadow),
-            lightDirection=(0.5, 0.4, 1.0), renderer=kind,
-            flags=p.ER_NO_SEGMENTATION_MASK, physicsClientId=self._client)
+            width,
+            height,
+            viewMatrix=view,
+            projectionMatrix=projection,
+            shadow=int(shadow),
+            lightDirection=(0.5, 0.4, 1.0),
+            renderer=kind,
+            flags=p.ER_NO_SEGMENTATION_MASK,
+            physicsClientId=self._client,
+        )
         rgba = np.asarray(picture[2], dtype=np.uint8).reshape(height, width, 4)
         depth = np.asarray(picture[3], dtype=np.float32).reshape(height, width)
-        return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB, dst=out), depth    # 30 times as fast as slicing
+        return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB, dst=out), depth  # 30 times as fast as slicing

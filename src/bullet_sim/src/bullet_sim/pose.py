@@ -2,14 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import Tuple
 
 import numpy as np
 
-MAX_POSITION = 1e9                      # [m] further out nothing can be placed
-QUATERNION_LENGTHS = (1e-6, 1e6)        # of those that can be normalised
-PLACEABLE = (f'must be finite, at most {MAX_POSITION:g} m along each axis, the length of the '
-             'quaternion {:g} to {:g}'.format(*QUATERNION_LENGTHS))
+MAX_POSITION = 1e9  # [m] further out nothing can be placed
+QUATERNION_LENGTHS = (1e-6, 1e6)  # of those that can be normalised
+PLACEABLE = (
+    f"must be finite, at most {MAX_POSITION:g} m along each axis, the length of the "
+    "quaternion {:g} to {:g}".format(*QUATERNION_LENGTHS)
+)
 
 
 def cross(a, b):
@@ -23,41 +24,55 @@ def quaternion_from_rpy(roll, pitch, yaw):
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
 def rpy_from_quaternion(quaternion):
     """Fixed-axis angles (roll, pitch, yaw) [rad] of a unit quaternion."""
     x, y, z, w = quaternion
     pitch = max(-1.0, min(1.0, 2 * (w * y - z * x)))
-    return (math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), math.asin(pitch),
-            math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    return (
+        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+        math.asin(pitch),
+        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    )
 
 
 def matrix_from_quaternion(quaternion):
     """Rotation matrix (3, 3) of a unit quaternion."""
     x, y, z, w = quaternion
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def multiply(a, b):
     """Product of two quaternions."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
-    return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
 
 
 @dataclass(frozen=True)
 class Pose:
     """A frame's position [m] and orientation (x, y, z, w) in a parent frame."""
 
-    position: Tuple[float, float, float] = (0.0, 0.0, 0.0)
-    orientation: Tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     @classmethod
     def from_xyz_rpy(cls, xyz=(0, 0, 0), rpy=(0, 0, 0)):
@@ -89,8 +104,10 @@ class Pose:
     def is_placeable(self):
         """Whether something can be put there: what PLACEABLE says."""
         length = math.sqrt(sum(q * q for q in self.orientation))
-        return (all(abs(value) <= MAX_POSITION for value in self.position)
-                and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1])
+        return (
+            all(abs(value) <= MAX_POSITION for value in self.position)
+            and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1]
+        )
 
     def normalised(self):
         """The same pose with a unit quaternion."""

@@ -4,7 +4,6 @@ A snapshot feeds pictures. It is not bit-exact for going on from: contact caches
 """
 
 from dataclasses import dataclass
-from typing import Tuple
 
 
 @dataclass(frozen=True)
@@ -27,9 +26,9 @@ class BodyState:
     """Pose of a body's root link in the world frame [m], (x, y, z, w), and its joints [rad, m]."""
 
     key: int
-    position: Tuple[float, float, float]
-    orientation: Tuple[float, float, float, float]
-    joints: Tuple[float, ...]
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    joints: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -38,4 +37,4 @@ class Snapshot:
 
     time: float
     step: int
-    bodies: Tuple[BodyState, ...]
+    bodies: tuple[BodyState, ...]

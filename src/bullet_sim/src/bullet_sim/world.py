@@ -3,10 +3,10 @@
 import shutil
 import tempfile
 
-from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.formats import urdf
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.formats import urdf
+from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
 from bullet_sim.pose import PLACEABLE, Pose
@@ -24,15 +24,15 @@ class World:
 
     def __init__(self, time_step=0.001, gravity=(0.0, 0.0, -9.81), engine=None):
         self._engine = engine or Engine(time_step, gravity)
-        self._folder = tempfile.mkdtemp(prefix='bullet_sim_')
+        self._folder = tempfile.mkdtemp(prefix="bullet_sim_")
         self._next_key = 0
-        self.name = 'default'
+        self.name = "default"
         self.models = {}
         self.forces = Forces()
         self.step_count = 0
-        self._loaded_names = ()         # models of the world file, in its order
-        self._fresh = True              # no step yet since the start or the last reset
-        self._unsettled = self._holes = False   # models came or went, some went, since then
+        self._loaded_names = ()  # models of the world file, in its order
+        self._fresh = True  # no step yet since the start or the last reset
+        self._unsettled = self._holes = False  # models came or went, some went, since then
 
     @property
     def time_step(self):
@@ -61,16 +61,23 @@ class World:
             WorldError: out of bounds, or something counts in steps of the present length.
         """
         if not sdf.MIN_STEP <= time_step < 1:
-            raise WorldError(f'time_step is {time_step} s, must be from {sdf.MIN_STEP:g} to '
-                             'below 1')
-        busy = [name for name, model in self.models.items()
-                if model.manager is not None or model.description.sensors]
+            raise WorldError(
+                f"time_step is {time_step} s, must be from {sdf.MIN_STEP:g} to below 1"
+            )
+        busy = [
+            name
+            for name, model in self.models.items()
+            if model.manager is not None or model.description.sensors
+        ]
         if busy:
-            raise WorldError(f'time_step cannot change while models with controllers or sensors '
-                             f"exist, their periods count in steps: {', '.join(busy)}")
+            raise WorldError(
+                f"time_step cannot change while models with controllers or sensors "
+                f"exist, their periods count in steps: {', '.join(busy)}"
+            )
         if self.forces.active:
-            raise WorldError('time_step cannot change while a wrench or an effort is applied; '
-                             'clear it first')
+            raise WorldError(
+                "time_step cannot change while a wrench or an effort is applied; clear it first"
+            )
         self.step_count = round(self.time / time_step)
         self._engine.set_time_step(time_step)
 
@@ -112,16 +119,17 @@ class World:
             ModelError: the name is taken or empty, the pose is out of bounds, or it does not load.
         """
         if not description.name:
-            raise ModelError('a model needs a name, this one is empty')
+            raise ModelError("a model needs a name, this one is empty")
         if description.name in self.models:
-            raise ModelError(f"model '{description.name}' exists already; models are "
-                             f"{', '.join(self.models)}")
+            raise ModelError(
+                f"model '{description.name}' exists already; models are {', '.join(self.models)}"
+            )
         if not pose.is_placeable():
-            raise ModelError(f"pose of '{description.name}' is {pose.position}, "
-                             f'{pose.orientation}; {PLACEABLE}')
+            raise ModelError(
+                f"pose of '{description.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
+            )
         self._next_key += 1
-        model = Model(self._engine, self._next_key, description, pose.normalised(),
-                      self._folder)
+        model = Model(self._engine, self._next_key, description, pose.normalised(), self._folder)
         self.models[description.name] = model
         self._unsettled = True
         return model
@@ -133,8 +141,9 @@ class World:
             WorldError: there is none.
         """
         if name not in self.models:
-            raise WorldError(f"model '{name}' does not exist; models are "
-                             f"{', '.join(self.models) or '(none)'}")
+            raise WorldError(
+                f"model '{name}' does not exist; models are {', '.join(self.models) or '(none)'}"
+            )
         return self.models[name]
 
     def delete(self, name):
@@ -146,8 +155,11 @@ class World:
 
     def step(self, count=1):
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
-        managers = [model.manager for model in self.models.values()
-                    if model.manager is not None and model.manager.periodic]
+        managers = [
+            model.manager
+            for model in self.models.values()
+            if model.manager is not None and model.manager.periodic
+        ]
         if not managers and not self.forces.active:
             self._engine.step(count)
             self.step_count += count
@@ -220,5 +232,6 @@ class World:
 
     def snapshot(self):
         """The state of all bodies now."""
-        return Snapshot(self.time, self.step_count,
-                        tuple(model.state() for model in self.models.values()))
+        return Snapshot(
+            self.time, self.step_count, tuple(model.state() for model in self.models.values())
+        )

@@ -18,7 +18,7 @@ class Feed(QObject):
         descriptor: of the connected socket; the Feed closes it.
     """
 
-    viewed = pyqtSignal(object)     # WorldView
+    viewed = pyqtSignal(object)  # WorldView
     troubled = pyqtSignal(str)
     ended = pyqtSignal()
 
@@ -46,7 +46,7 @@ class Feed(QObject):
         except (EOFError, OSError):
             self._end()
             return
-        {'view': self.viewed, 'trouble': self.troubled}[kind].emit(content)
+        {"view": self.viewed, "trouble": self.troubled}[kind].emit(content)
 
     def _end(self):
         if self._notifier.isEnabled():

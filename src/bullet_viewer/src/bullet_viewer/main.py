@@ -17,7 +17,7 @@ from bullet_viewer.window import ViewerWindow
 def main(arguments):
     """Args: arguments: [socket file descriptor, renderer]. Returns the exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    application = QApplication(['bullet_viewer'])
+    application = QApplication(["bullet_viewer"])
     feed, painter = Feed(int(arguments[0])), Painter(arguments[1])
     window = ViewerWindow(feed, painter)
     feed.ended.connect(window.close)
@@ -26,5 +26,5 @@ def main(arguments):
     return application.exec_()
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))

@@ -3,12 +3,11 @@
 import math
 
 import numpy as np
-
 from bullet_sim.sensors.frames import matrix_from_rpy
 
 RADIANS_PER_PIXEL = 0.006
 ZOOM_PER_NOTCH = 0.85
-NEAREST, FARTHEST = 0.05, 500.0     # [m] from the target
+NEAREST, FARTHEST = 0.05, 500.0  # [m] from the target
 STEEPEST = math.radians(89.0)
 
 
@@ -23,8 +22,14 @@ class OrbitCamera:
         horizontal_fov: [rad].
     """
 
-    def __init__(self, target=(0.0, 0.0, 0.0), distance=4.0, yaw=math.radians(35.0),
-                 pitch=math.radians(30.0), horizontal_fov=math.radians(60.0)):
+    def __init__(
+        self,
+        target=(0.0, 0.0, 0.0),
+        distance=4.0,
+        yaw=math.radians(35.0),
+        pitch=math.radians(30.0),
+        horizontal_fov=math.radians(60.0),
+    ):
         self.target = np.array(target, float)
         self.distance, self.yaw, self.pitch = distance, yaw, pitch
         self.horizontal_fov = horizontal_fov
@@ -68,7 +73,7 @@ class OrbitCamera:
 
     def zoom(self, notches):
         """Come nearer by so many notches of the wheel."""
-        self.distance = min(FARTHEST, max(NEAREST, self.distance * ZOOM_PER_NOTCH ** notches))
+        self.distance = min(FARTHEST, max(NEAREST, self.distance * ZOOM_PER_NOTCH**notches))
 
 
 def project(points, pose, horizontal_fov, width, height):
@@ -89,8 +94,9 @@ def project(points, pose, horizontal_fov, width, height):
     depth = seen[:, 0]
     focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
     scale = focal / np.where(depth > 0.0, depth, np.inf)
-    return np.column_stack([width / 2.0 - scale * seen[:, 1],
-                            height / 2.0 - scale * seen[:, 2]]), depth
+    return np.column_stack(
+        [width / 2.0 - scale * seen[:, 1], height / 2.0 - scale * seen[:, 2]]
+    ), depth
 
 
 def project_rays(origin, ends, pose, horizontal_fov, width, height, near=0.01):
@@ -112,7 +118,7 @@ def project_rays(origin, ends, pose, horizontal_fov, width, height, near=0.01):
     keep = (first > near) | (last > near)
     starts, ends, first, last = starts[keep], ends[keep], first[keep], last[keep]
     run = np.where(first == last, 1.0, last - first)
-    cut = (starts + ((near - first) / run)[:, None] * (ends - starts))
+    cut = starts + ((near - first) / run)[:, None] * (ends - starts)
     starts = np.where((first < near)[:, None], cut, starts)
     ends = np.where((last < near)[:, None], cut, ends)
     view = (pose, horizontal_fov, width, height)

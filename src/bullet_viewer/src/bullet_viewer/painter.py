@@ -4,14 +4,13 @@ import os
 import tempfile
 import threading
 
-from PyQt5.QtCore import QObject, pyqtSignal
-
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.snapshot import BodySource
+from PyQt5.QtCore import QObject, pyqtSignal
 
-VIEWPOINT = -1      # key of an empty body at the world's origin; models have positive ones
+VIEWPOINT = -1  # key of an empty body at the world's origin; models have positive ones
 
 
 class Painter(QObject):
@@ -21,15 +20,15 @@ class Painter(QObject):
         kind: renderer: auto, egl or tiny.
     """
 
-    started = pyqtSignal(str)       # which renderer
-    drawn = pyqtSignal(object)      # Frame
+    started = pyqtSignal(str)  # which renderer
+    drawn = pyqtSignal(object)  # Frame
     troubled = pyqtSignal(str)
 
     def __init__(self, kind):
         super().__init__()
-        self._folder = tempfile.TemporaryDirectory(prefix='bullet_viewer_')
-        path = os.path.join(self._folder.name, 'viewpoint.urdf')
-        with open(path, 'w', encoding='utf-8') as file:
+        self._folder = tempfile.TemporaryDirectory(prefix="bullet_viewer_")
+        path = os.path.join(self._folder.name, "viewpoint.urdf")
+        with open(path, "w", encoding="utf-8") as file:
             file.write('<robot name="viewpoint"><link name="origin"/></robot>')
         self._viewpoint = BodySource(VIEWPOINT, path, True)
         self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.troubled.emit)
@@ -43,7 +42,7 @@ class Painter(QObject):
         try:
             self.started.emit(self._client.start(kind).kind)
         except RenderError as error:
-            self.troubled.emit(f'no pictures: {error}')
+            self.troubled.emit(f"no pictures: {error}")
 
     def set_sources(self, sources):
         """Tell which bodies there are."""
@@ -58,9 +57,22 @@ class Painter(QObject):
             width, height: [px].
         """
         near, far = camera.clip
-        self._client.submit(snapshot, [CameraRequest(
-            'viewer', VIEWPOINT, 0, camera.pose, width, height, camera.horizontal_fov, near,
-            far)])
+        self._client.submit(
+            snapshot,
+            [
+                CameraRequest(
+                    "viewer",
+                    VIEWPOINT,
+                    0,
+                    camera.pose,
+                    width,
+                    height,
+                    camera.horizontal_fov,
+                    near,
+                    far,
+                )
+            ],
+        )
 
     def close(self):
         """End the worker."""

@@ -7,7 +7,7 @@ from PyQt5.QtWidgets import QSizePolicy, QWidget
 from bullet_viewer.orbit import OrbitCamera, project_rays
 
 RAY_COLOR = QColor(40, 120, 255, 90)
-WHEEL_NOTCH = 120.0     # Qt's angle of one notch of a mouse wheel
+WHEEL_NOTCH = 120.0  # Qt's angle of one notch of a mouse wheel
 
 
 class View(QWidget):
@@ -19,12 +19,12 @@ class View(QWidget):
         camera: OrbitCamera.
     """
 
-    moved = pyqtSignal()    # the user moved the camera
+    moved = pyqtSignal()  # the user moved the camera
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.camera = OrbitCamera()
-        self.message = ''
+        self.message = ""
         self._picture = None
         self._bytes = None
         self._rays, self._pose, self._fov = (), None, None
@@ -45,7 +45,7 @@ class View(QWidget):
             pose, horizontal_fov: of the camera it was drawn with.
         """
         height, width, _ = rgb.shape
-        self._bytes = rgb.tobytes()     # QImage does not keep them
+        self._bytes = rgb.tobytes()  # QImage does not keep them
         self._picture = QImage(self._bytes, width, height, 3 * width, QImage.Format_RGB888)
         self._rays, self._pose, self._fov = rays, pose, horizontal_fov
         self.update()
@@ -60,7 +60,7 @@ class View(QWidget):
         """Paint picture, rays and message."""
         painter = QPainter(self)
         if self._picture is None:
-            painter.fillRect(self.rect(), QColor('#20242a'))
+            painter.fillRect(self.rect(), QColor("#20242a"))
         else:
             painter.setRenderHint(QPainter.SmoothPixmapTransform)
             painter.drawImage(QRectF(self.rect()), self._picture)
@@ -68,15 +68,16 @@ class View(QWidget):
         if self.message:
             band = QRectF(0, self.height() - 28, self.width(), 28)
             painter.fillRect(band, QColor(20, 22, 26, 190))
-            painter.setPen(QColor('#ffd166'))
+            painter.setPen(QColor("#ffd166"))
             painter.drawText(band, Qt.AlignCenter, self.message)
         painter.end()
 
     def _paint_rays(self, painter):
         painter.setPen(QPen(RAY_COLOR, 1.0))
         for rays in self._rays:
-            lines = project_rays(rays.origin, rays.ends, self._pose, self._fov, self.width(),
-                                 self.height())
+            lines = project_rays(
+                rays.origin, rays.ends, self._pose, self._fov, self.width(), self.height()
+            )
             painter.drawLines([QLineF(*line) for line in lines.tolist()])
 
     def mousePressEvent(self, event):

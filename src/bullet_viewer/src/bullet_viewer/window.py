@@ -9,13 +9,13 @@ from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QMainWindow, QPushButt
 
 from bullet_viewer.view import View
 
-PERIOD = 60             # wall time between two looks at the world [ms]: at most 17 a second
-MAX_PIXELS = 1280 * 800     # of a drawn picture; a larger window shows it enlarged
-PACE_WINDOW = 1.0       # wall time over which the real-time factor is taken [s]
-TROUBLE_SHOWN = 10000   # [ms]
-DRAWING_LIMIT = 10.0    # wall time after which a picture that was ordered is given up [s]
-FREE = 'free camera'
-FIRST_LOOK = 2.0        # distance of the camera from the first model that can move [m]
+PERIOD = 60  # wall time between two looks at the world [ms]: at most 17 a second
+MAX_PIXELS = 1280 * 800  # of a drawn picture; a larger window shows it enlarged
+PACE_WINDOW = 1.0  # wall time over which the real-time factor is taken [s]
+TROUBLE_SHOWN = 10000  # [ms]
+DRAWING_LIMIT = 10.0  # wall time after which a picture that was ordered is given up [s]
+FREE = "free camera"
+FIRST_LOOK = 2.0  # distance of the camera from the first model that can move [m]
 
 
 class Pace:
@@ -27,7 +27,7 @@ class Pace:
     def update(self, simulated):
         """Take the simulated time [s] of now; returns the factor or None while unknown."""
         samples, now = self._samples, self._clock()
-        if samples and simulated < samples[-1][1]:      # a reset
+        if samples and simulated < samples[-1][1]:  # a reset
             samples.clear()
         samples.append((now, simulated))
         while len(samples) > 2 and now - samples[1][0] >= PACE_WINDOW:
@@ -46,19 +46,19 @@ class ViewerWindow(QMainWindow):
 
     def __init__(self, feed, painter):
         super().__init__()
-        self.setWindowTitle('Paddock viewer')
+        self.setWindowTitle("Paddock viewer")
         self._feed, self._painter = feed, painter
         self._pace = Pace()
-        self._asked = False         # a look was sent, its view is not here yet
-        self._drawing = None        # rays, pose, field of view of the picture that is drawn
-        self._ordered = 0.0         # when it was ordered [s]
-        self._ready = False         # the render worker runs
-        self._shown = None          # what the newest picture shows: nothing new, nothing drawn
-        self._followed = None       # where the followed model was (3,)
+        self._asked = False  # a look was sent, its view is not here yet
+        self._drawing = None  # rays, pose, field of view of the picture that is drawn
+        self._ordered = 0.0  # when it was ordered [s]
+        self._ready = False  # the render worker runs
+        self._shown = None  # what the newest picture shows: nothing new, nothing drawn
+        self._followed = None  # where the followed model was (3,)
         self._seen_moving = False
         self.paused = None
         self.view = View(self)
-        self.view.show_message('starting the renderer')
+        self.view.show_message("starting the renderer")
         self.setCentralWidget(self.view)
         self._add_tools()
         feed.viewed.connect(self._look_at)
@@ -70,22 +70,30 @@ class ViewerWindow(QMainWindow):
         self._ticker.start()
 
     def _add_tools(self):
-        bar = self.addToolBar('time')
+        bar = self.addToolBar("time")
         bar.setMovable(False)
-        self.pause_button = QPushButton('Pause', clicked=self._toggle)
-        self.step_button = QPushButton('Step', clicked=lambda: self._feed.send(
-            'step', self.steps.value()))
-        self.steps = QSpinBox(minimum=1, maximum=100000, value=1, prefix='by ')
-        self.reset_button = QPushButton('Reset', clicked=lambda: self._feed.send('reset'))
+        self.pause_button = QPushButton("Pause", clicked=self._toggle)
+        self.step_button = QPushButton(
+            "Step", clicked=lambda: self._feed.send("step", self.steps.value())
+        )
+        self.steps = QSpinBox(minimum=1, maximum=100000, value=1, prefix="by ")
+        self.reset_button = QPushButton("Reset", clicked=lambda: self._feed.send("reset"))
         self.follow = QComboBox()
         self.follow.addItem(FREE)
         self.follow.activated.connect(self._start_following)
-        self.rays_box = QCheckBox('Lidar rays', checked=True)
-        for widget in (self.pause_button, self.step_button, self.steps, self.reset_button,
-                       QLabel('  Follow '), self.follow, self.rays_box):
+        self.rays_box = QCheckBox("Lidar rays", checked=True)
+        for widget in (
+            self.pause_button,
+            self.step_button,
+            self.steps,
+            self.reset_button,
+            QLabel("  Follow "),
+            self.follow,
+            self.rays_box,
+        ):
             bar.addWidget(widget)
-        self.clock_label = QLabel('-')
-        self.renderer_label = QLabel('')
+        self.clock_label = QLabel("-")
+        self.renderer_label = QLabel("")
         self.statusBar().addPermanentWidget(self.clock_label, 1)
         self.statusBar().addPermanentWidget(self.renderer_label)
 
@@ -98,20 +106,25 @@ class ViewerWindow(QMainWindow):
 
     # time -------------------------------------------------------------------------------------
     def _toggle(self):
-        self._feed.send('unpause' if self.paused else 'pause')
+        self._feed.send("unpause" if self.paused else "pause")
 
     def _tick(self):
         if self._drawing is not None and time.monotonic() > self._ordered + DRAWING_LIMIT:
-            self._forget_drawing(f'no picture within {DRAWING_LIMIT:g} s, trying again')
-        if self._ready and not self._asked and self._drawing is None and self.isVisible() \
-                and not self.isMinimized():
+            self._forget_drawing(f"no picture within {DRAWING_LIMIT:g} s, trying again")
+        if (
+            self._ready
+            and not self._asked
+            and self._drawing is None
+            and self.isVisible()
+            and not self.isMinimized()
+        ):
             self._asked = True
-            self._feed.send('look')
+            self._feed.send("look")
 
     def _start(self, kind):
         self._ready = True
-        self.renderer_label.setText(f'renderer: {kind}')
-        self.view.show_message('drawing the first picture')
+        self.renderer_label.setText(f"renderer: {kind}")
+        self.view.show_message("drawing the first picture")
 
     # the world --------------------------------------------------------------------------------
     def _look_at(self, seen):
@@ -137,7 +150,7 @@ class ViewerWindow(QMainWindow):
         """Take over a finished Frame."""
         if self._drawing is not None:
             drawing, self._drawing = self._drawing, None
-            self.view.show_message('')
+            self.view.show_message("")
             self.view.show_picture(frame.rgb, *drawing)
 
     def _forget_drawing(self, text):
@@ -155,10 +168,11 @@ class ViewerWindow(QMainWindow):
         factor = self._pace.update(seen.snapshot.time)
         if seen.paused != self.paused:
             self.paused = seen.paused
-            self.pause_button.setText('Resume' if seen.paused else 'Pause')
-        pace = 'paused' if seen.paused else \
-            f'real time x {factor:.2f}' if factor is not None else ''
-        self.clock_label.setText(f'{seen.snapshot.time:.3f} s   {pace}')
+            self.pause_button.setText("Resume" if seen.paused else "Pause")
+        pace = (
+            "paused" if seen.paused else f"real time x {factor:.2f}" if factor is not None else ""
+        )
+        self.clock_label.setText(f"{seen.snapshot.time:.3f} s   {pace}")
 
     # camera -----------------------------------------------------------------------------------
     def _show_names(self, names):
@@ -181,13 +195,15 @@ class ViewerWindow(QMainWindow):
         by_name = {entry.name: places.get(entry.key) for entry in seen.models}
         place = by_name.get(self.follow.currentText())
         if place is not None:
-            camera.target = place if self._followed is None \
-                else camera.target + place - self._followed
+            camera.target = (
+                place if self._followed is None else camera.target + place - self._followed
+            )
         self._followed = place
         if self._seen_moving:
             return
-        moving = [places[entry.key] for entry in seen.models
-                  if not entry.static and entry.key in places]
+        moving = [
+            places[entry.key] for entry in seen.models if not entry.static and entry.key in places
+        ]
         if moving:
             self._seen_moving = True
             camera.target = moving[0]

@@ -35,7 +35,8 @@ class Geometry:
         if not 0.0 < self.max_steering < limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r} rad; it must be above 0 and below "
-                f"{limit:.4f} rad, where the turning centre would lie under a wheel")
+                f"{limit:.4f} rad, where the turning centre would lie under a wheel"
+            )
 
 
 @dataclass(frozen=True)
@@ -97,4 +98,5 @@ def wheel_commands(speed, yaw_rate, geometry=Geometry()):
         left_rear=spin * (1.0 - curvature * geometry.rear_half_track),
         right_rear=spin * (1.0 + curvature * geometry.rear_half_track),
         left_front=spin * math.hypot(across, left_along),
-        right_front=spin * math.hypot(across, right_along))
+        right_front=spin * math.hypot(across, right_along),
+    )

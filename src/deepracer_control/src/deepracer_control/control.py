@@ -41,8 +41,10 @@ class Settings:
         if self.mode not in MODES:
             raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
         if not (math.isfinite(self.command_timeout) and self.command_timeout >= 0.0):
-            raise ValueError(f"command_timeout is {self.command_timeout!r}; "
-                             "it must be 0 (off) or a time in seconds")
+            raise ValueError(
+                f"command_timeout is {self.command_timeout!r}; "
+                "it must be 0 (off) or a time in seconds"
+            )
 
 
 def settings_from_parameters():
@@ -54,6 +56,7 @@ def settings_from_parameters():
     Raises:
         ValueError: A parameter is no number or out of range; the message names it.
     """
+
     def number(name, default):
         value = rospy.get_param("~" + name, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -63,8 +66,10 @@ def settings_from_parameters():
     return Settings(
         mode=rospy.get_param("~mode", Settings.mode),
         command_timeout=number("command_timeout", Settings.command_timeout),
-        geometry=Geometry(**{item.name: number(item.name, item.default)
-                             for item in fields(Geometry)}))
+        geometry=Geometry(
+            **{item.name: number(item.name, item.default) for item in fields(Geometry)}
+        ),
+    )
 
 
 def original_steering(w):
@@ -92,8 +97,9 @@ class CarControl:
         self.rightFrontPub = rospy.Publisher(topics.RIGHT_FRONT_TOPIC, Float64, queue_size=10)
         self.leftFrontPub = rospy.Publisher(topics.LEFT_FRONT_TOPIC, Float64, queue_size=10)
         self.leftSteeringPub = rospy.Publisher(topics.LEFT_DIRECTION_TOPIC, Float64, queue_size=10)
-        self.rightSteeringPub = rospy.Publisher(topics.RIGHT_DIRECTION_TOPIC, Float64,
-                                                queue_size=10)
+        self.rightSteeringPub = rospy.Publisher(
+            topics.RIGHT_DIRECTION_TOPIC, Float64, queue_size=10
+        )
         self.rate = rospy.Rate(10)
         self._lock = threading.RLock()
         self._speed = 0.0
@@ -161,8 +167,11 @@ class CarControl:
         if math.isfinite(v) and math.isfinite(w):
             return True
         name, value = ("linear.x", v) if not math.isfinite(v) else ("angular.z", w)
-        rospy.logerr_throttle(1.0, f"command refused: {name} is {value}; it must be a finite "
-                                   "number. The car is stopped until the next good command.")
+        rospy.logerr_throttle(
+            1.0,
+            f"command refused: {name} is {value}; it must be a finite "
+            "number. The car is stopped until the next good command.",
+        )
         self._stop()
         return False
 
@@ -186,13 +195,18 @@ class CarControl:
                 self._stop()
 
     def _publish(self, commands):
-        self._publish_wheels(commands.right_rear, commands.left_rear,
-                             commands.right_front, commands.left_front)
+        self._publish_wheels(
+            commands.right_rear, commands.left_rear, commands.right_front, commands.left_front
+        )
         self._publish_steering(commands.left_steering, commands.right_steering)
 
     def _publish_wheels(self, right_rear, left_rear, right_front, left_front):
-        self._send((self.rightRearPub, right_rear), (self.leftRearPub, left_rear),
-                   (self.rightFrontPub, right_front), (self.leftFrontPub, left_front))
+        self._send(
+            (self.rightRearPub, right_rear),
+            (self.leftRearPub, left_rear),
+            (self.rightFrontPub, right_front),
+            (self.leftFrontPub, left_front),
+        )
 
     def _publish_steering(self, left, right):
         self._send((self.leftSteeringPub, left), (self.rightSteeringPub, right))
@@ -203,7 +217,7 @@ class CarControl:
             try:
                 publisher.publish(Float64(value))
             except rospy.ROSException:
-                if not rospy.is_shutdown():     # else the topic is closed, as it should be
+                if not rospy.is_shutdown():  # else the topic is closed, as it should be
                     raise
 
 

@@ -1,6 +1,6 @@
 """Bringing controllers up and down, with a fake manager."""
-import pytest
 
+import pytest
 from controller_manager.bring_up import Spawner
 
 
@@ -11,66 +11,68 @@ class FakeManager:
         self.asked = []
 
     def load(self, name):
-        self.asked.append(('load', name))
-        return not name.startswith('bad')
+        self.asked.append(("load", name))
+        return not name.startswith("bad")
 
     def unload(self, name):
-        self.asked.append(('unload', name))
+        self.asked.append(("unload", name))
         return True
 
     def switch(self, start=(), stop=(), strict=True):
-        self.asked.append(('switch', list(start), list(stop), strict))
-        return not strict or not any(name.startswith('rival') for name in start)
+        self.asked.append(("switch", list(start), list(stop), strict))
+        return not strict or not any(name.startswith("rival") for name in start)
 
     def running(self):
-        return [name for name in self.asked[-1][1] if not name.startswith('rival')]
+        return [name for name in self.asked[-1][1] if not name.startswith("rival")]
 
 
-@pytest.fixture(name='manager')
+@pytest.fixture(name="manager")
 def _manager():
     return FakeManager()
 
 
-@pytest.fixture(name='warnings')
+@pytest.fixture(name="warnings")
 def _warnings():
     return []
 
 
-@pytest.fixture(name='spawner')
+@pytest.fixture(name="spawner")
 def _spawner(manager, warnings):
     return Spawner(manager, lambda text: None, warnings.append)
 
 
 def test_loads_all_then_starts_all_at_once(spawner, manager, warnings):
-    assert spawner.bring_up(['a', 'b'], start=True)
-    assert manager.asked == [('load', 'a'), ('load', 'b'), ('switch', ['a', 'b'], [], True)]
-    assert spawner.started == ['a', 'b'] and not warnings
+    assert spawner.bring_up(["a", "b"], start=True)
+    assert manager.asked == [("load", "a"), ("load", "b"), ("switch", ["a", "b"], [], True)]
+    assert spawner.started == ["a", "b"] and not warnings
 
 
 def test_stopped_only_loads(spawner, manager):
-    assert spawner.bring_up(['a'], start=False)
-    assert manager.asked == [('load', 'a')] and not spawner.started
+    assert spawner.bring_up(["a"], start=False)
+    assert manager.asked == [("load", "a")] and not spawner.started
 
 
 def test_one_that_does_not_load_is_named_and_the_rest_starts(spawner, manager, warnings):
-    assert not spawner.bring_up(['bad_one', 'b'], start=True)
-    assert manager.asked[-1] == ('switch', ['b'], [], True)
-    assert spawner.loaded == ['b'] and len(warnings) == 1 and "'bad_one'" in warnings[0]
+    assert not spawner.bring_up(["bad_one", "b"], start=True)
+    assert manager.asked[-1] == ("switch", ["b"], [], True)
+    assert spawner.loaded == ["b"] and len(warnings) == 1 and "'bad_one'" in warnings[0]
 
 
 def test_one_that_cannot_start_is_named_and_the_rest_starts(spawner, manager, warnings):
-    assert not spawner.bring_up(['a', 'rival', 'b'], start=True)
-    assert manager.asked[-2:] == [('switch', ['a', 'rival', 'b'], [], True),
-                                  ('switch', ['a', 'rival', 'b'], [], False)]
-    assert spawner.started == ['a', 'b'] and spawner.loaded == ['a', 'rival', 'b']
-    assert len(warnings) == 1 and 'did not start: rival;' in warnings[0]
+    assert not spawner.bring_up(["a", "rival", "b"], start=True)
+    assert manager.asked[-2:] == [
+        ("switch", ["a", "rival", "b"], [], True),
+        ("switch", ["a", "rival", "b"], [], False),
+    ]
+    assert spawner.started == ["a", "b"] and spawner.loaded == ["a", "rival", "b"]
+    assert len(warnings) == 1 and "did not start: rival;" in warnings[0]
 
 
 def test_take_down_stops_all_then_unloads_backwards(spawner, manager):
-    spawner.bring_up(['a', 'b'], start=True)
+    spawner.bring_up(["a", "b"], start=True)
     del manager.asked[:]
     spawner.take_down()
-    assert manager.asked == [('switch', [], ['a', 'b'], False), ('unload', 'b'), ('unload', 'a')]
+    assert manager.asked == [("switch", [], ["a", "b"], False), ("unload", "b"), ("unload", "a")]
     spawner.take_down()
     assert len(manager.asked) == 3
 

@@ -1,8 +1,8 @@
 """What the spawner says at its end; no ROS needed."""
+
 import time
 
 import pytest
-
 from controller_manager import spawner as node
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerError
@@ -19,7 +19,7 @@ class Manager:
 
     def unload(self, _name):
         if self._works is None:
-            raise ManagerError('service gone')
+            raise ManagerError("service gone")
         return self._works
 
     def switch(self, start=(), stop=(), strict=True):
@@ -29,18 +29,21 @@ class Manager:
         return time.monotonic() < self._leaves
 
 
-@pytest.mark.parametrize('leaves_after, works, said', [
-    (0.0, None, 0),         # gone already: silence
-    (0.3, False, 0),        # going: it refuses, then it is gone
-    (1e9, None, 1),         # it stays and does not do as asked
-    (1e9, False, 1),
-    (1e9, True, 0),
-])
+@pytest.mark.parametrize(
+    "leaves_after, works, said",
+    [
+        (0.0, None, 0),  # gone already: silence
+        (0.3, False, 0),  # going: it refuses, then it is gone
+        (1e9, None, 1),  # it stays and does not do as asked
+        (1e9, False, 1),
+        (1e9, True, 0),
+    ],
+)
 def test_warnings_only_about_a_manager_that_stays(monkeypatch, leaves_after, works, said):
     warnings = []
-    monkeypatch.setattr(node.rospy, 'logwarn', warnings.append)
+    monkeypatch.setattr(node.rospy, "logwarn", warnings.append)
     manager = Manager(leaves_after, works)
     spawner = Spawner(manager, lambda text: None, warnings.append)
-    spawner.loaded = ['a']
+    spawner.loaded = ["a"]
     node.end_quietly(spawner, manager, 2.0)
     assert len(warnings) == said

@@ -1,45 +1,48 @@
 """Command lines and YAML files of spawner and unspawner; no ROS needed."""
-import pytest
 
+import pytest
 from controller_manager import options
 
 
 def test_defaults_are_upstream_s():
-    opts = options.parse_spawner(['a', 'b'])
-    assert opts.controllers == ['a', 'b'] and opts.timeout == 30.0
-    assert not opts.stopped and opts.wait_for is None and opts.namespace == ''
+    opts = options.parse_spawner(["a", "b"])
+    assert opts.controllers == ["a", "b"] and opts.timeout == 30.0
+    assert not opts.stopped and opts.wait_for is None and opts.namespace == ""
 
 
-@pytest.mark.parametrize('line, field, value', [
-    ('--stopped a', 'stopped', True),
-    ('--wait-for /go a', 'wait_for', '/go'),
-    ('--namespace /racecar a', 'namespace', '/racecar'),
-    ('--namespace=/racecar a', 'namespace', '/racecar'),
-    ('-n racecar a', 'namespace', 'racecar'),
-    ('--timeout 3.5 a', 'timeout', 3.5),
-    ('--shutdown-timeout 1 a', 'shutdown_timeout', 1.0),
-])
+@pytest.mark.parametrize(
+    "line, field, value",
+    [
+        ("--stopped a", "stopped", True),
+        ("--wait-for /go a", "wait_for", "/go"),
+        ("--namespace /racecar a", "namespace", "/racecar"),
+        ("--namespace=/racecar a", "namespace", "/racecar"),
+        ("-n racecar a", "namespace", "racecar"),
+        ("--timeout 3.5 a", "timeout", 3.5),
+        ("--shutdown-timeout 1 a", "shutdown_timeout", 1.0),
+    ],
+)
 def test_flags(line, field, value):
     assert getattr(options.parse_spawner(line.split()), field) == value
 
 
 def test_yaml_file_gives_controllers_and_parameters(tmp_path):
-    path = tmp_path / 'two.yaml'
-    path.write_text('b: {type: x/B}\nc: {type: x/C}\n')
-    controllers, parameters = options.expand(['a', str(path), 'b'])
-    assert controllers == ['a', 'b', 'c']
-    assert parameters == {'b': {'type': 'x/B'}, 'c': {'type': 'x/C'}}
+    path = tmp_path / "two.yaml"
+    path.write_text("b: {type: x/B}\nc: {type: x/C}\n")
+    controllers, parameters = options.expand(["a", str(path), "b"])
+    assert controllers == ["a", "b", "c"]
+    assert parameters == {"b": {"type": "x/B"}, "c": {"type": "x/C"}}
 
 
-@pytest.mark.parametrize('text', ['', '- a\n', 'a: [\n'])
+@pytest.mark.parametrize("text", ["", "- a\n", "a: [\n"])
 def test_bad_yaml_file_is_named(tmp_path, text):
-    path = tmp_path / 'bad.yaml'
+    path = tmp_path / "bad.yaml"
     path.write_text(text)
-    with pytest.raises(ValueError, match='bad.yaml'):
+    with pytest.raises(ValueError, match="bad.yaml"):
         options.expand([str(path)])
 
 
 def test_no_controllers_is_exit_2():
     with pytest.raises(SystemExit) as error:
-        options.parse_spawner(['--stopped'])
+        options.parse_spawner(["--stopped"])
     assert error.value.code == 2

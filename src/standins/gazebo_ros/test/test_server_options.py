@@ -1,41 +1,63 @@
 """gzserver's command line as the bridge gets it."""
-import pytest
 
+import pytest
 from gazebo_ros import server, server_options
 
 
-@pytest.mark.parametrize('line, gui, expected', [
-    ('', False, ['_world_file:=""', '_paused:=false', '_gui:=false', '_headless:=true']),
-    ('-u -e ode /w/my.world', False, ['_world_file:="/w/my.world"', '_paused:=true',
-                                      '_gui:=false', '_headless:=true']),
-    ('--verbose worlds/empty.world --seed 3', True, [
-        '_world_file:="worlds/empty.world"', '_paused:=false', '_gui:=true', '_headless:=false',
-        '_seed:=3'])])
+@pytest.mark.parametrize(
+    "line, gui, expected",
+    [
+        ("", False, ['_world_file:=""', "_paused:=false", "_gui:=false", "_headless:=true"]),
+        (
+            "-u -e ode /w/my.world",
+            False,
+            ['_world_file:="/w/my.world"', "_paused:=true", "_gui:=false", "_headless:=true"],
+        ),
+        (
+            "--verbose worlds/empty.world --seed 3",
+            True,
+            [
+                '_world_file:="worlds/empty.world"',
+                "_paused:=false",
+                "_gui:=true",
+                "_headless:=false",
+                "_seed:=3",
+            ],
+        ),
+    ],
+)
 def test_parameters(line, gui, expected):
     options, said = server_options.parse(line.split())
     assert server_options.parameters(options, gui) == expected and said == []
 
 
-@pytest.mark.parametrize('line, said', [
-    ('-s libgazebo_ros_api_plugin.so -s /opt/lib/libgazebo_ros_paths_plugin.so', []),
-    ('-s libmine.so', ["server plugin 'libmine.so' cannot be loaded here and is left out"]),
-    ('-r --record_path /tmp/x', ['--record_path has no effect here', '--record has no effect '
-                                 'here']),
-    ('--iters 5', ['--iters has no effect here']),
-    ('--no-such-thing', ["argument '--no-such-thing' is not known and has no effect"]),
-    ('--minimal_comms -q', [])])
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ("-s libgazebo_ros_api_plugin.so -s /opt/lib/libgazebo_ros_paths_plugin.so", []),
+        ("-s libmine.so", ["server plugin 'libmine.so' cannot be loaded here and is left out"]),
+        (
+            "-r --record_path /tmp/x",
+            ["--record_path has no effect here", "--record has no effect here"],
+        ),
+        ("--iters 5", ["--iters has no effect here"]),
+        ("--no-such-thing", ["argument '--no-such-thing' is not known and has no effect"]),
+        ("--minimal_comms -q", []),
+    ],
+)
 def test_what_has_no_effect_is_said(line, said):
     assert server_options.parse(line.split())[1] == said
 
 
 def test_remappings_go_on_to_the_bridge():
-    words, said = server.command(['-u', 'a.world', '__name:=gazebo', '__log:=/l', 'a:=b'], False,
-                                 'gzserver')
-    assert words[0] == '_world_file:="a.world"' and '_paused:=true' in words and said == []
-    assert words[-3:] == ['__name:=gazebo', '__log:=/l', 'a:=b']
+    words, said = server.command(
+        ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], False, "gzserver"
+    )
+    assert words[0] == '_world_file:="a.world"' and "_paused:=true" in words and said == []
+    assert words[-3:] == ["__name:=gazebo", "__log:=/l", "a:=b"]
 
 
-@pytest.mark.parametrize('line', ['--seed x', '-s', 'a.world b.world --seed'])
+@pytest.mark.parametrize("line", ["--seed x", "-s", "a.world b.world --seed"])
 def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
         server_options.parse(line.split())

@@ -1,50 +1,64 @@
 """Command line, model text and poses of spawn_model; no master needed."""
+
 import math
 
 import pytest
-
 from gazebo_ros import model_text, options
 
 
-@pytest.mark.parametrize('rpy, expected', [
-    ((0, 0, 0), (0, 0, 0, 1)),
-    ((math.pi, 0, 0), (1, 0, 0, 0)),
-    ((0, math.pi, 0), (0, 1, 0, 0)),
-    ((0, 0, math.pi / 2), (0, 0, math.sqrt(0.5), math.sqrt(0.5))),
-    ((math.pi / 2, 0, math.pi / 2), (0.5, 0.5, 0.5, 0.5)),
-])
+@pytest.mark.parametrize(
+    "rpy, expected",
+    [
+        ((0, 0, 0), (0, 0, 0, 1)),
+        ((math.pi, 0, 0), (1, 0, 0, 0)),
+        ((0, math.pi, 0), (0, 1, 0, 0)),
+        ((0, 0, math.pi / 2), (0, 0, math.sqrt(0.5), math.sqrt(0.5))),
+        ((math.pi / 2, 0, math.pi / 2), (0.5, 0.5, 0.5, 0.5)),
+    ],
+)
 def test_quaternion(rpy, expected):
     assert model_text.quaternion_from_rpy(*rpy) == pytest.approx(expected, abs=1e-12)
 
 
 def test_declaration_with_encoding_is_dropped():
     text = '<?xml version="1.0" encoding="utf-8"?>\n<robot name="M\u00fcller"/>'
-    assert model_text.checked(text, 'x') == '<robot name="M\u00fcller" />'
-    assert model_text.checked(text.encode('utf-8'), 'x') == '<robot name="M\u00fcller" />'
+    assert model_text.checked(text, "x") == '<robot name="M\u00fcller" />'
+    assert model_text.checked(text.encode("utf-8"), "x") == '<robot name="M\u00fcller" />'
 
 
 def test_package_to_model():
     text = '<robot><mesh filename="package://car/a.stl"/><mesh filename="file:///b"/></robot>'
-    assert model_text.checked(text, 'x') == text.replace('"/>', '" />')
-    assert 'model://car/a.stl' in model_text.checked(text, 'x', package_to_model=True)
+    assert model_text.checked(text, "x") == text.replace('"/>', '" />')
+    assert "model://car/a.stl" in model_text.checked(text, "x", package_to_model=True)
 
 
-@pytest.mark.parametrize('text, message', [('', 'is empty'), ('<robot>', 'not valid XML')])
+@pytest.mark.parametrize("text, message", [("", "is empty"), ("<robot>", "not valid XML")])
 def test_bad_text_names_its_source(text, message):
-    with pytest.raises(model_text.ModelTextError, match='parameter /p.*' + message):
-        model_text.checked(text, 'parameter /p')
+    with pytest.raises(model_text.ModelTextError, match="parameter /p.*" + message):
+        model_text.checked(text, "parameter /p")
 
 
 def test_command_line_of_the_deepracer():
-    opts = options.parse('-urdf -param robot_description -model racecar -x 3 -y 0.6 -z 0.5 -Y -1.5'
-                         ' -J left 0.2 -wait track'.split(), '/ns/')
+    opts = options.parse(
+        "-urdf -param robot_description -model racecar -x 3 -y 0.6 -z 0.5 -Y -1.5"
+        " -J left 0.2 -wait track".split(),
+        "/ns/",
+    )
     assert (opts.x, opts.y, opts.z, opts.Y) == (3.0, 0.6, 0.5, -1.5)
-    assert opts.joints == [('left', 0.2)] and opts.wait == 'track' and opts.urdf
-    assert opts.robot_namespace == '/ns/' and opts.gazebo_namespace == '/gazebo'
+    assert opts.joints == [("left", 0.2)] and opts.wait == "track" and opts.urdf
+    assert opts.robot_namespace == "/ns/" and opts.gazebo_namespace == "/gazebo"
 
 
-@pytest.mark.parametrize('line', ['-model a', '-urdf -model a', '-urdf -sdf -param p -model a',
-                                  '-urdf -param p', '-urdf -param p -model a -J left nine'])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "-model a",
+        "-urdf -model a",
+        "-urdf -sdf -param p -model a",
+        "-urdf -param p",
+        "-urdf -param p -model a -J left nine",
+    ],
+)
 def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
         options.parse(line.split())

@@ -1,17 +1,17 @@
 """The joystick driver on a fake pad and a fake clock: what is sent, and when."""
-import pytest
 
+import pytest
 from joy_node.driver import RETRY_PERIOD, Driver
 from joy_node.pad_state import PadState
 from joy_node.sending import Sending
 
-REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])     # stick x, stick y, trigger; one hat
+REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
 
 
 class FakePad:
     """A pad whose numbers the test sets."""
 
-    name = 'fake pad'
+    name = "fake pad"
 
     def __init__(self):
         self.reading, self.there, self.closed = REST, True, 0
@@ -34,9 +34,14 @@ class Bench:
 
     def __init__(self, pad, state=None, **sending):
         self.pad, self.time, self.sent, self.said, self.looks = pad, 100.0, [], [], 0
-        self.driver = Driver(self._open, state or PadState(), Sending(**sending),
-                             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
-                             self.said.append, lambda: self.time)
+        self.driver = Driver(
+            self._open,
+            state or PadState(),
+            Sending(**sending),
+            lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
+            self.said.append,
+            lambda: self.time,
+        )
 
     def _open(self):
         self.looks += 1
@@ -51,15 +56,25 @@ class Bench:
         return len(self.sent) - before
 
 
-@pytest.mark.parametrize('raw, deadzone, expected', [
-    (0.0, 0.05, 0.0), (0.04, 0.05, 0.0), (-0.05, 0.05, 0.0),
-    (1.0, 0.05, -1.0), (-1.0, 0.05, 1.0),           # right and down are negative
-    (0.525, 0.05, -0.5), (-0.525, 0.05, 0.5), (0.3, 0.0, -0.3), (-1.0001, 0.1, 1.0)])
+@pytest.mark.parametrize(
+    "raw, deadzone, expected",
+    [
+        (0.0, 0.05, 0.0),
+        (0.04, 0.05, 0.0),
+        (-0.05, 0.05, 0.0),
+        (1.0, 0.05, -1.0),
+        (-1.0, 0.05, 1.0),  # right and down are negative
+        (0.525, 0.05, -0.5),
+        (-0.525, 0.05, 0.5),
+        (0.3, 0.0, -0.3),
+        (-1.0001, 0.1, 1.0),
+    ],
+)
 def test_axis(raw, deadzone, expected):
     state = PadState(deadzone, default_trigger=True)
     state.update([raw], [])
     assert state.axes == pytest.approx([expected])
-    assert str(state.axes[0]) != '-0.0'
+    assert str(state.axes[0]) != "-0.0"
 
 
 def test_a_trigger_is_0_until_it_is_moved():
@@ -81,8 +96,9 @@ def test_default_trig_val_reports_the_rest():
     assert state.axes == [0.0, 0.0, 1.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize('hat, axes', [((-1, 0), [1, 0]), ((1, 0), [-1, 0]), ((0, 1), [0, 1]),
-                                       ((0, -1), [0, -1])])
+@pytest.mark.parametrize(
+    "hat, axes", [((-1, 0), [1, 0]), ((1, 0), [-1, 0]), ((0, 1), [0, 1]), ((0, -1), [0, -1])]
+)
 def test_hat_is_two_axes_left_and_up_positive(hat, axes):
     state = PadState()
     state.update(*REST)
@@ -143,8 +159,11 @@ def test_unplugged_sends_zeros_once_and_looks_again():
     assert bench.looks - looks == 4
     bench.pad = FakePad()
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
-    assert bench.said == ["joystick 'fake pad'", "joystick 'fake pad' is gone; sent zeros",
-                          "joystick 'fake pad'"]
+    assert bench.said == [
+        "joystick 'fake pad'",
+        "joystick 'fake pad' is gone; sent zeros",
+        "joystick 'fake pad'",
+    ]
 
 
 def test_no_pad_is_said_once():
@@ -153,33 +172,41 @@ def test_no_pad_is_said_once():
     assert len(bench.said) == 1 and bench.looks == 5
 
 
-@pytest.mark.parametrize('make, reason', [
-    (lambda: PadState(1.0), 'deadzone is 1.0'), (lambda: PadState(-0.1), 'deadzone is -0.1'),
-    (lambda: Sending(-1.0), 'autorepeat_rate is -1.0'),
-    (lambda: Sending(0.0, float('nan')), 'coalesce_interval is nan'),
-    (lambda: Sending(100.0, 0.1), 'coalesce_interval is 0.1 s, must be at most 0.01 s')])
+@pytest.mark.parametrize(
+    "make, reason",
+    [
+        (lambda: PadState(1.0), "deadzone is 1.0"),
+        (lambda: PadState(-0.1), "deadzone is -0.1"),
+        (lambda: Sending(-1.0), "autorepeat_rate is -1.0"),
+        (lambda: Sending(0.0, float("nan")), "coalesce_interval is nan"),
+        (lambda: Sending(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
+    ],
+)
 def test_bad_parameters_are_named(make, reason):
     with pytest.raises(ValueError, match=reason):
         make()
 
 
-@pytest.mark.parametrize('device, number', [('/dev/input/js0', 0), ('js3', 3), (1, 1), ('2', 2)])
+@pytest.mark.parametrize("device, number", [("/dev/input/js0", 0), ("js3", 3), (1, 1), ("2", 2)])
 def test_device_names(device, number):
     from joy_node import sdl_pads
+
     assert sdl_pads.number_of(device) == number
 
 
 def test_device_without_a_number_is_refused_and_a_pad_out_of_reach_is_none():
     from joy_node import sdl_pads
+
     with pytest.raises(ValueError, match="dev is '/dev/input/event'"):
-        sdl_pads.number_of('/dev/input/event')
-    pads = sdl_pads.SdlPads('/dev/input/js99')
+        sdl_pads.number_of("/dev/input/event")
+    pads = sdl_pads.SdlPads("/dev/input/js99")
     assert pads.open() is None
     pads.close()
 
 
 def test_a_link_to_a_device_counts_as_the_device(tmp_path):
     from joy_node import sdl_pads
-    link = tmp_path / 'usb-pad-joystick'
-    link.symlink_to('/dev/input/js4')
+
+    link = tmp_path / "usb-pad-joystick"
+    link.symlink_to("/dev/input/js4")
     assert sdl_pads.number_of(str(link)) == 4

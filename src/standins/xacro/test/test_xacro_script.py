@@ -1,4 +1,5 @@
 """The xacro command: $(find), arguments, encodings, errors."""
+
 import os
 import subprocess
 import sys
@@ -6,54 +7,59 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-pytest.importorskip('xacro.substitution_args')
-SCRIPT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'xacro')
-PACKAGE_XML = '''<package format="2"><name>some_car</name><version>0.0.1</version>
+pytest.importorskip("xacro.substitution_args")
+SCRIPT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "xacro")
+PACKAGE_XML = """<package format="2"><name>some_car</name><version>0.0.1</version>
 <description>test</description><maintainer email="a@b.org">a</maintainer>
-<license>BSD</license></package>'''
-PART = '''<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-<xacro:macro name="part" params="name"><link name="${name}"/></xacro:macro></robot>'''
-CAR = '''<?xml version="1.0" encoding="utf-8"?>
+<license>BSD</license></package>"""
+PART = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="part" params="name"><link name="${name}"/></xacro:macro></robot>"""
+CAR = """<?xml version="1.0" encoding="utf-8"?>
 <robot name="car" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:arg name="root" default="base"/>
 <xacro:include filename="$(find some_car)/part.xacro"/>
 <xacro:part name="$(arg root)"/><!-- M\u00fcller -->
-</robot>'''
+</robot>"""
 
 
-@pytest.fixture(name='package')
+@pytest.fixture(name="package")
 def _package(tmp_path):
-    folder = tmp_path / 'some_car'
+    folder = tmp_path / "some_car"
     folder.mkdir()
-    for name, text in (('package.xml', PACKAGE_XML), ('part.xacro', PART), ('car.xacro', CAR)):
-        (folder / name).write_text(text, encoding='utf-8')
+    for name, text in (("package.xml", PACKAGE_XML), ("part.xacro", PART), ("car.xacro", CAR)):
+        (folder / name).write_text(text, encoding="utf-8")
     return folder
 
 
 def _run(package, *args, script=SCRIPT):
     env = dict(os.environ, ROS_PACKAGE_PATH=str(package.parent))
-    return subprocess.run([sys.executable, script, *map(str, args)], env=env, timeout=90,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    return subprocess.run(
+        [sys.executable, script, *map(str, args)],
+        env=env,
+        timeout=90,
+        capture_output=True,
+        check=False,
+    )
 
 
-@pytest.mark.parametrize('script', [SCRIPT, SCRIPT + '.py'])
+@pytest.mark.parametrize("script", [SCRIPT, SCRIPT + ".py"])
 def test_find_is_answered_by_ros_package_path(package, script):
-    result = _run(package, '--inorder', package / 'car.xacro', script=script)
+    result = _run(package, "--inorder", package / "car.xacro", script=script)
     assert result.returncode == 0, result.stderr
-    assert ElementTree.fromstring(result.stdout).find('link').get('name') == 'base'
-    assert result.stderr == b''
+    assert ElementTree.fromstring(result.stdout).find("link").get("name") == "base"
+    assert result.stderr == b""
 
 
 def test_mapping_and_output_file(package, tmp_path):
-    out = tmp_path / 'car.urdf'
-    result = _run(package, package / 'car.xacro', 'root:=chassis', '-o', out)
+    out = tmp_path / "car.urdf"
+    result = _run(package, package / "car.xacro", "root:=chassis", "-o", out)
     assert result.returncode == 0, result.stderr
-    assert ElementTree.parse(str(out)).find('link').get('name') == 'chassis'
+    assert ElementTree.parse(str(out)).find("link").get("name") == "chassis"
 
 
 def test_unknown_package_is_named(package):
-    (package / 'bad.xacro').write_text(CAR.replace('find some_car', 'find no_such_car'), 'utf-8')
-    result = _run(package, package / 'bad.xacro')
+    (package / "bad.xacro").write_text(CAR.replace("find some_car", "find no_such_car"), "utf-8")
+    result = _run(package, package / "bad.xacro")
     assert result.returncode != 0
-    assert b'no_such_car' in result.stderr and b'Traceback' not in result.stderr
-    assert result.stdout == b''
+    assert b"no_such_car" in result.stderr and b"Traceback" not in result.stderr
+    assert result.stdout == b""

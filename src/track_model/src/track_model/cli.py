@@ -1,4 +1,5 @@
 """Command line make_track."""
+
 import argparse
 import os
 import sys
@@ -12,12 +13,15 @@ def main(argv=None):
 
     Errors are one line on stderr and exit code 1.
     """
-    parser = argparse.ArgumentParser(
-        prog='make_track', description='Build a track from its file.')
-    parser.add_argument('track', help='default, easy, medium, hard, or the path of a YAML file or of a route (.npy, .csv)')
-    parser.add_argument('--sdf', action='store_true', help='print the SDF model, nothing else')
-    parser.add_argument('-o', '--output', metavar='DIR',
-                        help='write the files there and not into the cache')
+    parser = argparse.ArgumentParser(prog="make_track", description="Build a track from its file.")
+    parser.add_argument(
+        "track",
+        help="default, easy, medium, hard, or the path of a YAML file or of a route (.npy, .csv)",
+    )
+    parser.add_argument("--sdf", action="store_true", help="print the SDF model, nothing else")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="write the files there and not into the cache"
+    )
     arguments = parser.parse_args(argv)
     try:
         path = source.find(arguments.track)
@@ -27,17 +31,22 @@ def main(argv=None):
             directory = cache.ensure(path)
             paths = [os.path.join(directory, name) for name in cache.FILES]
         if arguments.sdf:
-            with open(paths[cache.FILES.index('track.sdf')], encoding='utf-8') as stream:
+            with open(paths[cache.FILES.index("track.sdf")], encoding="utf-8") as stream:
                 sys.stdout.write(stream.read())
         else:
-            print('\n'.join(paths))
+            print("\n".join(paths))
         return 0
     except spec.TrackError as error:
-        print('make_track: %s' % error, file=sys.stderr)
+        print(f"make_track: {error}", file=sys.stderr)
     except ImportError as error:
-        print('make_track: %s; numpy, scipy, shapely and OpenCV (cv2) are needed to build a track' % error,
-              file=sys.stderr)
+        print(
+            f"make_track: {error}; numpy, scipy, shapely and OpenCV (cv2) are needed to build "
+            "a track",
+            file=sys.stderr,
+        )
     except OSError as error:
-        print('make_track: %s: %s' % (error.filename or arguments.track, error.strerror or error),
-              file=sys.stderr)
+        print(
+            f"make_track: {error.filename or arguments.track}: {error.strerror or error}",
+            file=sys.stderr,
+        )
     return 1

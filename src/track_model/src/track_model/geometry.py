@@ -2,6 +2,7 @@
 
 A curve is an (N, 2) array of evenly spaced points [m]; a closed one does not repeat its first.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from track_model.spec import TrackError
 
-STEP = 0.02     # spacing of the sampled centreline [m]
+STEP = 0.02  # spacing of the sampled centreline [m]
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,15 @@ def spline(points, closed, values=None):
     if closed:
         points = np.vstack([points, points[:1]])
     knots = np.concatenate(([0.0], np.cumsum(_knot_steps(points))))
-    curve = CubicSpline(knots, points, bc_type='periodic' if closed else 'natural')
+    curve = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
     # 5 mm apart or closer, so that chords stand for arcs
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    fine = np.concatenate([np.linspace(a, b, max(4, int(chord / 0.004)), endpoint=False)
-                           for a, b, chord in zip(knots[:-1], knots[1:], chords)])
+    fine = np.concatenate(
+        [
+            np.linspace(a, b, max(4, int(chord / 0.004)), endpoint=False)
+            for a, b, chord in zip(knots[:-1], knots[1:], chords)
+        ]
+    )
     if not closed:
         fine = np.append(fine, knots[-1])
     if values is None:
@@ -106,8 +111,7 @@ def resample(curve, step=STEP, start=0.0, closed=True, values=None):
     both = curve if values is None else np.hstack([curve, values])
     if closed:
         both = np.vstack([both, both[:1]])
-    along = np.concatenate(([0.0], np.cumsum(
-        np.linalg.norm(np.diff(both[:, :2], axis=0), axis=1))))
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(both[:, :2], axis=0), axis=1))))
     if closed:
         count = max(8, int(round(along[-1] / step)))
         at = (start + along[-1] * np.arange(count) / count) % along[-1]
@@ -144,7 +148,7 @@ def radii(curve, closed=True):
     if not closed:
         turn[-1] = turn[-2]
     step = length(curve, closed) / (len(curve) - (not closed))
-    with np.errstate(divide='ignore'):
+    with np.errstate(divide="ignore"):
         return np.where(np.abs(turn) < 1e-9, np.inf, step / turn)
 
 
@@ -156,8 +160,9 @@ def first_crossing(curve, closed=True):
     d = b - a
 
     def side(p, direction, q):
-        return direction[:, None, 0] * (q[None, :, 1] - p[:, None, 1]) \
-            - direction[:, None, 1] * (q[None, :, 0] - p[:, None, 0])
+        return direction[:, None, 0] * (q[None, :, 1] - p[:, None, 1]) - direction[:, None, 1] * (
+            q[None, :, 0] - p[:, None, 0]
+        )
 
     ends = side(a, d, a) * side(a, d, b)
     hits = (ends < 0.0) & (ends.T < 0.0)
@@ -185,22 +190,35 @@ def lane(spec):
     fine, sides = spline(spec.points, spec.closed, spec.sides)
     whole = length(fine, spec.closed)
     if spec.start_distance > whole:
-        raise TrackError(spec.path, 'start_distance', spec.start_distance,
-                         '0 to %.2f m (the length of the centreline)' % whole)
+        raise TrackError(
+            spec.path,
+            "start_distance",
+            spec.start_distance,
+            f"0 to {whole:.2f} m (the length of the centreline)",
+        )
     coarse = resample(fine, max(0.06, whole / 2000), closed=spec.closed)
     crossing = first_crossing(coarse, spec.closed)
     if crossing is not None:
-        raise TrackError(spec.path, 'points', 'a curve that crosses itself near (%.2f, %.2f)'
-                         % tuple(crossing), 'a %s without crossings'
-                         % ('circuit' if spec.closed else 'course'))
+        raise TrackError(
+            spec.path,
+            "points",
+            "a curve that crosses itself near ({:.2f}, {:.2f})".format(*tuple(crossing)),
+            "a %s without crossings" % ("circuit" if spec.closed else "course"),
+        )
     curve, sides = resample(fine, STEP, spec.start_distance, spec.closed, sides)
     if not spec.imported:
         _check_lane(spec, curve, coarse, sides)
     direction = tangents(curve, spec.closed)[0]
-    turned = (curve - curve[0]) @ np.array(((direction[0], -direction[1]),
-                                            (direction[1], direction[0])))
-    return Lane(turned, sides[:, 0], sides[:, 1], spec.closed,
-                (*map(float, curve[0]), float(np.arctan2(direction[1], direction[0]))))
+    turned = (curve - curve[0]) @ np.array(
+        ((direction[0], -direction[1]), (direction[1], direction[0]))
+    )
+    return Lane(
+        turned,
+        sides[:, 0],
+        sides[:, 1],
+        spec.closed,
+        (*map(float, curve[0]), float(np.arctan2(direction[1], direction[0]))),
+    )
 
 
 def _check_lane(spec, curve, coarse, sides):
@@ -209,13 +227,22 @@ def _check_lane(spec, curve, coarse, sides):
     room = np.abs(bends) - inside
     tightest = int(np.argmin(room))
     if room[tightest] < 0.01:
-        raise TrackError(spec.path, 'points', 'a bend of radius %.2f m near (%.2f, %.2f)'
-                         % (abs(bends[tightest]), *curve[tightest]),
-                         'at least %.2f m (half the lane and 1 cm)' % (inside[tightest] + 0.01))
+        raise TrackError(
+            spec.path,
+            "points",
+            "a bend of radius {:.2f} m near ({:.2f}, {:.2f})".format(
+                abs(bends[tightest]), *curve[tightest]
+            ),
+            "at least %.2f m (half the lane and 1 cm)" % (inside[tightest] + 0.01),
+        )
     touch = first_touch(coarse, spec.width, spec.closed)
     if touch is not None:
-        raise TrackError(spec.path, 'points', 'a lane that overlaps itself near (%.2f, %.2f)'
-                         % tuple(touch), 'parts at least %.2f m apart' % spec.width)
+        raise TrackError(
+            spec.path,
+            "points",
+            "a lane that overlaps itself near ({:.2f}, {:.2f})".format(*tuple(touch)),
+            f"parts at least {spec.width:.2f} m apart",
+        )
 
 
 def centreline(spec):

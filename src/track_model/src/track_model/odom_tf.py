@@ -1,11 +1,12 @@
 """Odometry messages rebroadcast as the transform odom -> base_link."""
+
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 
 
-def to_transform(odometry, parent='', child=''):
+def to_transform(odometry, parent="", child=""):
     """Convert an odometry message into the transform it states.
 
     Args:
@@ -23,11 +24,14 @@ def to_transform(odometry, parent='', child=''):
     transform.header.stamp = odometry.header.stamp
     transform.header.frame_id = parent or odometry.header.frame_id
     transform.child_frame_id = child or odometry.child_frame_id
-    for item, value in (('header.frame_id', transform.header.frame_id),
-                        ('child_frame_id', transform.child_frame_id)):
+    for item, value in (
+        ("header.frame_id", transform.header.frame_id),
+        ("child_frame_id", transform.child_frame_id),
+    ):
         if not value:
-            raise ValueError('odometry %s is empty; give a frame name in the message or as '
-                             'parameter' % item)
+            raise ValueError(
+                f"odometry {item} is empty; give a frame name in the message or as parameter"
+            )
     pose = odometry.pose.pose
     transform.transform.translation.x = pose.position.x
     transform.transform.translation.y = pose.position.y
@@ -40,11 +44,11 @@ class OdomTf:
     """Node: subscribes `odom`, broadcasts each new pose once on /tf."""
 
     def __init__(self):
-        self._parent = rospy.get_param('~parent_frame', '')
-        self._child = rospy.get_param('~child_frame', 'base_link')
+        self._parent = rospy.get_param("~parent_frame", "")
+        self._child = rospy.get_param("~child_frame", "base_link")
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._last_stamp = None
-        self._subscriber = rospy.Subscriber('odom', Odometry, self._receive, queue_size=10)
+        self._subscriber = rospy.Subscriber("odom", Odometry, self._receive, queue_size=10)
 
     def _receive(self, odometry):
         # tf2 complains about a transform sent twice with the same stamp.
@@ -54,11 +58,11 @@ class OdomTf:
         try:
             self._broadcaster.sendTransform(to_transform(odometry, self._parent, self._child))
         except ValueError as error:
-            rospy.logerr_once('odom_tf: %s', error)
+            rospy.logerr_once("odom_tf: %s", error)
 
 
 def main():
     """Run the node until ROS shuts down."""
-    rospy.init_node('odom_tf')
+    rospy.init_node("odom_tf")
     OdomTf()
     rospy.spin()

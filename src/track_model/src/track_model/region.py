@@ -1,4 +1,5 @@
 """The area of a lane as clean polygons, whatever its bends do: for painting and for referees."""
+
 import numpy as np
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
@@ -26,10 +27,10 @@ def lane_area(lane, inset=0.0):
 
 def rings(area):
     """Return the boundary rings of an area: list of (N, 2), outer ones and holes alike."""
-    parts = getattr(area, 'geoms', [area])
+    parts = getattr(area, "geoms", [area])
     found = []
     for part in parts:
-        if part.geom_type == 'Polygon' and not part.is_empty:
+        if part.geom_type == "Polygon" and not part.is_empty:
             found += [np.asarray(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)]
     return found
 

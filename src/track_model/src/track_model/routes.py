@@ -1,4 +1,5 @@
 """Routes of other projects as tracks: DeepRacer .npy files and F1TENTH centreline .csv files."""
+
 import io
 
 import numpy as np
@@ -6,10 +7,10 @@ import numpy as np
 from track_model import spec as track_spec
 from track_model.spec import TrackError
 
-LARGEST = 500.0         # coordinates [m]
-SAME = 1e-3             # points nearer than this are one [m]
-CLOSING_GAP = 4.0       # a route whose ends are nearer than this many median spacings is closed
-NARROWEST = 0.2         # of a lane [m]
+LARGEST = 500.0  # coordinates [m]
+SAME = 1e-3  # points nearer than this are one [m]
+CLOSING_GAP = 4.0  # a route whose ends are nearer than this many median spacings is closed
+NARROWEST = 0.2  # of a lane [m]
 
 
 def parse(content, path):
@@ -23,7 +24,7 @@ def parse(content, path):
     Raises:
         TrackError: Names file, row, value and what is valid.
     """
-    if path.lower().endswith('.npy'):
+    if path.lower().endswith(".npy"):
         points, left, right = _deepracer(_read_npy(content, path), path)
     else:
         points, left, right = _f1tenth(_read_csv(content, path), path)
@@ -31,55 +32,89 @@ def parse(content, path):
     narrow = int(np.argmin(sides.sum(axis=1)))
     width = float(sides.sum(axis=1)[narrow])
     if width < NARROWEST or (sides < 0).any():
-        raise TrackError(path, 'width near point %d' % narrow, '%.3f m' % width,
-                         'at least %g m, with the centre between the edges' % NARROWEST)
-    values = {key: value for key, value in track_spec.DEFAULTS.items()
-              if key not in ('width', 'closed', 'description')}
-    values['border_width'] = min(values['border_width'], width / 8.0)
+        raise TrackError(
+            path,
+            f"width near point {narrow}",
+            f"{width:.3f} m",
+            f"at least {NARROWEST:g} m, with the centre between the edges",
+        )
+    values = {
+        key: value
+        for key, value in track_spec.DEFAULTS.items()
+        if key not in ("width", "closed", "description")
+    }
+    values["border_width"] = min(values["border_width"], width / 8.0)
     return track_spec.TrackSpec(
-        path=path, name=track_spec.stem(path), description='route of %d points' % len(points),
-        points=tuple(map(tuple, points.tolist())), sides=tuple(map(tuple, sides.tolist())),
-        closed=closed, width=float(sides.sum(axis=1).max()), colours=dict(track_spec.COLOURS),
-        walls=track_spec.WallSpec(**track_spec.WALLS), imported=True, **values)
+        path=path,
+        name=track_spec.stem(path),
+        description=f"route of {len(points)} points",
+        points=tuple(map(tuple, points.tolist())),
+        sides=tuple(map(tuple, sides.tolist())),
+        closed=closed,
+        width=float(sides.sum(axis=1).max()),
+        colours=dict(track_spec.COLOURS),
+        walls=track_spec.WallSpec(**track_spec.WALLS),
+        imported=True,
+        **values,
+    )
 
 
 def _read_npy(content, path):
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError, OSError) as error:
-        raise TrackError(path, 'content', 'not an array file (%s)' % ' '.join(str(error).split()),
-                         'a NumPy .npy file of numbers') from error
-    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] != 6 \
-            or array.dtype.kind not in 'fiu':
-        raise TrackError(path, 'array', '%s of %s' % (getattr(array, 'shape', '?'),
-                                                      getattr(array, 'dtype', type(array))),
-                         'N x 6 numbers: centre x y, inner x y, outer x y')
+        raise TrackError(
+            path,
+            "content",
+            "not an array file ({})".format(" ".join(str(error).split())),
+            "a NumPy .npy file of numbers",
+        ) from error
+    if (
+        not isinstance(array, np.ndarray)
+        or array.ndim != 2
+        or array.shape[1] != 6
+        or array.dtype.kind not in "fiu"
+    ):
+        raise TrackError(
+            path,
+            "array",
+            "{} of {}".format(getattr(array, "shape", "?"), getattr(array, "dtype", type(array))),
+            "N x 6 numbers: centre x y, inner x y, outer x y",
+        )
     return _checked(array.astype(float), path)
 
 
 def _read_csv(content, path):
     try:
-        lines = content.decode('utf-8-sig').splitlines()
+        lines = content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        raise TrackError(path, 'content', 'not text (%s)' % error, 'a CSV file') from error
+        raise TrackError(path, "content", f"not text ({error})", "a CSV file") from error
     rows = []
     for number, line in enumerate(lines, 1):
-        words = line.split('#')[0].replace(';', ',').strip()
+        words = line.split("#")[0].replace(";", ",").strip()
         if not words:
             continue
-        cells = [cell.strip() for cell in words.split(',')]
+        cells = [cell.strip() for cell in words.split(",")]
         try:
             rows.append([float(cell) for cell in cells[:4]])
         except ValueError as error:
             if not rows and not any(_is_number(cell) for cell in cells):
-                continue        # a header without '#'
-            raise TrackError(path, 'line %d' % number, repr(line.strip()),
-                             'numbers x, y, right width, left width [m]') from error
+                continue  # a header without '#'
+            raise TrackError(
+                path,
+                f"line {number}",
+                repr(line.strip()),
+                "numbers x, y, right width, left width [m]",
+            ) from error
         if len(rows[-1]) < 4:
-            raise TrackError(path, 'line %d' % number, '%d columns' % len(rows[-1]),
-                             '4: x, y, right width, left width [m]')
+            raise TrackError(
+                path,
+                f"line {number}",
+                f"{len(rows[-1])} columns",
+                "4: x, y, right width, left width [m]",
+            )
     if not rows:
-        raise TrackError(path, 'content', 'no rows', 'at least 3 points')
+        raise TrackError(path, "content", "no rows", "at least 3 points")
     return _checked(np.array(rows), path)
 
 
@@ -95,12 +130,10 @@ def _checked(array, path):
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
         row, column = bad[0]
-        raise TrackError(path, 'row %d, column %d' % (row, column), array[row, column],
-                         'a finite number')
+        raise TrackError(path, f"row {row}, column {column}", array[row, column], "a finite number")
     if len(array) and np.abs(array).max() > LARGEST:
         row = int(np.argmax(np.abs(array).max(axis=1)))
-        raise TrackError(path, 'row %d' % row, np.abs(array[row]).max(),
-                         'at most %g m' % LARGEST)
+        raise TrackError(path, f"row {row}", np.abs(array[row]).max(), f"at most {LARGEST:g} m")
     return array
 
 
@@ -109,7 +142,7 @@ def _deepracer(array, path):
     centre, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
     to_inner, to_outer = (np.linalg.norm(edge - centre, axis=1) for edge in (inner, outer))
     if len(array) < 3:
-        raise TrackError(path, 'points', '%d points' % len(array), 'at least 3 distinct')
+        raise TrackError(path, "points", f"{len(array)} points", "at least 3 distinct")
     ahead = np.gradient(centre, axis=0)
     across = inner - outer
     turn = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
@@ -137,5 +170,5 @@ def _distinct(points, sides, path):
             points, sides = points[:-1], sides[:-1]
     distinct = len(np.unique(points, axis=0))
     if distinct < 3:
-        raise TrackError(path, 'points', '%d distinct points' % distinct, 'at least 3')
+        raise TrackError(path, "points", f"{distinct} distinct points", "at least 3")
     return points, sides, closed

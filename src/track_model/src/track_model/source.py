@@ -9,15 +9,22 @@ from track_model.spec import TrackError
 def tracks_directory():
     """Return the folder of the tracks that come with the package."""
     here = os.path.dirname(os.path.realpath(__file__))
-    candidates = [os.path.join(here, '..', '..')]
-    candidates += [os.path.join(prefix, 'share', 'track_model')
-                   for prefix in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if prefix]
+    candidates = [os.path.join(here, "..", "..")]
+    candidates += [
+        os.path.join(prefix, "share", "track_model")
+        for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
+        if prefix
+    ]
     for candidate in candidates:
-        directory = os.path.normpath(os.path.join(candidate, 'tracks'))
+        directory = os.path.normpath(os.path.join(candidate, "tracks"))
         if os.path.isdir(directory):
             return directory
-    raise TrackError('track_model', 'folder tracks', 'missing',
-                     'one of %s' % ', '.join(map(os.path.normpath, candidates)))
+    raise TrackError(
+        "track_model",
+        "folder tracks",
+        "missing",
+        "one of {}".format(", ".join(map(os.path.normpath, candidates))),
+    )
 
 
 def find(name_or_path):
@@ -27,14 +34,18 @@ def find(name_or_path):
         TrackError: There is no such track.
     """
     directory = tracks_directory()
-    named = os.path.join(directory, '%s.yaml' % name_or_path)
+    named = os.path.join(directory, f"{name_or_path}.yaml")
     if os.sep not in name_or_path and os.path.isfile(named):
         return named
     if os.path.isfile(name_or_path):
         return os.path.abspath(name_or_path)
-    names = sorted(entry[:-5] for entry in os.listdir(directory) if entry.endswith('.yaml'))
-    raise TrackError(name_or_path, 'track', 'not found',
-                     '%s, or the path of a YAML, NPY or CSV file' % ', '.join(names))
+    names = sorted(entry[:-5] for entry in os.listdir(directory) if entry.endswith(".yaml"))
+    raise TrackError(
+        name_or_path,
+        "track",
+        "not found",
+        "{}, or the path of a YAML, NPY or CSV file".format(", ".join(names)),
+    )
 
 
 def load(path, content=None):
@@ -51,8 +62,9 @@ def load(path, content=None):
         TrackError: It cannot be read, or something in it is not valid.
     """
     content = read(path) if content is None else content
-    if path.lower().endswith(('.npy', '.csv')):
-        from track_model import routes      # numpy only when there is a route to read
+    if path.lower().endswith((".npy", ".csv")):
+        from track_model import routes  # numpy only when there is a route to read
+
         return routes.parse(content, path)
     return spec.parse(content, path)
 
@@ -64,7 +76,7 @@ def read(path):
         TrackError: The file cannot be read.
     """
     try:
-        with open(path, 'rb') as stream:
+        with open(path, "rb") as stream:
             return stream.read()
     except OSError as error:
-        raise TrackError(path, 'file', error.strerror, 'a readable track file') from error
+        raise TrackError(path, "file", error.strerror, "a readable track file") from error

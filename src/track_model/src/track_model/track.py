@@ -1,10 +1,11 @@
 """Tracks as arrays, for drawing pictures of them and for driving along them."""
+
 import os
 from dataclasses import dataclass
 
 import numpy as np
 
-from track_model import source, geometry, spec
+from track_model import geometry, source, spec
 from track_model.files import cache, texture
 from track_model.spec import TrackError  # noqa: F401  (part of this module's interface)
 
@@ -57,9 +58,21 @@ def load_track(name_or_path):
     directory = cache.ensure(path)
     parsed = source.load(path)
     lane = geometry.lane(parsed)
-    inner, outer = sorted((lane.edge(side) for side in (-1.0, 1.0)),
-                          key=lambda edge: geometry.length(edge, lane.closed))
-    return Track(name=parsed.name, centreline=lane.curve, closed=lane.closed, width=parsed.width,
-                 lane=lane, inner=inner, outer=outer, length=lane.length,
-                 extent=texture.whole_pixels(texture.extent(lane))[0],
-                 texture=os.path.join(directory, 'track.png'), directory=directory, spec=parsed)
+    inner, outer = sorted(
+        (lane.edge(side) for side in (-1.0, 1.0)),
+        key=lambda edge: geometry.length(edge, lane.closed),
+    )
+    return Track(
+        name=parsed.name,
+        centreline=lane.curve,
+        closed=lane.closed,
+        width=parsed.width,
+        lane=lane,
+        inner=inner,
+        outer=outer,
+        length=lane.length,
+        extent=texture.whole_pixels(texture.extent(lane))[0],
+        texture=os.path.join(directory, "track.png"),
+        directory=directory,
+        spec=parsed,
+    )

@@ -13,10 +13,18 @@ from bullet_bridge.transport.conversions import stamp
 def controller_state(time, sample, gains):
     """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
     message = JointControllerState(
-        set_point=sample.set_point, process_value=sample.process_value,
-        process_value_dot=sample.process_value_dot, error=sample.error,
-        time_step=sample.period, command=sample.command, p=gains.p, i=gains.i, d=gains.d,
-        i_clamp=gains.i_clamp_max, antiwindup=gains.antiwindup)
+        set_point=sample.set_point,
+        process_value=sample.process_value,
+        process_value_dot=sample.process_value_dot,
+        error=sample.error,
+        time_step=sample.period,
+        command=sample.command,
+        p=gains.p,
+        i=gains.i,
+        d=gains.d,
+        i_clamp=gains.i_clamp_max,
+        antiwindup=gains.antiwindup,
+    )
     message.header.stamp = stamp(time)
     return message
 
@@ -24,10 +32,19 @@ def controller_state(time, sample, gains):
 def pid_state(time, period, pid):
     """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
     message = PidState(
-        timestep=rospy.Duration.from_sec(period), error=pid.error, error_dot=pid.error_rate,
-        p_error=pid.error, i_error=pid.integral, d_error=pid.error_rate, p_term=pid.terms[0],
-        i_term=pid.terms[1], d_term=pid.terms[2], i_max=pid.gains.i_clamp_max,
-        i_min=pid.gains.i_clamp_min, output=pid.output)
+        timestep=rospy.Duration.from_sec(period),
+        error=pid.error,
+        error_dot=pid.error_rate,
+        p_error=pid.error,
+        i_error=pid.integral,
+        d_error=pid.error_rate,
+        p_term=pid.terms[0],
+        i_term=pid.terms[1],
+        d_term=pid.terms[2],
+        i_max=pid.gains.i_clamp_max,
+        i_min=pid.gains.i_clamp_min,
+        output=pid.output,
+    )
     message.header.stamp = stamp(time)
     return message
 

@@ -4,20 +4,22 @@ import math
 import types
 
 import rospy
+from bullet_sim.controllers.pid import PidGains
+from bullet_sim.errors import ControllerError, SimError
 from control_toolbox.cfg import ParametersConfig
 from dynamic_reconfigure.server import Server
 
-from bullet_sim.errors import ControllerError, SimError
-from bullet_sim.controllers.pid import PidGains
-
-NAMES = ('p', 'i', 'd', 'i_clamp_min', 'i_clamp_max', 'antiwindup')
+NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
 
 
 def config_type(gains):
     """ParametersConfig, with ranges wide enough for the gains that are set already."""
-    widened = types.SimpleNamespace(**{
-        name: getattr(ParametersConfig, name) for name in (
-            'config_description', 'defaults', 'level', 'type', 'all_level')})
+    widened = types.SimpleNamespace(
+        **{
+            name: getattr(ParametersConfig, name)
+            for name in ("config_description", "defaults", "level", "type", "all_level")
+        }
+    )
     values = {name: getattr(gains, name) for name in NAMES}
     widened.min = {name: min(low, values[name]) for name, low in ParametersConfig.min.items()}
     widened.max = {name: max(high, values[name]) for name, high in ParametersConfig.max.items()}
@@ -32,8 +34,9 @@ def _checked(config):
     """
     for name in NAMES:
         if not math.isfinite(config[name]):
-            raise ControllerError(f'{name} is {config[name]}, must be a finite number; the gains '
-                                  'stay as they are')
+            raise ControllerError(
+                f"{name} is {config[name]}, must be a finite number; the gains stay as they are"
+            )
     return PidGains(**{name: config[name] for name in NAMES})
 
 
@@ -71,12 +74,12 @@ class PidTuning:
                 self._apply(gains)
                 self._last = gains
             except (SimError, TimeoutError) as error:
-                rospy.logerr('%s: %s', self._namespace, error)
+                rospy.logerr("%s: %s", self._namespace, error)
                 config.update({name: getattr(self._last, name) for name in NAMES})
         return config
 
     def close(self):
         """Withdraw the service and the topics."""
-        self._server.set_service.shutdown('the PID is gone')
+        self._server.set_service.shutdown("the PID is gone")
         self._server.descr_topic.unregister()
         self._server.update_topic.unregister()

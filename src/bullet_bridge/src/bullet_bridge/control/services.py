@@ -1,14 +1,23 @@
 """The services of a controller_manager."""
 
 import rospy
+from bullet_sim.controllers.kinds import INTERFACES
 from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
 from controller_manager_msgs.srv import (
-    ListControllers, ListControllersResponse, ListControllerTypes, ListControllerTypesResponse,
-    LoadController, LoadControllerResponse, ReloadControllerLibraries,
-    ReloadControllerLibrariesResponse, SwitchController, SwitchControllerRequest,
-    SwitchControllerResponse, UnloadController, UnloadControllerResponse)
-
-from bullet_sim.controllers.kinds import INTERFACES
+    ListControllers,
+    ListControllersResponse,
+    ListControllerTypes,
+    ListControllerTypesResponse,
+    LoadController,
+    LoadControllerResponse,
+    ReloadControllerLibraries,
+    ReloadControllerLibrariesResponse,
+    SwitchController,
+    SwitchControllerRequest,
+    SwitchControllerResponse,
+    UnloadController,
+    UnloadControllerResponse,
+)
 
 
 class ControllerServices:
@@ -28,23 +37,25 @@ class ControllerServices:
         self._services = []
         try:
             for name, kind, do in (
-                    ('load_controller', LoadController, self._load),
-                    ('unload_controller', UnloadController, self._unload),
-                    ('switch_controller', SwitchController, self._switch),
-                    ('list_controllers', ListControllers, self._list),
-                    ('list_controller_types', ListControllerTypes, self._types),
-                    ('reload_controller_libraries', ReloadControllerLibraries, self._reload)):
+                ("load_controller", LoadController, self._load),
+                ("unload_controller", UnloadController, self._unload),
+                ("switch_controller", SwitchController, self._switch),
+                ("list_controllers", ListControllers, self._list),
+                ("list_controller_types", ListControllerTypes, self._types),
+                ("reload_controller_libraries", ReloadControllerLibraries, self._reload),
+            ):
                 self._services.append(
-                    rospy.Service(f'{namespace}/controller_manager/{name}', kind, do))
+                    rospy.Service(f"{namespace}/controller_manager/{name}", kind, do)
+                )
         except BaseException:
             self.close()
             raise
 
     def _name(self, text):
         """A controller's name, also where it is spelt with slashes or with the namespace."""
-        prefix = self._namespace.strip('/') + '/'
-        text = text.strip('/')
-        return text[len(prefix):] if len(prefix) > 1 and text.startswith(prefix) else text
+        prefix = self._namespace.strip("/") + "/"
+        text = text.strip("/")
+        return text[len(prefix) :] if len(prefix) > 1 and text.startswith(prefix) else text
 
     def _load(self, request):
         return LoadControllerResponse(ok=self._do_load(self._name(request.name)))
@@ -53,31 +64,42 @@ class ControllerServices:
         return UnloadControllerResponse(ok=self._do_unload(self._name(request.name)))
 
     def _switch(self, request):
-        start, stop = ([self._name(name) for name in names] for names in (
-            request.start_controllers, request.stop_controllers))
+        start, stop = (
+            [self._name(name) for name in names]
+            for names in (request.start_controllers, request.stop_controllers)
+        )
         strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
         left_out = self._answer(lambda: self._manager.switch(start, stop, strict))
         if left_out is None:
             return SwitchControllerResponse(ok=False)
         for reason in left_out:
-            rospy.logwarn('%s: %s', self._namespace, reason)
+            rospy.logwarn("%s: %s", self._namespace, reason)
         return SwitchControllerResponse(ok=True)
 
     def _list(self, _):
         response = ListControllersResponse()
         for spec, state in self._answer(self._manager.list) or []:
             claims = spec.claims or ((spec.kind.interface, ()),)
-            response.controller.append(ControllerState(
-                name=spec.name, state=state, type=spec.kind.type, claimed_resources=[
-                    HardwareInterfaceResources(hardware_interface=INTERFACES[interface],
-                                               resources=list(joints))
-                    for interface, joints in claims]))
+            response.controller.append(
+                ControllerState(
+                    name=spec.name,
+                    state=state,
+                    type=spec.kind.type,
+                    claimed_resources=[
+                        HardwareInterfaceResources(
+                            hardware_interface=INTERFACES[interface], resources=list(joints)
+                        )
+                        for interface, joints in claims
+                    ],
+                )
+            )
         return response
 
     def _types(self, _):
         types = self._manager.types()
         return ListControllerTypesResponse(
-            types=types, base_classes=['controller_interface::ControllerBase'] * len(types))
+            types=types, base_classes=["controller_interface::ControllerBase"] * len(types)
+        )
 
     def _reload(self, request):
         """There are no libraries; as upstream, force_kill stops and unloads all controllers."""
@@ -85,17 +107,21 @@ class ControllerServices:
         if loaded is None:
             return ReloadControllerLibrariesResponse(ok=False)
         if loaded and not request.force_kill:
-            rospy.logerr('%s: controllers are loaded (%s); reload_controller_libraries needs '
-                         'force_kill to unload them', self._namespace,
-                         ', '.join(spec.name for spec, _ in loaded))
+            rospy.logerr(
+                "%s: controllers are loaded (%s); reload_controller_libraries needs "
+                "force_kill to unload them",
+                self._namespace,
+                ", ".join(spec.name for spec, _ in loaded),
+            )
             return ReloadControllerLibrariesResponse(ok=False)
-        running = [spec.name for spec, state in loaded if state == 'running']
+        running = [spec.name for spec, state in loaded if state == "running"]
         if running and self._answer(lambda: self._manager.switch([], running)) is None:
             return ReloadControllerLibrariesResponse(ok=False)
         return ReloadControllerLibrariesResponse(
-            ok=all([self._do_unload(spec.name) for spec, _ in loaded]))
+            ok=all([self._do_unload(spec.name) for spec, _ in loaded])
+        )
 
     def close(self):
         """Withdraw the services."""
         for service in self._services:
-            service.shutdown('model deleted')
+            service.shutdown("model deleted")

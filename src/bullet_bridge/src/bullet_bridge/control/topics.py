@@ -11,12 +11,11 @@ from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.control import messages as control_messages
-from bullet_bridge.transport import conversions
+from bullet_bridge.loop.schedule import HeardSchedule
 from bullet_bridge.transport.packed import PackedJointState
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.loop.schedule import HeardSchedule
 
-STATE_EVERY = 10        # updates of a PID controller between two messages on its state topic
+STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
 
 class Topics:
@@ -35,8 +34,11 @@ class Topics:
         """A HeardSchedule [Hz] of publishers, at most once per physics step."""
         world = self._robot.world
         schedule = HeardSchedule(
-            min(rate, 1.0 / world.time_step), world.time_step, world.step_count,
-            lambda: any(wire.get_num_connections() > 0 for wire in wires))
+            min(rate, 1.0 / world.time_step),
+            world.time_step,
+            world.step_count,
+            lambda: any(wire.get_num_connections() > 0 for wire in wires),
+        )
         self._schedules.append(schedule)
         return schedule
 
@@ -48,7 +50,7 @@ class Topics:
     @property
     def name(self):
         """Namespace of the controller."""
-        return f'{self._robot.namespace}/{self._spec.name}'
+        return f"{self._robot.namespace}/{self._spec.name}"
 
     @property
     def controller(self):
@@ -66,8 +68,9 @@ class Topics:
             look: look anew who subscribes.
         """
         step = self._robot.world.step_count
-        return min([schedule.next_heard(step, look) for schedule in self._schedules],
-                   default=math.inf)
+        return min(
+            [schedule.next_heard(step, look) for schedule in self._schedules], default=math.inf
+        )
 
     def publish(self, step, time):
         """Publish what is due (only called while the controller runs)."""
@@ -88,10 +91,10 @@ class JointStates(Topics):
 
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
-        self._states = self._publisher(f'{robot.namespace}/joint_states', JointState)
+        self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(spec.publish_rate, self._states)
         names = robot.model.joints.names
-        self._kept = [names.index(name) for name in spec.joints or names]   # their numbers
+        self._kept = [names.index(name) for name in spec.joints or names]  # their numbers
         shown = [names[number] for number in self._kept]
         self._extra = [row for row in spec.extra_joints if row[0] not in shown]
         self._sender = PackedJointState(self._states, [*shown, *(row[0] for row in self._extra)])
@@ -109,12 +112,13 @@ class JointStates(Topics):
 class Commands(Topics):
     """std_msgs/Float64, or Float64MultiArray of a group, into a controller."""
 
-    topic = 'command'
+    topic = "command"
 
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
         self._subscriber = robot.arrivals.subscribe(
-            f'{self.name}/{self.topic}', self._kind(), self._take, tcp_nodelay=True)
+            f"{self.name}/{self.topic}", self._kind(), self._take, tcp_nodelay=True
+        )
         self._wires.append(self._subscriber)
 
     def _kind(self):
@@ -122,8 +126,7 @@ class Commands(Topics):
 
     def _take(self, message):
         data = message.data
-        self._robot.keep_mail(self._spec.name,
-                              (data,) if isinstance(data, float) else tuple(data))
+        self._robot.keep_mail(self._spec.name, (data,) if isinstance(data, float) else tuple(data))
 
 
 class PidCommands(Commands):
@@ -134,12 +137,12 @@ class PidCommands(Commands):
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state = None
         if not spec.kind.group:
-            self._state = self._publisher(f'{self.name}/state', JointControllerState)
+            self._state = self._publisher(f"{self.name}/state", JointControllerState)
             self._schedule = self._every(rate / STATE_EVERY, self._state)
         self._inner = []
         for number, wanted in enumerate(spec.publish_pid):
             if wanted:
-                wire = self._publisher(f'{self._robot.pid_namespace(spec, number)}/state', PidState)
+                wire = self._publisher(f"{self._robot.pid_namespace(spec, number)}/state", PidState)
                 self._inner.append((self._every(rate, wire), number, wire))
 
     def publish(self, step, time):
@@ -152,8 +155,9 @@ class PidCommands(Commands):
         sample = controller.sample
         time -= self._robot.manager.time - sample.time
         if state_due:
-            self._state.publish(control_messages.controller_state(
-                time, sample, controller.pids[0].gains))
+            self._state.publish(
+                control_messages.controller_state(time, sample, controller.pids[0].gains)
+            )
         for _, number, wire in inner_due:
             wire.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
 
@@ -161,20 +165,21 @@ class PidCommands(Commands):
 class Drive(Commands):
     """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
 
-    topic = 'cmd_vel'
+    topic = "cmd_vel"
 
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
-        self._odometry = self._publisher(f'{self.name}/odom', Odometry)
+        self._odometry = self._publisher(f"{self.name}/odom", Odometry)
         drive = spec.drive
-        self._transform = self._publisher('/tf', TFMessage) if drive.publish_tf else None
+        self._transform = self._publisher("/tf", TFMessage) if drive.publish_tf else None
         self._outputs = [wire for wire in (self._odometry, self._transform) if wire is not None]
         self._schedule = self._every(spec.publish_rate, *self._outputs)
         self._limited = None
         if drive.publish_command:
-            self._limited = self._publisher(f'{self.name}/cmd_vel_out', TwistStamped)
+            self._limited = self._publisher(f"{self.name}/cmd_vel_out", TwistStamped)
             self._limited_schedule = self._every(
-                1.0 / robot.manager.control_period(robot.world.time_step), self._limited)
+                1.0 / robot.manager.control_period(robot.world.time_step), self._limited
+            )
 
     def _kind(self):
         return Twist
@@ -182,8 +187,11 @@ class Drive(Commands):
     def _take(self, message):
         values = (message.linear.x, message.angular.z)
         if self._spec.drive.single_publisher and self._subscriber.get_num_connections() > 1:
-            rospy.logerr_throttle(1.0, f'{self.name}/{self.topic} has more than one publisher, '
-                                  'which allow_multiple_cmd_vel_publishers forbids; it brakes')
+            rospy.logerr_throttle(
+                1.0,
+                f"{self.name}/{self.topic} has more than one publisher, "
+                "which allow_multiple_cmd_vel_publishers forbids; it brakes",
+            )
             values = (0.0, 0.0)
         self._robot.keep_mail(self._spec.name, values)
 
@@ -195,16 +203,18 @@ class Drive(Commands):
             return
         wires = [wire for wire in self._outputs if wire.get_num_connections()]
         self._robot.manager.observe()
-        message = control_messages.drive_odometry(time, self._spec.drive,
-                                                  self.controller.odometry)
+        message = control_messages.drive_odometry(time, self._spec.drive, self.controller.odometry)
         for wire in wires:
-            wire.publish(message if wire is self._odometry
-                         else TFMessage([control_messages.odometry_transform(message)]))
+            wire.publish(
+                message
+                if wire is self._odometry
+                else TFMessage([control_messages.odometry_transform(message)])
+            )
 
 
 def topics_of(robot, spec):
     """The Topics of a ControllerSpec."""
-    if spec.kind.interface == 'state':
+    if spec.kind.interface == "state":
         return JointStates(robot, spec)
     if spec.kind.drive:
         return Drive(robot, spec)

@@ -17,7 +17,7 @@ class Arrivals:
 
     def __init__(self):
         self._changed = threading.Condition()
-        self._counts = {}       # resolved topic -> {listener: messages since the last take}
+        self._counts = {}  # resolved topic -> {listener: messages since the last take}
         self._clears = 0
 
     def subscribe(self, topic, kind, callback, **options):
@@ -74,8 +74,9 @@ class Arrivals:
             self._changed.notify_all()
 
     def _start_again(self):
-        self._counts = {topic: dict.fromkeys(listeners, 0)
-                        for topic, listeners in self._counts.items()}
+        self._counts = {
+            topic: dict.fromkeys(listeners, 0) for topic, listeners in self._counts.items()
+        }
 
     def _came(self, topic):
         return min(self._counts[topic].values())
@@ -104,9 +105,11 @@ class Arrivals:
             while True:
                 for topic in wanted:
                     if topic not in self._counts:
-                        known = ', '.join(sorted(self._counts)) or '(none)'
-                        raise ValueError(f"topic '{topic}' is not subscribed by the simulation; "
-                                         f'topics are {known}')
+                        known = ", ".join(sorted(self._counts)) or "(none)"
+                        raise ValueError(
+                            f"topic '{topic}' is not subscribed by the simulation; "
+                            f"topics are {known}"
+                        )
                 missing = [topic for topic in wanted if self._came(topic) < wanted[topic]]
                 if not missing:
                     taken = self._clears, self._counts
@@ -114,8 +117,12 @@ class Arrivals:
                     return taken
                 left = deadline - now()
                 if left <= 0 or rospy.is_shutdown():
-                    raise TimeoutError(f'not all commands came within {timeout:g} s: ' + ', '.join(
-                        f'{topic}: {self._came(topic)} of {wanted[topic]}' for topic in missing))
+                    raise TimeoutError(
+                        f"not all commands came within {timeout:g} s: "
+                        + ", ".join(
+                            f"{topic}: {self._came(topic)} of {wanted[topic]}" for topic in missing
+                        )
+                    )
                 self._changed.wait(min(left, 0.5))
 
 
@@ -129,6 +136,7 @@ class _Counted:
         def count(message):
             callback(message)
             arrivals.report(self._topic, self)
+
         try:
             self._subscriber = rospy.Subscriber(topic, kind, count, **options)
         except BaseException:

@@ -3,10 +3,10 @@
 import rospy
 from rosgraph_msgs.msg import Clock
 
+from bullet_bridge.loop.schedule import Schedule
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedClock
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.loop.schedule import Schedule
 
 
 def set_own_time(now):
@@ -30,7 +30,7 @@ class SimClock:
     def __init__(self, rate, time_step, publish=None, own=None):
         self._own = own
         if publish is None:
-            publish = PackedClock(publisher('/clock', Clock, latch=True)).send
+            publish = PackedClock(publisher("/clock", Clock, latch=True)).send
         self._publish = publish
         self._rate = rate
         self.set_time_step(time_step, 0)

@@ -3,7 +3,7 @@
 import collections
 import threading
 
-TIMEOUT = 30.0      # [s] wall time a caller waits for its job
+TIMEOUT = 30.0  # [s] wall time a caller waits for its job
 
 
 class Ended(TimeoutError):
@@ -38,7 +38,7 @@ class JobQueue:
                 job = self._jobs.popleft()
             except IndexError:
                 return
-            job.error = Ended('the simulation has ended')
+            job.error = Ended("the simulation has ended")
             job.done.set()
 
     def waiting(self):
@@ -61,14 +61,14 @@ class JobQueue:
         try:
             self._bell.release()
         except RuntimeError:
-            pass        # it rings already
+            pass  # it rings already
         if not job.done.wait(timeout):
             try:
                 self._jobs.remove(job)
-            except ValueError:      # the owner is at it
+            except ValueError:  # the owner is at it
                 job.done.wait()
             else:
-                raise TimeoutError(f'the simulation did not answer within {timeout} s')
+                raise TimeoutError(f"the simulation did not answer within {timeout} s")
         if job.error is not None:
             raise job.error
         return job.result
@@ -93,8 +93,8 @@ class JobQueue:
                 job.result = job.work()
             except Exception as error:  # handed to the caller
                 job.error = error
-            except BaseException:       # ends the owner, not the caller
-                job.error = Ended('the simulation has ended')
+            except BaseException:  # ends the owner, not the caller
+                job.error = Ended("the simulation has ended")
                 raise
             finally:
                 job.done.set()

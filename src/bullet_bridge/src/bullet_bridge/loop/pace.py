@@ -3,9 +3,9 @@
 import collections
 import time as wall
 
-MAX_LAG = 0.25          # [s] wall time behind which the pace starts anew instead of catching up
-WINDOW = 1.0            # [s] wall time over which the real time factor is measured
-REMEMBERED = 4096       # batches whose lateness is kept
+MAX_LAG = 0.25  # [s] wall time behind which the pace starts anew instead of catching up
+WINDOW = 1.0  # [s] wall time over which the real time factor is measured
+REMEMBERED = 4096  # batches whose lateness is kept
 
 
 class Pace:
@@ -55,7 +55,15 @@ class Pace:
             real_time_factor (over the last full WINDOW; 0: none yet).
         """
         late = sorted(self._late)
-        pick = (lambda share: late[min(int(share * len(late)), len(late) - 1)]) if late \
+        pick = (
+            (lambda share: late[min(int(share * len(late)), len(late) - 1)])
+            if late
             else lambda share: 0.0
-        return {'lateness_p50': pick(0.5), 'lateness_p99': pick(0.99), 'lateness_max': pick(1.0),
-                'batches': len(late), 'real_time_factor': self._measured}
+        )
+        return {
+            "lateness_p50": pick(0.5),
+            "lateness_p99": pick(0.99),
+            "lateness_max": pick(1.0),
+            "batches": len(late),
+            "real_time_factor": self._measured,
+        }

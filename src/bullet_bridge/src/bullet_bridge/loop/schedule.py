@@ -20,8 +20,10 @@ class Schedule:
 
     def __init__(self, rate, time_step, start=0):
         if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
-            raise ValueError(f'rate is {rate} Hz, must be above 0 and at most '
-                             f'{1 / time_step:g} Hz, one per physics step')
+            raise ValueError(
+                f"rate is {rate} Hz, must be above 0 and at most "
+                f"{1 / time_step:g} Hz, one per physics step"
+            )
         self._ratio = 1.0 / (rate * time_step)
         self.restart(start)
 
@@ -67,7 +69,7 @@ class HeardSchedule(Schedule):
         """Look, after a step, whether somebody subscribes; returns it."""
         heard = bool(self._ask())
         if heard and not self.heard:
-            super().due(step)       # what was due to nobody is over
+            super().due(step)  # what was due to nobody is over
         self.heard = heard
         return heard
 

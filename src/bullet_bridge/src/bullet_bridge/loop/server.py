@@ -6,16 +6,16 @@ import threading
 import time as wall
 
 import rospy
+from bullet_sim.errors import WorldError
 
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.pace import Pace
-from bullet_sim.errors import WorldError
 
-PACED_BATCH = 0.001     # [s] wall time that one batch of steps stands for at a given pace
-FREE_BATCH = 0.02       # [s] simulated time of the longest batch when it runs free
-CLOCK_GAP = 0.002       # [s] wall time between two messages on /clock when it runs free ...
-CLOCK_STRIDE = 0.05     # [s] ... but no more than this of simulated time
-IDLE_WAIT = 0.05        # [s] longest wait for jobs: how soon a shutdown is noticed
+PACED_BATCH = 0.001  # [s] wall time that one batch of steps stands for at a given pace
+FREE_BATCH = 0.02  # [s] simulated time of the longest batch when it runs free
+CLOCK_GAP = 0.002  # [s] wall time between two messages on /clock when it runs free ...
+CLOCK_STRIDE = 0.05  # [s] ... but no more than this of simulated time
+IDLE_WAIT = 0.05  # [s] longest wait for jobs: how soon a shutdown is noticed
 
 
 class Steps:
@@ -28,7 +28,7 @@ class Steps:
     """
 
     def __init__(self, count):
-        self.left, self.error, self.done = count, '', threading.Event()
+        self.left, self.error, self.done = count, "", threading.Event()
 
 
 class Server:
@@ -60,8 +60,11 @@ class Server:
         step = self._world.time_step
         self._free_batch = max(1, round(FREE_BATCH / step))
         self._stride = round(CLOCK_STRIDE / step)
-        self._batch = max(1, round(self._pace.factor * PACED_BATCH / step)) if self._pace.factor \
+        self._batch = (
+            max(1, round(self._pace.factor * PACED_BATCH / step))
+            if self._pace.factor
             else self._free_batch
+        )
         if self._relay is not None:
             self._relay.hurry(self._pace.factor == 0)
 
@@ -78,7 +81,7 @@ class Server:
         """How well the pace is kept: see Pace.statistics; real_time_factor is 0 while paused."""
         values = self._pace.statistics()
         if self.paused:
-            values['real_time_factor'] = 0.0
+            values["real_time_factor"] = 0.0
         return values
 
     def set_pace(self, factor):
@@ -108,9 +111,9 @@ class Server:
 
     def run(self):
         """Loop until the node shuts down."""
-        sys.setswitchinterval(0.0005)   # other threads give way to the physics sooner
+        sys.setswitchinterval(0.0005)  # other threads give way to the physics sooner
         gc.collect()
-        gc.freeze()     # later collections pass over what is there for good: shorter pauses
+        gc.freeze()  # later collections pass over what is there for good: shorter pauses
         self._clock.tell(self._world.time)
         while not rospy.is_shutdown():
             self.turn()
@@ -177,8 +180,9 @@ class Server:
         passed = max(now - before, 1e-6)
         steps = min(int((step - its_step) * CLOCK_GAP / passed), self._stride)
         self._clock_waits = steps > self._free_batch
-        self._clock.skip(min(steps, self._stride - self._free_batch) if self._clock_waits
-                         else steps)
+        self._clock.skip(
+            min(steps, self._stride - self._free_batch) if self._clock_waits else steps
+        )
 
     # steps on request -------------------------------------------------------------------------
     def begin_steps(self, count):
@@ -191,9 +195,9 @@ class Server:
             WorldError: not paused, or steps are being made already.
         """
         if not self.paused:
-            raise WorldError('the simulation runs; pause it before stepping')
+            raise WorldError("the simulation runs; pause it before stepping")
         if self._steps is not None:
-            raise WorldError(f'{self._steps.left} steps of another call are still to be made')
+            raise WorldError(f"{self._steps.left} steps of another call are still to be made")
         self._robots.take_failures()
         self._steps = Steps(count)
         return self._steps
@@ -203,7 +207,7 @@ class Server:
         self.advance(min(steps.left, self._free_batch))
         steps.left -= self._world.step_count - before
         if steps.left <= 0:
-            self._end_steps('; '.join(self._robots.take_failures()))
+            self._end_steps("; ".join(self._robots.take_failures()))
 
     def _end_steps(self, error):
         steps, self._steps = self._steps, None
@@ -222,8 +226,8 @@ class Server:
             WorldError: going on in lockstep.
         """
         if not paused and self.lockstep:
-            raise WorldError('in lockstep time advances only by /gazebo/step')
-        self._end_steps('the simulation was paused or set going by another call')
+            raise WorldError("in lockstep time advances only by /gazebo/step")
+        self._end_steps("the simulation was paused or set going by another call")
         self.paused = paused
         self._anchor()
         self._clock.tell(self._world.time)
@@ -231,7 +235,7 @@ class Server:
 
     def reset(self, time):
         """Back to the start; with time=True simulated time, too, unless it is monotonic."""
-        self._end_steps('the simulation was reset by another call')
+        self._end_steps("the simulation was reset by another call")
         self._world.arrange()
         self._world.reset(time=time and not self._monotonic)
         self._clock.restart(self._world.step_count)

@@ -16,7 +16,7 @@ class StatisticsService:
 
     def __init__(self, jobs, server):
         self._jobs, self._server = jobs, server
-        self._service = rospy.Service('~statistics', Trigger, self.handle)
+        self._service = rospy.Service("~statistics", Trigger, self.handle)
 
     def handle(self, _):
         """Answer a request."""

@@ -1,9 +1,10 @@
 """The service ~step, /gazebo/step: time that advances when a script says so."""
 
 import rospy
+
 from bullet_bridge.srv import Step, StepResponse
 
-LOOK = 0.2      # [s] wall time between two looks whether the node still runs
+LOOK = 0.2  # [s] wall time between two looks whether the node still runs
 
 
 class StepService:
@@ -19,7 +20,7 @@ class StepService:
     def __init__(self, jobs, server, arrivals, timeout):
         self._jobs, self._server, self._arrivals = jobs, server, arrivals
         self._timeout = timeout
-        self._service = rospy.Service('~step', Step, self.handle)
+        self._service = rospy.Service("~step", Step, self.handle)
 
     def handle(self, request):
         """Answer a Step request."""
@@ -27,14 +28,14 @@ class StepService:
             wanted = self._wanted(request)
             self._jobs.call(self._check)
             steps = self._begin(request.n, self._arrivals.take(wanted, self._timeout))
-        except (ValueError, TimeoutError) as error:     # SimError is a ValueError
-            rospy.logerr('step: %s', error)
+        except (ValueError, TimeoutError) as error:  # SimError is a ValueError
+            rospy.logerr("step: %s", error)
             return StepResponse(False, str(error))
         while not steps.done.wait(LOOK):
             if rospy.is_shutdown():
-                return StepResponse(False, 'the simulation has ended')
+                return StepResponse(False, "the simulation has ended")
         if steps.error:
-            rospy.logerr('step: %s', steps.error)
+            rospy.logerr("step: %s", steps.error)
         return StepResponse(not steps.error, steps.error)
 
     def _begin(self, count, taken):
@@ -47,20 +48,22 @@ class StepService:
 
     def _check(self):
         if not self._server.paused:
-            raise ValueError('the simulation runs; pause it before stepping')
+            raise ValueError("the simulation runs; pause it before stepping")
 
     @staticmethod
     def _wanted(request):
         if request.n < 1:
-            raise ValueError('n is 0, must be at least 1 physics step')
+            raise ValueError("n is 0, must be at least 1 physics step")
         if len(request.topics) != len(request.counts):
-            raise ValueError(f'{len(request.topics)} topics and {len(request.counts)} counts are '
-                             'given, must be as many')
+            raise ValueError(
+                f"{len(request.topics)} topics and {len(request.counts)} counts are "
+                "given, must be as many"
+            )
         wanted = {}
         for topic, count in zip(request.topics, request.counts):
             if not topic:
-                raise ValueError('a topic without a name is given')
-            name = rospy.resolve_name('/' + topic.lstrip('/'))
+                raise ValueError("a topic without a name is given")
+            name = rospy.resolve_name("/" + topic.lstrip("/"))
             if name in wanted:
                 raise ValueError(f"topic '{name}' is given twice")
             wanted[name] = count

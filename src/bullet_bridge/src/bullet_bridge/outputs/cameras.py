@@ -3,7 +3,6 @@
 import threading
 
 import rospy
-
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
 
@@ -35,10 +34,13 @@ class Cameras:
             try:
                 chosen = client.start(self._renderer)
             except RenderError as error:
-                rospy.logerr('cameras stay dark: %s', error)
+                rospy.logerr("cameras stay dark: %s", error)
                 return
-            rospy.loginfo("cameras are rendered by '%s'%s", chosen.kind,
-                          f' ({chosen.reason})' if chosen.reason else '')
+            rospy.loginfo(
+                "cameras are rendered by '%s'%s",
+                chosen.kind,
+                f" ({chosen.reason})" if chosen.reason else "",
+            )
             client.set_sources(self._sources)
             self._ready = True
 
@@ -48,7 +50,7 @@ class Cameras:
 
     def remove(self, output):
         """Forget a camera output."""
-        if self._outputs.get(output.request.name) is output:    # not a later namesake
+        if self._outputs.get(output.request.name) is output:  # not a later namesake
             del self._outputs[output.request.name]
 
     def set_sources(self, sources):
@@ -67,7 +69,7 @@ class Cameras:
     def draw(self, world, outputs):
         """Order pictures of the due outputs (simulation thread)."""
         if not self._ready:
-            self._failures = ['there is no renderer, pictures are missing']
+            self._failures = ["there is no renderer, pictures are missing"]
             return
         requests = [output.request for output in outputs]
         if not self._lockstep:
@@ -77,7 +79,7 @@ class Cameras:
             for frame in self._client.render_sync(world.snapshot(), requests):
                 self._publish(frame)
         except RenderError as error:
-            text = f'pictures at {world.time:.3f} s are missing: {error}'
+            text = f"pictures at {world.time:.3f} s are missing: {error}"
             rospy.logerr_throttle(5.0, text)
             self._failures = self._failures[-2:] + [text]
 
@@ -98,7 +100,7 @@ class Cameras:
             try:
                 output.publish_frame(frame)
             except rospy.ROSException:
-                pass    # the topic was just withdrawn
+                pass  # the topic was just withdrawn
 
     def close(self):
         """End the worker."""

@@ -1,13 +1,13 @@
 """Bumpers: gazebo_msgs/ContactsState as libgazebo_ros_bumper.so publishes it."""
 
 import numpy as np
+from bullet_sim.pose import Pose
+from bullet_sim.sensors.contact import nearest, watched_links
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Wrench
 
-from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.outputs.sensors import Output
-from bullet_sim.pose import Pose
-from bullet_sim.sensors.contact import nearest, watched_links
+from bullet_bridge.transport.conversions import stamp
 
 
 class ContactOutput(Output):
@@ -40,8 +40,9 @@ class ContactOutput(Output):
         self.publisher.publish(message)
 
     def _is_watched(self, shape):
-        return shape is not None and ((shape.link, shape.name) in self._watched
-                                      or (shape.link, '') in self._watched)
+        return shape is not None and (
+            (shape.link, shape.name) in self._watched or (shape.link, "") in self._watched
+        )
 
     @staticmethod
     def _named(model, index, position):
@@ -50,21 +51,24 @@ class ContactOutput(Output):
         name, shapes = model.collisions_at(index)
         shape = nearest(shapes, pose.matrix.T @ (position - np.asarray(pose.position)))
         if shape is None:
-            return f'{model.name}::{name}::collision', None
-        return f'{model.name}::{shape.link or name}::{shape.name or "collision"}', shape
+            return f"{model.name}::{name}::collision", None
+        return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
 
     def _other(self, contact):
         for model in self.world.models.values():
             if model.body == contact.body:
                 return self._named(model, contact.link, contact.position)[0]
-        return 'world'
+        return "world"
 
     def _state(self, mine, other, index, contacts):
         engine, body = self.world.engine, self.model.body
         turn = Pose(*self.model.frame_at(index)).matrix.T
         centre = engine.link_centre(body, index)
-        state = ContactState(collision1_name=mine, collision2_name=other,
-                             info=f'{len(contacts)} contact points of {mine} and {other}')
+        state = ContactState(
+            collision1_name=mine,
+            collision2_name=other,
+            info=f"{len(contacts)} contact points of {mine} and {other}",
+        )
         total = np.zeros(6)
         for contact in contacts:
             torque = np.cross(contact.position - centre, contact.force)

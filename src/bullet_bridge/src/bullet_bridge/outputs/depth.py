@@ -1,18 +1,21 @@
 """Depth cameras: colour and depth pictures, their camera_info, and the point cloud."""
 
 import numpy as np
+from bullet_sim.sensors import camera
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
+from bullet_bridge.outputs.sensors import CameraOutput
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.outputs.sensors import CameraOutput
-from bullet_sim.sensors import camera
 
 # Layout of a point as PCL has it: x y z, 4 bytes of nothing, colour (blue, green, red, 0).
-_POINT = np.dtype({'names': ['xyz', 'bgr'], 'formats': ['(3,)<f4', '(3,)u1'],
-                   'offsets': [0, 16], 'itemsize': 32})
-_FIELDS = [PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
-           for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 16))]
+_POINT = np.dtype(
+    {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
+)
+_FIELDS = [
+    PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
+    for name, offset in (("x", 0), ("y", 4), ("z", 8), ("rgb", 16))
+]
 
 
 def depth_image(time, spec, depth):
@@ -23,11 +26,12 @@ def depth_image(time, spec, depth):
     height, width = depth.shape
     if spec.millimetres:
         data = np.nan_to_num(np.rint(depth * 1000.0), nan=0.0, posinf=0.0, neginf=0.0)
-        data, encoding, size = np.clip(data, 0, 65535).astype('<u2'), '16UC1', 2
+        data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
     else:
-        data, encoding, size = depth.astype('<f4'), '32FC1', 4
-    message = Image(height=height, width=width, encoding=encoding, step=size * width,
-                    data=data.tobytes())
+        data, encoding, size = depth.astype("<f4"), "32FC1", 4
+    message = Image(
+        height=height, width=width, encoding=encoding, step=size * width, data=data.tobytes()
+    )
     message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
     return message
 
@@ -42,11 +46,18 @@ def point_cloud(time, spec, depth, rgb, k):
     """
     height, width = depth.shape
     data = np.zeros((height, width), _POINT)
-    data['xyz'] = camera.points(depth, k)
-    data['bgr'] = rgb[:, :, ::-1]
-    message = PointCloud2(height=height, width=width, fields=_FIELDS, is_bigendian=False,
-                          point_step=_POINT.itemsize, row_step=_POINT.itemsize * width,
-                          data=data.tobytes(), is_dense=bool(np.isfinite(depth).all()))
+    data["xyz"] = camera.points(depth, k)
+    data["bgr"] = rgb[:, :, ::-1]
+    message = PointCloud2(
+        height=height,
+        width=width,
+        fields=_FIELDS,
+        is_bigendian=False,
+        point_step=_POINT.itemsize,
+        row_step=_POINT.itemsize * width,
+        data=data.tobytes(),
+        is_dense=bool(np.isfinite(depth).all()),
+    )
     message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
     return message
 
@@ -63,8 +74,8 @@ class DepthCameraOutput(CameraOutput):
 
     def listened(self):
         return super().listened() or any(
-            out.get_num_connections() > 0 for out in (self._depth, self._depth_info,
-                                                      self._points))
+            out.get_num_connections() > 0 for out in (self._depth, self._depth_info, self._points)
+        )
 
     def publish_frame(self, frame):
         """Publish a finished picture in all its forms with the snapshot's stamp."""

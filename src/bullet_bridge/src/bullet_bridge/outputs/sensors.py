@@ -4,15 +4,15 @@ Everything here runs in the simulation thread, except creation of publishers.
 """
 
 import numpy as np
+from bullet_sim.pose import Pose, cross
+from bullet_sim.sensors import camera, ground_truth, imu, lidar
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 
+from bullet_bridge.loop.schedule import HeardSchedule
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage, PackedOdometry, PackedScan
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.loop.schedule import HeardSchedule
-from bullet_sim.pose import Pose, cross
-from bullet_sim.sensors import camera, ground_truth, imu, lidar
 
 
 class Output:
@@ -25,15 +25,15 @@ class Output:
     """
 
     message = None
-    relayed = True      # see publishing.publisher
+    relayed = True  # see publishing.publisher
 
     def __init__(self, world, model, spec, seed):
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        fastest = 1.0 / world.time_step     # as in Gazebo: more often than a step is each step
+        fastest = 1.0 / world.time_step  # as in Gazebo: more often than a step is each step
         rate = min(spec.rate or fastest, fastest)
         self.schedule = HeardSchedule(rate, world.time_step, world.step_count, self.listened)
         self.publisher = publisher(spec.topic, self.message, relayed=self.relayed)
-        offset = Pose.from_xyz_rpy(*getattr(spec, 'pose', ((0, 0, 0), (0, 0, 0))))
+        offset = Pose.from_xyz_rpy(*getattr(spec, "pose", ((0, 0, 0), (0, 0, 0))))
         self._offset = None if offset == Pose() else offset
         self.restart()
 
@@ -73,8 +73,9 @@ class GroundTruthOutput(Output):
 
     def __init__(self, world, model, spec, seed):
         super().__init__(world, model, spec, seed)
-        self._sender = PackedOdometry(self.publisher, spec.frame_id, spec.child_frame_id,
-                                      spec.noise_stddev ** 2)
+        self._sender = PackedOdometry(
+            self.publisher, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
+        )
 
     def update(self, time):
         if self._offset is None:
@@ -82,8 +83,7 @@ class GroundTruthOutput(Output):
         else:
             pose, linear, angular = self.sensor_state()
             position, orientation = pose.position, pose.orientation
-        linear, angular = ground_truth.twist(orientation, linear, angular,
-                                             self.spec.twist_in_child)
+        linear, angular = ground_truth.twist(orientation, linear, angular, self.spec.twist_in_child)
         if self.spec.noise_stddev > 0:
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
@@ -98,13 +98,19 @@ class LidarOutput(Output):
     def __init__(self, world, model, spec, seed):
         self._lidar = lidar.Lidar(spec)
         super().__init__(world, model, spec, seed)
-        self._sender = PackedScan(self.publisher, spec, self._lidar.angle_increment,
-                                  len(self._lidar.angles))
+        self._sender = PackedScan(
+            self.publisher, spec, self._lidar.angle_increment, len(self._lidar.angles)
+        )
 
     def update(self, time):
         pose, _, _ = self.model.link_state(self.spec.link)
-        ranges = self._lidar.scan(self.world.engine, np.array(pose.position),
-                                  np.array(pose.orientation), self.rng, self.model.body)
+        ranges = self._lidar.scan(
+            self.world.engine,
+            np.array(pose.position),
+            np.array(pose.orientation),
+            self.rng,
+            self.model.body,
+        )
         self._sender.send(time, ranges)
 
 
@@ -122,16 +128,16 @@ class ImuOutput(Output):
         if self._before is None:
             acceleration = np.zeros(3)
         else:
-            acceleration = imu.mean_acceleration(linear, self._before[0],
-                                                 time - self._before[1])
+            acceleration = imu.mean_acceleration(linear, self._before[0], time - self._before[1])
         self._before = (linear, time)
         rate, force = imu.reading(pose.orientation, angular, acceleration, self.world.gravity)
-        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng,
-                             self.spec.gyro_noise_mean)
-        force = imu.add_noise(force, self.spec.accel_noise_stddev, self.rng,
-                              self.spec.accel_noise_mean)
+        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng, self.spec.gyro_noise_mean)
+        force = imu.add_noise(
+            force, self.spec.accel_noise_stddev, self.rng, self.spec.accel_noise_mean
+        )
         self.publisher.publish(
-            conversions.imu_message(time, self.spec, pose.orientation, rate, force))
+            conversions.imu_message(time, self.spec, pose.orientation, rate, force)
+        )
 
     def listened(self):
         listened = super().listened()
@@ -148,6 +154,7 @@ class CameraOutput(Output):
 
     def __init__(self, world, model, spec, seed):
         from bullet_sim.render.request import CameraRequest
+
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(world, model, spec, seed)
         self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
@@ -156,10 +163,15 @@ class CameraOutput(Output):
         index, offset = model.carrier(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
-        place = next((number for number, other in enumerate(model.description.sensors)
-                      if other is spec), len(model.description.sensors))
-        values = dict(vars(request), pose=(pose.position, pose.rpy),
-                      name=f'{model.name}/{spec.link}/{spec.name}/{place}')
+        place = next(
+            (number for number, other in enumerate(model.description.sensors) if other is spec),
+            len(model.description.sensors),
+        )
+        values = dict(
+            vars(request),
+            pose=(pose.position, pose.rpy),
+            name=f"{model.name}/{spec.link}/{spec.name}/{place}",
+        )
         self.request = CameraRequest(**values)
 
     def listened(self):

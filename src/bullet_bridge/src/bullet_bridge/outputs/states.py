@@ -6,11 +6,11 @@ import time as wall
 import numpy as np
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
+from bullet_bridge.loop.schedule import HeardSchedule
 from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.loop.schedule import HeardSchedule
 
-METRICS_PERIOD = 0.2    # [s] wall time
+METRICS_PERIOD = 0.2  # [s] wall time
 
 
 def model_states(world):
@@ -26,7 +26,7 @@ def link_states(world):
     message = LinkStates()
     for model in world.models.values():
         for link in model.rigid_parts:
-            _add(message, f'{model.name}::{link}', model, link)
+            _add(message, f"{model.name}::{link}", model, link)
     return message
 
 
@@ -50,16 +50,21 @@ class StateTopics:
 
     def __init__(self, prefix, world, rate):
         self._world, self._rate = world, rate
-        self._topics = [(publisher(f'{prefix}/{name}', kind), read)
-                        for name, kind, read in (('model_states', ModelStates, model_states),
-                                                 ('link_states', LinkStates, link_states))]
+        self._topics = [
+            (publisher(f"{prefix}/{name}", kind), read)
+            for name, kind, read in (
+                ("model_states", ModelStates, model_states),
+                ("link_states", LinkStates, link_states),
+            )
+        ]
         self.restart()
 
     def restart(self):
         """Start the schedule anew: after a reset, or with another physics step."""
         step = self._world.time_step
-        self._schedule = HeardSchedule(min(self._rate, 1.0 / step), step,
-                                       self._world.step_count, self._wanted)
+        self._schedule = HeardSchedule(
+            min(self._rate, 1.0 / step), step, self._world.step_count, self._wanted
+        )
 
     def _wanted(self):
         return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
@@ -87,7 +92,7 @@ class PerformanceTopic:
 
     def __init__(self, prefix, world, counts, clock=wall.monotonic):
         self._world, self._counts, self._clock = world, counts, clock
-        self._topic = publisher(f'{prefix}/performance_metrics', PerformanceMetrics)
+        self._topic = publisher(f"{prefix}/performance_metrics", PerformanceMetrics)
         self.restart()
 
     def restart(self):
@@ -112,7 +117,12 @@ class PerformanceTopic:
         message.header.stamp = stamp(time)
         for name, count in counts.items():
             count -= before.get(name, 0)
-            message.sensors.append(SensorPerformanceMetric(
-                name=name, sim_update_rate=count / (time - sim_start),
-                real_update_rate=count / (now - start), fps=count / (now - start)))
+            message.sensors.append(
+                SensorPerformanceMetric(
+                    name=name,
+                    sim_update_rate=count / (time - sim_start),
+                    real_update_rate=count / (now - start),
+                    fps=count / (now - start),
+                )
+            )
         self._topic.publish(message)

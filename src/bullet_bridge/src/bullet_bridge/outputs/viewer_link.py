@@ -13,22 +13,22 @@ import threading
 from multiprocessing.connection import Connection
 
 import rospy
+from bullet_sim.errors import SimError
+from bullet_sim.sensors.viewing import Observer
+from bullet_sim.system.sockets import blocking_pair
 from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.loop.jobs import Ended
-from bullet_sim.errors import SimError
-from bullet_sim.system.sockets import blocking_pair
-from bullet_sim.sensors.viewing import Observer
 
-COMMAND = (sys.executable, '-m', 'bullet_viewer.main')
-CLOSE_TIMEOUT = 5.0     # [s] wall time for the viewer to end
+COMMAND = (sys.executable, "-m", "bullet_viewer.main")
+CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end
 
 
 def missing_display(environment=os.environ):
     """Why no window can open, in one sentence; empty: one can."""
-    if any(environment.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
-        return ''
-    return 'there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set)'
+    if any(environment.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
+        return ""
+    return "there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set)"
 
 
 class ViewerLink:
@@ -51,11 +51,11 @@ class ViewerLink:
 
     def offer(self):
         """Offer the service that opens it."""
-        rospy.Service('~open_viewer', Trigger, self._answer)
+        rospy.Service("~open_viewer", Trigger, self._answer)
 
     def _answer(self, _):
         problem = self.open()
-        return TriggerResponse(success=not problem, message=problem or 'the viewer is open')
+        return TriggerResponse(success=not problem, message=problem or "the viewer is open")
 
     @property
     def process(self):
@@ -74,10 +74,10 @@ class ViewerLink:
         """
         with self._opening:
             if self.is_open():
-                return ''
+                return ""
             problem = missing_display() or self._start()
         if problem:
-            rospy.logwarn('no viewer: %s; the simulation goes on without', problem)
+            rospy.logwarn("no viewer: %s; the simulation goes on without", problem)
         return problem
 
     def _start(self):
@@ -85,18 +85,22 @@ class ViewerLink:
         self._log = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(
-                [*self._command, str(its.fileno()), self._renderer], stdin=subprocess.DEVNULL,
-                stdout=self._log, stderr=self._log, pass_fds=[its.fileno()])
+                [*self._command, str(its.fileno()), self._renderer],
+                stdin=subprocess.DEVNULL,
+                stdout=self._log,
+                stderr=self._log,
+                pass_fds=[its.fileno()],
+            )
         except OSError as error:
             mine.close()
             self._log.close()
-            return f'{self._command[0]} does not start: {error.strerror}'
+            return f"{self._command[0]} does not start: {error.strerror}"
         finally:
             its.close()
         self._connection = Connection(mine.detach())
-        self._thread = threading.Thread(target=self._serve, name='viewer-link', daemon=True)
+        self._thread = threading.Thread(target=self._serve, name="viewer-link", daemon=True)
         self._thread.start()
-        return ''
+        return ""
 
     def _serve(self):
         """Answer until the viewer or the simulation ends."""
@@ -113,7 +117,7 @@ class ViewerLink:
             self._connection.close()
         end = self._end_of_process()
         if end and not self._closing and not rospy.is_shutdown():
-            rospy.logwarn('%s; the simulation goes on', end)
+            rospy.logwarn("%s; the simulation goes on", end)
 
     def _work(self, observer, word, *arguments):
         """Do what a message asks for; returns the answer or None.
@@ -122,17 +126,19 @@ class ViewerLink:
             Ended: the simulation is over.
         """
         server = self._server
-        jobs = {'look': lambda: ('view', observer.look(server.paused)),
-                'pause': lambda: server.set_paused(True),
-                'unpause': lambda: server.set_paused(False),
-                'step': lambda: self._step(*arguments),
-                'reset': lambda: server.reset(time=True)}
+        jobs = {
+            "look": lambda: ("view", observer.look(server.paused)),
+            "pause": lambda: server.set_paused(True),
+            "unpause": lambda: server.set_paused(False),
+            "step": lambda: self._step(*arguments),
+            "reset": lambda: server.reset(time=True),
+        }
         try:
             return self._jobs.call(jobs[word])
         except Ended:
             raise
         except (SimError, TimeoutError) as error:
-            return ('trouble', str(error))
+            return ("trouble", str(error))
 
     def _step(self, count):
         """Pause, and have so many physics steps made; the viewer sees them pass."""
@@ -149,21 +155,24 @@ class ViewerLink:
             code = self._process.wait()
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - 4000))
-        lines = [line for line in self._log.read().decode(errors='replace').splitlines()
-                 if line.strip() and not line.startswith('QStandardPaths')]
+        lines = [
+            line
+            for line in self._log.read().decode(errors="replace").splitlines()
+            if line.strip() and not line.startswith("QStandardPaths")
+        ]
         self._log.close()
         if code == 0:
-            return ''
-        end = f'signal {-code}' if code < 0 else f'exit code {code}'
-        text = f'the viewer (pid {self._process.pid}) ended with {end}'
-        return f'{text}: {lines[-1].strip()}' if lines else text
+            return ""
+        end = f"signal {-code}" if code < 0 else f"exit code {code}"
+        text = f"the viewer (pid {self._process.pid}) ended with {end}"
+        return f"{text}: {lines[-1].strip()}" if lines else text
 
     def close(self):
         """End the viewer."""
         self._closing = True
         if not self.is_open():
             return
-        try:        # the viewer reads the end of the stream and closes; then so does the thread
+        try:  # the viewer reads the end of the stream and closes; then so does the thread
             end = socket.socket(fileno=os.dup(self._connection.fileno()))
             end.shutdown(socket.SHUT_RDWR)
             end.close()

@@ -1,19 +1,19 @@
 """Model plugins that report joints or move wheels: joint states, diff drive, skid steer."""
 
 import rospy
+from bullet_sim.controllers import MAX_COMMAND
+from bullet_sim.controllers.drive.plugin import WheelDrive
+from bullet_sim.sensors import ground_truth
 from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
+from bullet_bridge.outputs.sensors import Output
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.publishing import publisher
-from bullet_bridge.outputs.sensors import Output
-from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.sensors import ground_truth
-from bullet_sim.controllers.drive.plugin import WheelDrive
 
-PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)   # variances of a base's odometry
+PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
 
 
 class JointStatesOutput(Output):
@@ -23,9 +23,11 @@ class JointStatesOutput(Output):
 
     def update(self, time):
         positions, velocities = self.model.joints.state()
-        message = JointState(name=list(self.spec.joints),
-                             position=[positions[name] for name in self.spec.joints],
-                             velocity=[velocities[name] for name in self.spec.joints])
+        message = JointState(
+            name=list(self.spec.joints),
+            position=[positions[name] for name in self.spec.joints],
+            velocity=[velocities[name] for name in self.spec.joints],
+        )
         message.header.stamp = conversions.stamp(time)
         self.publisher.publish(message)
 
@@ -41,10 +43,11 @@ class WheelDriveOutput(Output):
 
     def __init__(self, world, model, spec, seed):
         self._drive = WheelDrive(spec)
-        self._wheels = [[model.joints.index(name) for name in names]
-                        for names in (spec.left, spec.right)]
+        self._wheels = [
+            [model.joints.index(name) for name in names] for names in (spec.left, spec.right)
+        ]
         super().__init__(world, model, spec, seed)
-        self._transform = publisher('/tf', TFMessage) if spec.publish_tf else None
+        self._transform = publisher("/tf", TFMessage) if spec.publish_tf else None
         self._subscriber = None
 
     def attach(self, arrivals):
@@ -58,9 +61,12 @@ class WheelDriveOutput(Output):
     def _take(self, message):
         command = (message.linear.x, message.angular.z)
         if not all(abs(value) <= MAX_COMMAND for value in command):
-            rospy.logerr_throttle(1.0, f'{self.spec.command_topic}: command {command}, must be '
-                                  f'finite numbers, at most {MAX_COMMAND:g} either way; the last '
-                                  'good one stays')
+            rospy.logerr_throttle(
+                1.0,
+                f"{self.spec.command_topic}: command {command}, must be "
+                f"finite numbers, at most {MAX_COMMAND:g} either way; the last "
+                "good one stays",
+            )
             return
         self._command = command
 
@@ -76,8 +82,11 @@ class WheelDriveOutput(Output):
         if self.spec.from_wheels:
             angles = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
             self._drive.measure(*angles, elapsed)
-        wires = [wire for wire in (self.publisher, self._transform)
-                 if wire is not None and wire.get_num_connections() > 0]
+        wires = [
+            wire
+            for wire in (self.publisher, self._transform)
+            if wire is not None and wire.get_num_connections() > 0
+        ]
         if not wires:
             return
         message = self._odometry(time)

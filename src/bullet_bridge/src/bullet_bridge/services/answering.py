@@ -1,9 +1,8 @@
 """How services of the bridge answer: errors become success=False with the reason."""
 
 import rospy
-from std_srvs.srv import EmptyResponse
-
 from bullet_sim.errors import SimError
+from std_srvs.srv import EmptyResponse
 
 
 def answering(work, kind):
@@ -16,34 +15,40 @@ def answering(work, kind):
     Returns:
         Function request -> response; an error is logged once and told to the caller.
     """
+
     def handle(request):
         try:
             response = work(request)
             response.success = True
             return response
         except (SimError, TimeoutError) as error:
-            rospy.logerr('%s', error)
+            rospy.logerr("%s", error)
             return kind._response_class(success=False, status_message=str(error))
+
     return handle
 
 
 def commanding(work, response=EmptyResponse):
     """Handler for a service whose response is empty: an error is a failed call."""
+
     def handle(request):
         try:
             work(request)
         except (SimError, TimeoutError) as error:
-            rospy.logerr('%s', error)
+            rospy.logerr("%s", error)
             raise rospy.ServiceException(str(error)) from error
         return response()
+
     return handle
 
 
 def listening(work):
     """Callback of a topic: an error is logged, at most once a second."""
+
     def handle(message):
         try:
             work(message)
         except (SimError, TimeoutError) as error:
             rospy.logerr_throttle(1.0, str(error))
+
     return handle

@@ -3,12 +3,11 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 
-WORLD_FRAMES = ('', 'world', 'map', '/world', '/map')
-LISTED = 30     # names in an error message
+WORLD_FRAMES = ("", "world", "map", "/world", "/map")
+LISTED = 30  # names in an error message
 
 
 @dataclass(frozen=True)
@@ -22,8 +21,11 @@ class Frame:
     def inward(self, pose, linear, angular):
         """A pose and a velocity of the world as seen from this frame, along its axes."""
         turn = self.pose.matrix.T
-        return (self.pose.inverse() * pose, turn @ (linear - self.linear),
-                turn @ (angular - self.angular))
+        return (
+            self.pose.inverse() * pose,
+            turn @ (linear - self.linear),
+            turn @ (angular - self.angular),
+        )
 
 
 def find_frame(world, name):
@@ -37,11 +39,11 @@ def find_frame(world, name):
     if name in world.models:
         model = world.model(name)
         return Frame(*model.link_state(model.description.root))
-    model, link = find_link(world, name, 'reference frame')
+    model, link = find_link(world, name, "reference frame")
     return Frame(*model.link_state(link))
 
 
-def find_link(world, name, what='link'):
+def find_link(world, name, what="link"):
     """(Model, link name) of MODEL::LINK or of a plain link name: then the first model's counts.
 
     Raises:
@@ -49,8 +51,10 @@ def find_link(world, name, what='link'):
     """
     found = _find(world, name, lambda model: model.link_names)
     if found is None:
-        raise WorldError(f"{what} '{name}' does not exist; "
-                         f"{_known(world, lambda model: model.link_names, 'links')}")
+        raise WorldError(
+            f"{what} '{name}' does not exist; "
+            f"{_known(world, lambda model: model.link_names, 'links')}"
+        )
     return found
 
 
@@ -62,13 +66,15 @@ def find_joint(world, name):
     """
     found = _find(world, name, lambda model: model.description.joints)
     if found is None:
-        raise WorldError(f"joint '{name}' does not exist; "
-                         f"{_known(world, lambda model: model.description.joints, 'joints')}")
+        raise WorldError(
+            f"joint '{name}' does not exist; "
+            f"{_known(world, lambda model: model.description.joints, 'joints')}"
+        )
     return found
 
 
 def _find(world, name, parts):
-    model_name, scoped, part = name.partition('::')
+    model_name, scoped, part = name.partition("::")
     if scoped:
         model = world.models.get(model_name)
         return (model, part) if model is not None and part in parts(model) else None
@@ -79,6 +85,6 @@ def _find(world, name, parts):
 
 
 def _known(world, parts, kind):
-    names = [f'{model.name}::{part}' for model in world.models.values() for part in parts(model)]
-    more = f' and {len(names) - LISTED} more' if len(names) > LISTED else ''
+    names = [f"{model.name}::{part}" for model in world.models.values() for part in parts(model)]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     return f"{kind} are {', '.join(names[:LISTED]) or '(none)'}{more}"

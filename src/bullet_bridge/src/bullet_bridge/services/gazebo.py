@@ -1,12 +1,12 @@
 """The services and topics below /gazebo that ordinary clients of gazebo_ros use."""
 
+from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.joint import JointServices
 from bullet_bridge.services.link import LinkServices
 from bullet_bridge.services.model import ModelServices
-from bullet_bridge.services.physics_properties import PhysicsProperties
 from bullet_bridge.services.physics import PhysicsServices
+from bullet_bridge.services.physics_properties import PhysicsProperties
 from bullet_bridge.services.physics_tuning import PhysicsTuning
-from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
 
 
 class GazeboServices:
@@ -22,8 +22,7 @@ class GazeboServices:
         prefix: of all names.
     """
 
-    def __init__(self, world, jobs, robots, server, resolve, states_rate=100.0,
-                 prefix='/gazebo'):
+    def __init__(self, world, jobs, robots, server, resolve, states_rate=100.0, prefix="/gazebo"):
         server.add_reporter(StateTopics(prefix, world, states_rate))
         server.add_reporter(PerformanceTopic(prefix, world, robots.sensor_counts))
         ModelServices(prefix, world, jobs, robots, resolve)

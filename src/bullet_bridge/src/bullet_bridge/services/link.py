@@ -2,20 +2,30 @@
 
 import numpy as np
 import rospy
+from bullet_sim.errors import ModelError, SimError
+from bullet_sim.models import properties
+from bullet_sim.models.forces import span
+from bullet_sim.pose import PLACEABLE
 from gazebo_msgs.msg import LinkState
 from gazebo_msgs.srv import (
-    ApplyBodyWrench, ApplyBodyWrenchResponse, BodyRequest, BodyRequestResponse, GetLinkProperties,
-    GetLinkPropertiesResponse, GetLinkState, GetLinkStateResponse, SetLinkProperties,
-    SetLinkPropertiesResponse, SetLinkState, SetLinkStateResponse)
+    ApplyBodyWrench,
+    ApplyBodyWrenchResponse,
+    BodyRequest,
+    BodyRequestResponse,
+    GetLinkProperties,
+    GetLinkPropertiesResponse,
+    GetLinkState,
+    GetLinkStateResponse,
+    SetLinkProperties,
+    SetLinkPropertiesResponse,
+    SetLinkState,
+    SetLinkStateResponse,
+)
 from geometry_msgs.msg import Pose as PoseMsg
 
 from bullet_bridge.services.answering import answering, commanding, listening
-from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_link
-from bullet_sim.models import properties
-from bullet_sim.errors import ModelError, SimError
-from bullet_sim.models.forces import span
-from bullet_sim.pose import PLACEABLE
+from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
 
 class LinkServices:
@@ -31,28 +41,36 @@ class LinkServices:
     def __init__(self, prefix, world, jobs, arrivals):
         self._world, self._jobs = world, jobs
         for name, kind, work in (
-                ('get_link_state', GetLinkState, self._get_state),
-                ('set_link_state', SetLinkState,
-                 lambda request: self._set_state(request.link_state)),
-                ('get_link_properties', GetLinkProperties, self._get_properties),
-                ('set_link_properties', SetLinkProperties, self._set_properties),
-                ('apply_body_wrench', ApplyBodyWrench, self._push)):
-            rospy.Service(f'{prefix}/{name}', kind, answering(work, kind))
-        rospy.Service(f'{prefix}/clear_body_wrenches', BodyRequest,
-                      commanding(self._clear, BodyRequestResponse))
-        arrivals.subscribe(f'{prefix}/set_link_state', LinkState, listening(self._set_state))
+            ("get_link_state", GetLinkState, self._get_state),
+            ("set_link_state", SetLinkState, lambda request: self._set_state(request.link_state)),
+            ("get_link_properties", GetLinkProperties, self._get_properties),
+            ("set_link_properties", SetLinkProperties, self._set_properties),
+            ("apply_body_wrench", ApplyBodyWrench, self._push),
+        ):
+            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+        rospy.Service(
+            f"{prefix}/clear_body_wrenches",
+            BodyRequest,
+            commanding(self._clear, BodyRequestResponse),
+        )
+        arrivals.subscribe(f"{prefix}/set_link_state", LinkState, listening(self._set_state))
 
     def _get_state(self, request):
         def work():
             model, link = find_link(self._world, request.link_name)
             frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
+
         pose, linear, angular = self._jobs.call(work)
         return GetLinkStateResponse(
-            link_state=LinkState(link_name=request.link_name, pose=pose_to_msg(pose),
-                                 twist=twist_to_msg(linear, angular),
-                                 reference_frame=request.reference_frame),
-            status_message='got the state')
+            link_state=LinkState(
+                link_name=request.link_name,
+                pose=pose_to_msg(pose),
+                twist=twist_to_msg(linear, angular),
+                reference_frame=request.reference_frame,
+            ),
+            status_message="got the state",
+        )
 
     def _set_state(self, state):
         pose = pose_from_msg(state.pose)
@@ -65,40 +83,61 @@ class LinkServices:
                 raise ModelError(
                     f"link '{state.link_name}' hangs on a joint and cannot be put anywhere; "
                     f"place the model by '{model.name}::{model.description.root}', its joints "
-                    'with set_model_configuration')
+                    "with set_model_configuration"
+                )
             frame = find_frame(self._world, state.reference_frame).pose
             target, turn = frame * pose, frame.matrix @ angular
             if not target.is_placeable():
-                raise ModelError(f"pose for link '{state.link_name}' is {pose.position}, "
-                                 f'{pose.orientation}; {PLACEABLE}')
+                raise ModelError(
+                    f"pose for link '{state.link_name}' is {pose.position}, "
+                    f"{pose.orientation}; {PLACEABLE}"
+                )
             root = target.normalised() * offset.inverse()
             arm = np.subtract(root.position, target.position)
             model.set_state(root, frame.matrix @ linear + np.cross(turn, arm), turn)
+
         self._jobs.call(work)
         return SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
 
     def _get_properties(self, request):
         def work():
             return properties.link_properties(*find_link(self._world, request.link_name))
+
         mass, centre, inertia = self._jobs.call(work)
         com = PoseMsg()
         com.position.x, com.position.y, com.position.z = (float(c) for c in centre)
         com.orientation.w = 1.0
         return GetLinkPropertiesResponse(
-            com=com, gravity_mode=True, mass=mass, ixx=inertia[0, 0], ixy=inertia[0, 1],
-            ixz=inertia[0, 2], iyy=inertia[1, 1], iyz=inertia[1, 2], izz=inertia[2, 2],
-            status_message='got the properties')
+            com=com,
+            gravity_mode=True,
+            mass=mass,
+            ixx=inertia[0, 0],
+            ixy=inertia[0, 1],
+            ixz=inertia[0, 2],
+            iyy=inertia[1, 1],
+            iyz=inertia[1, 2],
+            izz=inertia[2, 2],
+            status_message="got the properties",
+        )
 
     def _set_properties(self, request):
-        inertia = [[request.ixx, request.ixy, request.ixz],
-                   [request.ixy, request.iyy, request.iyz],
-                   [request.ixz, request.iyz, request.izz]]
+        inertia = [
+            [request.ixx, request.ixy, request.ixz],
+            [request.ixy, request.iyy, request.iyz],
+            [request.ixz, request.iyz, request.izz],
+        ]
 
         def work():
             model, link = find_link(self._world, request.link_name)
-            properties.set_link_properties(model, link, request.mass,
-                                           vector(request.com.position), inertia,
-                                           request.gravity_mode)
+            properties.set_link_properties(
+                model,
+                link,
+                request.mass,
+                vector(request.com.position),
+                inertia,
+                request.gravity_mode,
+            )
+
         self._jobs.call(work)
         return SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
 
@@ -112,23 +151,37 @@ class LinkServices:
         torque = torque + np.cross(vector(request.reference_point), force)
 
         def work():
-            model, link = find_link(self._world, request.body_name, 'body')
+            model, link = find_link(self._world, request.body_name, "body")
             turned, moment = force, torque
             if request.reference_frame not in WORLD_FRAMES:
                 frame = find_frame(self._world, request.reference_frame).pose
                 body = model.link_state(link)[0]
                 turned = frame.matrix @ force
-                moment = (frame.matrix @ torque
-                          + np.cross(np.subtract(frame.position, body.position), turned))
-            self._world.forces.push(model, link, turned, moment, span(
-                self._world.step_count, self._world.time_step, request.start_time.to_sec(),
-                request.duration.to_sec()))
+                moment = frame.matrix @ torque + np.cross(
+                    np.subtract(frame.position, body.position), turned
+                )
+            self._world.forces.push(
+                model,
+                link,
+                turned,
+                moment,
+                span(
+                    self._world.step_count,
+                    self._world.time_step,
+                    request.start_time.to_sec(),
+                    request.duration.to_sec(),
+                ),
+            )
+
         self._jobs.call(work)
         return ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
 
     def _clear(self, request):
         try:
-            self._jobs.call(lambda: self._world.forces.clear_link(
-                *find_link(self._world, request.body_name, 'body')))
-        except SimError as error:   # the response is empty and gazebo_ros always answers
-            rospy.logerr('%s', error)
+            self._jobs.call(
+                lambda: self._world.forces.clear_link(
+                    *find_link(self._world, request.body_name, "body")
+                )
+            )
+        except SimError as error:  # the response is empty and gazebo_ros always answers
+            rospy.logerr("%s", error)

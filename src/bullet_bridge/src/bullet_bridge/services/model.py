@@ -1,18 +1,35 @@
 """Services about whole models: spawn, delete, place, configure, ask."""
 
 import rospy
+from bullet_sim.errors import ModelError
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import (
-    DeleteModel, DeleteModelResponse, GetModelProperties, GetModelPropertiesResponse,
-    GetModelState, GetModelStateResponse, GetWorldProperties, GetWorldPropertiesResponse,
-    SetModelConfiguration, SetModelConfigurationResponse, SetModelState, SetModelStateResponse,
-    SpawnModel, SpawnModelResponse)
+    DeleteModel,
+    DeleteModelResponse,
+    GetModelProperties,
+    GetModelPropertiesResponse,
+    GetModelState,
+    GetModelStateResponse,
+    GetWorldProperties,
+    GetWorldPropertiesResponse,
+    SetModelConfiguration,
+    SetModelConfigurationResponse,
+    SetModelState,
+    SetModelStateResponse,
+    SpawnModel,
+    SpawnModelResponse,
+)
 
 from bullet_bridge.services.answering import answering, listening
-from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, stamp, twist_to_msg, vector
 from bullet_bridge.services.entities import find_frame
 from bullet_bridge.services.namespaces import with_robot_namespace
-from bullet_sim.errors import ModelError
+from bullet_bridge.transport.conversions import (
+    pose_from_msg,
+    pose_to_msg,
+    stamp,
+    twist_to_msg,
+    vector,
+)
 
 
 class ModelServices:
@@ -30,32 +47,41 @@ class ModelServices:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
         self._asked = {}
         for name, kind, work in (
-                ('spawn_urdf_model', SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
-                ('spawn_sdf_model', SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
-                ('delete_model', DeleteModel, self._delete),
-                ('get_model_state', GetModelState, self._get_state),
-                ('set_model_state', SetModelState,
-                 lambda request: self._set_state(request.model_state)),
-                ('set_model_configuration', SetModelConfiguration, self._set_configuration),
-                ('get_world_properties', GetWorldProperties, self._get_world),
-                ('get_model_properties', GetModelProperties, self._get_properties)):
-            rospy.Service(f'{prefix}/{name}', kind, answering(work, kind))
-        robots.arrivals.subscribe(f'{prefix}/set_model_state', ModelState,
-                                  listening(self._set_state))
+            ("spawn_urdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
+            ("spawn_sdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
+            ("delete_model", DeleteModel, self._delete),
+            ("get_model_state", GetModelState, self._get_state),
+            (
+                "set_model_state",
+                SetModelState,
+                lambda request: self._set_state(request.model_state),
+            ),
+            ("set_model_configuration", SetModelConfiguration, self._set_configuration),
+            ("get_world_properties", GetWorldProperties, self._get_world),
+            ("get_model_properties", GetModelProperties, self._get_properties),
+        ):
+            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+        robots.arrivals.subscribe(
+            f"{prefix}/set_model_state", ModelState, listening(self._set_state)
+        )
 
     def _spawn(self, request, spawn):
         pose = pose_from_msg(request.initial_pose)
         text = with_robot_namespace(request.model_xml, request.robot_namespace)
 
         def work():
-            return spawn(request.model_name, text,
-                         find_frame(self._world, request.reference_frame).pose * pose,
-                         self._resolve)
+            return spawn(
+                request.model_name,
+                text,
+                find_frame(self._world, request.reference_frame).pose * pose,
+                self._resolve,
+            )
+
         model = self._jobs.call(work)
         try:
             self._robots.connect(model, request.robot_namespace)
         except Exception:
-            self._remove(model.name)    # no half a robot stays behind
+            self._remove(model.name)  # no half a robot stays behind
             raise
         return SpawnModelResponse(status_message=f"spawned '{model.name}'")
 
@@ -63,6 +89,7 @@ class ModelServices:
         def work():
             self._world.delete(name)
             return self._robots.disconnect(name)
+
         for part in self._jobs.call(work):
             part.close()
 
@@ -75,10 +102,13 @@ class ModelServices:
             model = self._world.model(request.model_name)
             frame = find_frame(self._world, request.relative_entity_name)
             return self._world.time, frame.inward(*model.link_state(model.description.root))
+
         time, (pose, linear, angular) = self._jobs.call(work)
-        response = GetModelStateResponse(pose=pose_to_msg(pose),
-                                         twist=twist_to_msg(linear, angular),
-                                         status_message='got the state')
+        response = GetModelStateResponse(
+            pose=pose_to_msg(pose),
+            twist=twist_to_msg(linear, angular),
+            status_message="got the state",
+        )
         self._asked[request.model_name] = self._asked.get(request.model_name, 0) + 1
         response.header.seq = self._asked[request.model_name]
         response.header.stamp = stamp(time)
@@ -92,30 +122,42 @@ class ModelServices:
         def work():
             frame = find_frame(self._world, state.reference_frame).pose
             self._world.model(state.model_name).set_state(
-                frame * pose, frame.matrix @ linear, frame.matrix @ angular)
+                frame * pose, frame.matrix @ linear, frame.matrix @ angular
+            )
+
         self._jobs.call(work)
         return SetModelStateResponse(status_message=f"moved '{state.model_name}'")
 
     def _set_configuration(self, request):
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
-            raise ModelError(f"joint_names has {len(names)} entries and joint_positions "
-                             f"{len(positions)}; must be as many")
-        self._jobs.call(lambda: self._world.model(request.model_name).joints.set_positions(
-            dict(zip(names, positions))))
-        return SetModelConfigurationResponse(status_message=f"placed {len(names)} joints of "
-                                                            f"'{request.model_name}'")
+            raise ModelError(
+                f"joint_names has {len(names)} entries and joint_positions "
+                f"{len(positions)}; must be as many"
+            )
+        self._jobs.call(
+            lambda: self._world.model(request.model_name).joints.set_positions(
+                dict(zip(names, positions))
+            )
+        )
+        return SetModelConfigurationResponse(
+            status_message=f"placed {len(names)} joints of '{request.model_name}'"
+        )
 
     def _get_world(self, _):
         time, names = self._jobs.call(lambda: (self._world.time, list(self._world.models)))
-        return GetWorldPropertiesResponse(sim_time=time, model_names=names,
-                                          rendering_enabled=True)
+        return GetWorldPropertiesResponse(sim_time=time, model_names=names, rendering_enabled=True)
 
     def _get_properties(self, request):
         model = self._jobs.call(lambda: self._world.model(request.model_name))
-        return GetModelPropertiesResponse(     # links that fixed joints merge: none, as in Gazebo
-            canonical_body_name=model.description.root, body_names=list(model.rigid_parts),
-            geom_names=[f'{link.name}_collision' + (f'_{number}' if number else '')
-                        for link in model.description.links.values()
-                        for number in range(len(link.collisions))],
-            joint_names=list(model.joints.names), is_static=model.is_static)
+        return GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
+            canonical_body_name=model.description.root,
+            body_names=list(model.rigid_parts),
+            geom_names=[
+                f"{link.name}_collision" + (f"_{number}" if number else "")
+                for link in model.description.links.values()
+                for number in range(len(link.collisions))
+            ],
+            joint_names=list(model.joints.names),
+            is_static=model.is_static,
+        )

@@ -19,12 +19,12 @@ def with_robot_namespace(text, namespace):
     if not namespace:
         return text
     try:
-        root = parse(text, 'model')
+        root = parse(text, "model")
     except SimError:
         return text
-    plugins = [plugin for plugin in root.iter('plugin') if plugin.find('robotNamespace') is None]
+    plugins = [plugin for plugin in root.iter("plugin") if plugin.find("robotNamespace") is None]
     if not plugins:
         return text
     for plugin in plugins:
-        ElementTree.SubElement(plugin, 'robotNamespace').text = namespace
-    return ElementTree.tostring(root, encoding='unicode')
+        ElementTree.SubElement(plugin, "robotNamespace").text = namespace
+    return ElementTree.tostring(root, encoding="unicode")

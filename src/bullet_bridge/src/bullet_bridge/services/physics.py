@@ -1,17 +1,23 @@
 """Services about the world's physics and time: pause, reset, properties; and its lights."""
 
 import rospy
+from bullet_sim.errors import WorldError
 from gazebo_msgs.msg import ODEPhysics
 from gazebo_msgs.srv import (
-    DeleteLight, GetLightProperties, GetPhysicsProperties, GetPhysicsPropertiesResponse,
-    SetLightProperties, SetPhysicsProperties, SetPhysicsPropertiesResponse)
+    DeleteLight,
+    GetLightProperties,
+    GetPhysicsProperties,
+    GetPhysicsPropertiesResponse,
+    SetLightProperties,
+    SetPhysicsProperties,
+    SetPhysicsPropertiesResponse,
+)
 from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
 from bullet_bridge.services.answering import answering, commanding
-from bullet_bridge.transport.conversions import vector
 from bullet_bridge.services.physics_properties import FIXED
-from bullet_sim.errors import WorldError
+from bullet_bridge.transport.conversions import vector
 
 
 class PhysicsServices:
@@ -26,41 +32,58 @@ class PhysicsServices:
 
     def __init__(self, prefix, jobs, server, properties):
         self._jobs, self._server, self._properties = jobs, server, properties
-        for name, work in (('pause_physics', lambda: server.set_paused(True)),
-                           ('unpause_physics', lambda: server.set_paused(False)),
-                           ('reset_simulation', lambda: server.reset(time=True)),
-                           ('reset_world', lambda: server.reset(time=False))):
-            rospy.Service(f'{prefix}/{name}', Empty,
-                          commanding(lambda _, work=work: jobs.call(work)))
+        for name, work in (
+            ("pause_physics", lambda: server.set_paused(True)),
+            ("unpause_physics", lambda: server.set_paused(False)),
+            ("reset_simulation", lambda: server.reset(time=True)),
+            ("reset_world", lambda: server.reset(time=False)),
+        ):
+            rospy.Service(
+                f"{prefix}/{name}", Empty, commanding(lambda _, work=work: jobs.call(work))
+            )
         for name, kind, work in (
-                ('get_physics_properties', GetPhysicsProperties, self._get),
-                ('set_physics_properties', SetPhysicsProperties, self._set),
-                ('get_light_properties', GetLightProperties, self._no_light),
-                ('set_light_properties', SetLightProperties, self._no_light),
-                ('delete_light', DeleteLight, self._no_light)):
-            rospy.Service(f'{prefix}/{name}', kind, answering(work, kind))
+            ("get_physics_properties", GetPhysicsProperties, self._get),
+            ("set_physics_properties", SetPhysicsProperties, self._set),
+            ("get_light_properties", GetLightProperties, self._no_light),
+            ("set_light_properties", SetLightProperties, self._no_light),
+            ("delete_light", DeleteLight, self._no_light),
+        ):
+            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
 
     def _get(self, _):
         now = self._jobs.call(self._properties.read)
         return GetPhysicsPropertiesResponse(
-            time_step=now.time_step, pause=self._server.paused,
-            max_update_rate=now.max_update_rate, gravity=Vector3(*now.gravity),
+            time_step=now.time_step,
+            pause=self._server.paused,
+            max_update_rate=now.max_update_rate,
+            gravity=Vector3(*now.gravity),
             ode_config=ODEPhysics(sor_pgs_iters=now.iterations, **FIXED),
-            status_message='got the properties')
+            status_message="got the properties",
+        )
 
     def _set(self, request):
         config = request.ode_config
-        self._jobs.call(lambda: self._properties.change(
-            time_step=request.time_step, max_update_rate=request.max_update_rate,
-            gravity=tuple(vector(request.gravity).tolist()), iterations=config.sor_pgs_iters))
-        others = [name for name, value in FIXED.items()
-                  if getattr(config, name) not in (value, type(value)())]
-        text = 'physics properties set'
+        self._jobs.call(
+            lambda: self._properties.change(
+                time_step=request.time_step,
+                max_update_rate=request.max_update_rate,
+                gravity=tuple(vector(request.gravity).tolist()),
+                iterations=config.sor_pgs_iters,
+            )
+        )
+        others = [
+            name
+            for name, value in FIXED.items()
+            if getattr(config, name) not in (value, type(value)())
+        ]
+        text = "physics properties set"
         if others:
             text += f"; ignored, settings of the engine ODE: {', '.join(others)}"
         return SetPhysicsPropertiesResponse(status_message=text)
 
     @staticmethod
     def _no_light(request):
-        raise WorldError(f"light '{request.light_name}' does not exist: this simulator has one "
-                         'sun, which is no entity')
+        raise WorldError(
+            f"light '{request.light_name}' does not exist: this simulator has one "
+            "sun, which is no entity"
+        )

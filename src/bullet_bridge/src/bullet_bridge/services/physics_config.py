@@ -6,30 +6,51 @@ upper bound of max_update_rate is wider than upstream's 1000, which is real time
 
 # name, type, default, least, greatest, description; every one of level 1
 _PARAMETERS = (
-    ('time_step', 'double', 0.001, 0.0, 10.0, 'Physics step [s].'),
-    ('max_update_rate', 'double', 1000.0, 0.0, 1e6, 'Steps per wall second [Hz]; 0: no limit.'),
-    ('gravity_x', 'double', 0.0, -100.0, 100.0, 'Gravity along x [m/s^2].'),
-    ('gravity_y', 'double', 0.0, -100.0, 100.0, 'Gravity along y [m/s^2].'),
-    ('gravity_z', 'double', -9.8, -100.0, 100.0, 'Gravity along z [m/s^2].'),
-    ('auto_disable_bodies', 'bool', False, False, True, 'Of ODE, without effect.'),
-    ('sor_pgs_precon_iters', 'int', 0, 0, 10000, 'Of ODE, without effect.'),
-    ('sor_pgs_iters', 'int', 50, 0, 10000, 'Iterations of the constraint solver per step.'),
-    ('sor_pgs_w', 'double', 1.3, 0.0, 5.0, 'Of ODE, without effect.'),
-    ('sor_pgs_rms_error_tol', 'double', 0.0, -1.0, 10000.0, 'Of ODE, without effect.'),
-    ('cfm', 'double', 0.0, 0.0, 10.0, 'Of ODE, without effect.'),
-    ('erp', 'double', 0.2, 0.0, 10.0, 'Of ODE, without effect.'),
-    ('contact_surface_layer', 'double', 0.001, 0.0, 10.0, 'Of ODE, without effect.'),
-    ('contact_max_correcting_vel', 'double', 100.0, 0.0, 1e7, 'Of ODE, without effect.'),
-    ('max_contacts', 'int', 100, 0, 10000000, 'Of ODE, without effect.'),
+    ("time_step", "double", 0.001, 0.0, 10.0, "Physics step [s]."),
+    ("max_update_rate", "double", 1000.0, 0.0, 1e6, "Steps per wall second [Hz]; 0: no limit."),
+    ("gravity_x", "double", 0.0, -100.0, 100.0, "Gravity along x [m/s^2]."),
+    ("gravity_y", "double", 0.0, -100.0, 100.0, "Gravity along y [m/s^2]."),
+    ("gravity_z", "double", -9.8, -100.0, 100.0, "Gravity along z [m/s^2]."),
+    ("auto_disable_bodies", "bool", False, False, True, "Of ODE, without effect."),
+    ("sor_pgs_precon_iters", "int", 0, 0, 10000, "Of ODE, without effect."),
+    ("sor_pgs_iters", "int", 50, 0, 10000, "Iterations of the constraint solver per step."),
+    ("sor_pgs_w", "double", 1.3, 0.0, 5.0, "Of ODE, without effect."),
+    ("sor_pgs_rms_error_tol", "double", 0.0, -1.0, 10000.0, "Of ODE, without effect."),
+    ("cfm", "double", 0.0, 0.0, 10.0, "Of ODE, without effect."),
+    ("erp", "double", 0.2, 0.0, 10.0, "Of ODE, without effect."),
+    ("contact_surface_layer", "double", 0.001, 0.0, 10.0, "Of ODE, without effect."),
+    ("contact_max_correcting_vel", "double", 100.0, 0.0, 1e7, "Of ODE, without effect."),
+    ("max_contacts", "int", 100, 0, 10000000, "Of ODE, without effect."),
 )
 
 config_description = {
-    'name': 'Default', 'type': '', 'state': True, 'cstate': 'true', 'id': 0, 'parent': 0,
-    'class': 'DEFAULT', 'parentclass': '', 'parentname': 'Default', 'field': 'default',
-    'upper': 'DEFAULT', 'lower': 'groups', 'groups': [],
-    'parameters': [{'name': row[0], 'type': row[1], 'default': row[2], 'min': row[3],
-                    'max': row[4], 'description': row[5], 'level': 1, 'edit_method': ''}
-                   for row in _PARAMETERS]}
+    "name": "Default",
+    "type": "",
+    "state": True,
+    "cstate": "true",
+    "id": 0,
+    "parent": 0,
+    "class": "DEFAULT",
+    "parentclass": "",
+    "parentname": "Default",
+    "field": "default",
+    "upper": "DEFAULT",
+    "lower": "groups",
+    "groups": [],
+    "parameters": [
+        {
+            "name": row[0],
+            "type": row[1],
+            "default": row[2],
+            "min": row[3],
+            "max": row[4],
+            "description": row[5],
+            "level": 1,
+            "edit_method": "",
+        }
+        for row in _PARAMETERS
+    ],
+}
 min = {row[0]: row[3] for row in _PARAMETERS}
 max = {row[0]: row[4] for row in _PARAMETERS}
 defaults = {row[0]: row[2] for row in _PARAMETERS}

@@ -2,16 +2,23 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Tuple
 
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.sdf.world import MIN_STEP
 
 MAX_ITERATIONS = 1000
 # What Bullet does where ODE has a setting: reported, and left as it is when others are asked for.
-FIXED = dict(auto_disable_bodies=False, sor_pgs_precon_iters=0, sor_pgs_w=1.0,
-             sor_pgs_rms_error_tol=0.0, contact_surface_layer=0.0,
-             contact_max_correcting_vel=0.0, cfm=0.0, erp=0.2, max_contacts=4)
+FIXED = dict(
+    auto_disable_bodies=False,
+    sor_pgs_precon_iters=0,
+    sor_pgs_w=1.0,
+    sor_pgs_rms_error_tol=0.0,
+    contact_surface_layer=0.0,
+    contact_max_correcting_vel=0.0,
+    cfm=0.0,
+    erp=0.2,
+    max_contacts=4,
+)
 
 
 @dataclass(frozen=True)
@@ -27,22 +34,25 @@ class Properties:
 
     time_step: float
     max_update_rate: float
-    gravity: Tuple[float, float, float]
+    gravity: tuple[float, float, float]
     iterations: int
 
     def check(self):
         """Raise WorldError with name, value and what is valid when a value is impossible."""
         if not MIN_STEP <= self.time_step < 1:
-            raise WorldError(f'time_step is {self.time_step} s, must be from {MIN_STEP:g} to '
-                             'below 1')
+            raise WorldError(
+                f"time_step is {self.time_step} s, must be from {MIN_STEP:g} to below 1"
+            )
         if not all(math.isfinite(g) for g in self.gravity):
-            raise WorldError(f'gravity is {tuple(self.gravity)} m/s^2, must be finite')
+            raise WorldError(f"gravity is {tuple(self.gravity)} m/s^2, must be finite")
         if not (math.isfinite(self.max_update_rate) and self.max_update_rate >= 0):
-            raise WorldError(f'max_update_rate is {self.max_update_rate} Hz, must be 0 (no limit) '
-                             'or more')
+            raise WorldError(
+                f"max_update_rate is {self.max_update_rate} Hz, must be 0 (no limit) or more"
+            )
         if not 0 <= self.iterations <= MAX_ITERATIONS:
-            raise WorldError(f'sor_pgs_iters is {self.iterations}, must be 0 (as it is) to '
-                             f'{MAX_ITERATIONS}')
+            raise WorldError(
+                f"sor_pgs_iters is {self.iterations}, must be 0 (as it is) to {MAX_ITERATIONS}"
+            )
 
 
 class PhysicsProperties:
@@ -59,8 +69,12 @@ class PhysicsProperties:
     def read(self):
         """Properties now."""
         step = self._world.time_step
-        return Properties(step, self._server.real_time_factor / step,
-                          tuple(self._world.gravity), self._world.engine.solver_iterations)
+        return Properties(
+            step,
+            self._server.real_time_factor / step,
+            tuple(self._world.gravity),
+            self._world.engine.solver_iterations,
+        )
 
     def change(self, **wanted):
         """Change some fields of Properties.

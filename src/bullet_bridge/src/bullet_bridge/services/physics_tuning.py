@@ -1,29 +1,37 @@
 """The physics' properties through dynamic_reconfigure, as gazebo_ros offers them."""
 
 import rospy
+from bullet_sim.errors import SimError
 from dynamic_reconfigure.server import Server
 
 from bullet_bridge.services import physics_config
 from bullet_bridge.services.physics_properties import FIXED
-from bullet_sim.errors import SimError
 
-AXES = ('gravity_x', 'gravity_y', 'gravity_z')
+AXES = ("gravity_x", "gravity_y", "gravity_z")
 
 
 def as_config(properties):
     """dict of physics_config's names with the values of Properties."""
-    return dict(FIXED, time_step=properties.time_step, max_update_rate=properties.max_update_rate,
-                sor_pgs_iters=properties.iterations, **dict(zip(AXES, properties.gravity)))
+    return dict(
+        FIXED,
+        time_step=properties.time_step,
+        max_update_rate=properties.max_update_rate,
+        sor_pgs_iters=properties.iterations,
+        **dict(zip(AXES, properties.gravity)),
+    )
 
 
 def wanted_changes(config, before):
     """Arguments for PhysicsProperties.change: what differs from the configuration before."""
-    changes = {name: config[name] for name in ('time_step', 'max_update_rate')
-               if config[name] != before[name]}
+    changes = {
+        name: config[name]
+        for name in ("time_step", "max_update_rate")
+        if config[name] != before[name]
+    }
     if any(config[axis] != before[axis] for axis in AXES):
-        changes['gravity'] = tuple(config[axis] for axis in AXES)
-    if config['sor_pgs_iters'] != before['sor_pgs_iters']:
-        changes['iterations'] = config['sor_pgs_iters']
+        changes["gravity"] = tuple(config[axis] for axis in AXES)
+    if config["sor_pgs_iters"] != before["sor_pgs_iters"]:
+        changes["iterations"] = config["sor_pgs_iters"]
     return changes
 
 
@@ -61,10 +69,10 @@ class PhysicsTuning:
         try:
             self._jobs.call(lambda: self._properties.change(**changes))
         except (SimError, TimeoutError) as error:
-            rospy.logerr('physics properties: %s', error)
+            rospy.logerr("physics properties: %s", error)
         try:
             self._last = as_config(self._jobs.call(self._properties.read))
         except TimeoutError as error:
-            rospy.logerr('physics properties: %s', error)
+            rospy.logerr("physics properties: %s", error)
         config.update(self._last)
         return config

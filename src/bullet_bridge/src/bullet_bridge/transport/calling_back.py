@@ -6,7 +6,7 @@ import rosgraph
 import rospy
 from rospy.impl.registration import get_topic_manager
 
-DELAYS = (1.0, 4.0)     # [s] wall time before each try: who is busy notices the loss later
+DELAYS = (1.0, 4.0)  # [s] wall time before each try: who is busy notices the loss later
 
 
 def call_subscribers_back(delays=DELAYS):
@@ -24,4 +24,4 @@ def call_subscribers_back(delays=DELAYS):
             for topic, kind in get_topic_manager().get_publications():
                 master.registerPublisher(topic, kind, rospy.get_node_uri())
         except (rosgraph.MasterException, OSError) as error:
-            rospy.logerr('subscribers cannot be called back: %s', error)
+            rospy.logerr("subscribers cannot be called back: %s", error)

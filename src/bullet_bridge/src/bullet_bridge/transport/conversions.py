@@ -3,12 +3,12 @@
 import cv2
 import numpy as np
 import rospy
+from bullet_sim.pose import Pose
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, Imu
 
 from bullet_bridge.transport.packed import split
-from bullet_sim.pose import Pose
 
 
 def stamp(time):
@@ -47,9 +47,9 @@ def twist_to_msg(linear, angular):
 
 def pixels(rgb, encoding):
     """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
-    if encoding == 'bgr8':
+    if encoding == "bgr8":
         return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
-    if encoding == 'mono8':
+    if encoding == "mono8":
         rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
     return np.ascontiguousarray(rgb)
 
@@ -57,9 +57,16 @@ def pixels(rgb, encoding):
 def camera_info(spec, arrays):
     """sensor_msgs/CameraInfo (without stamp) from D (5,), K (9,), R (9,), P (12,)."""
     d, k, r, p = arrays
-    message = CameraInfo(height=spec.height, width=spec.width, distortion_model='plumb_bob',
-                         D=list(d), K=list(k), R=list(r), P=list(p))
-    message.P[3] = -message.P[0] * spec.baseline    # of a stereo pair's right camera
+    message = CameraInfo(
+        height=spec.height,
+        width=spec.width,
+        distortion_model="plumb_bob",
+        D=list(d),
+        K=list(k),
+        R=list(r),
+        P=list(p),
+    )
+    message.P[3] = -message.P[0] * spec.baseline  # of a stereo pair's right camera
     message.header.frame_id = spec.frame_id
     return message
 
@@ -72,7 +79,10 @@ def imu_message(time, spec, orientation, rate, force):
     q.x, q.y, q.z, q.w = orientation
     w.x, w.y, w.z = (float(v) for v in rate)
     a.x, a.y, a.z = (float(v) for v in force)
-    for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
-                       message.linear_acceleration_covariance):
+    for covariance in (
+        message.orientation_covariance,
+        message.angular_velocity_covariance,
+        message.linear_acceleration_covariance,
+    ):
         covariance[0] = covariance[4] = covariance[8] = spec.variance
     return message

@@ -27,7 +27,7 @@ class Front:
         self._connection = connection
 
     def __getattr__(self, name):
-        if name.startswith('__'):
+        if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._connection, name)
 
@@ -38,7 +38,7 @@ class Front:
             TransportTerminated: the subscriber is gone.
         """
         if self._connection.done:
-            raise TransportTerminated('connection closed')
+            raise TransportTerminated("connection closed")
         self._write(data)
         return True
 
@@ -100,8 +100,9 @@ class DirectConnection(Front):
         with self._changed:
             self._busy = bool(self._waiting) or self._busy
             if self._thread is None:
-                self._thread = threading.Thread(target=self._drain, name='slow-subscriber',
-                                                daemon=True)
+                self._thread = threading.Thread(
+                    target=self._drain, name="slow-subscriber", daemon=True
+                )
                 self._thread.start()
             self._changed.notify_all()
 
@@ -135,24 +136,25 @@ def send_directly(publisher, limit, relay=None):
         relay: Relay that serves them instead as long as it is alive; None: none.
     """
     impl = publisher.impl
-    if getattr(impl, 'sends_directly', False):     # another Publisher of the same topic did it
+    if getattr(impl, "sends_directly", False):  # another Publisher of the same topic did it
         return
     plain = impl.add_connection
 
     def add_connection(connection):
-        if getattr(connection, 'socket', None) is not None:
+        if getattr(connection, "socket", None) is not None:
             try:
                 relayed = relay.serve(connection, limit) if relay is not None else None
                 connection = relayed or DirectConnection(connection, limit)
-            except OSError as error:    # gone already
-                rospy.logdebug('subscriber of %s is gone: %s', impl.resolved_name, error)
+            except OSError as error:  # gone already
+                rospy.logdebug("subscriber of %s is gone: %s", impl.resolved_name, error)
                 return False
         try:
             added = plain(connection)
-        except Exception:       # the topic was withdrawn meanwhile
+        except Exception:  # the topic was withdrawn meanwhile
             connection.close()
             raise
         if impl.closed:
             connection.close()
         return added
+
     impl.add_connection, impl.sends_directly = add_connection, True

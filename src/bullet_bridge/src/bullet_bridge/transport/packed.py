@@ -12,13 +12,13 @@ import struct
 
 import rospy
 
-_LENGTH = struct.Struct('<I')
+_LENGTH = struct.Struct("<I")
 
 
 def text(words):
     """Bytes of a string field."""
     data = words.encode()
-    return struct.pack('<I', len(data)) + data
+    return struct.pack("<I", len(data)) + data
 
 
 def split(time):
@@ -35,7 +35,7 @@ class Packed:
         wire: rospy.Publisher of the message's type.
     """
 
-    _has_header = False     # the bytes hold the header, with rospy's own count of messages
+    _has_header = False  # the bytes hold the header, with rospy's own count of messages
 
     def __init__(self, wire):
         self._impl = wire.impl
@@ -51,19 +51,19 @@ class Packed:
         impl, failed = self._impl, []
         impl.acquire()
         try:
-            if impl.closed or impl.is_latch:    # an error, or it has to keep the message
+            if impl.closed or impl.is_latch:  # an error, or it has to keep the message
                 self._parts = parts
                 impl.publish(self)
                 return
             if not impl.connections:
                 return
             impl.seq += 1
-            data = b''.join((_LENGTH.pack(sum(map(len, parts))), *parts))
+            data = b"".join((_LENGTH.pack(sum(map(len, parts))), *parts))
             for connection in impl.connections:
                 try:
                     connection.write_data(data)
-                except Exception as error:      # as rospy: whatever it is, the others get it
-                    rospy.logdebug('connection to %s ended: %s', connection.endpoint_id, error)
+                except Exception as error:  # as rospy: whatever it is, the others get it
+                    rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
                     failed.append(connection)
             impl.message_data_sent += len(data)
         finally:
@@ -73,7 +73,7 @@ class Packed:
 
     def _header(self, time):
         """seq and stamp; rospy counts the message right before it is serialised."""
-        return struct.pack('<III', (self._impl.seq + 1) & 0xffffffff, *split(time))
+        return struct.pack("<III", (self._impl.seq + 1) & 0xFFFFFFFF, *split(time))
 
 
 class PackedJointState(Packed):
@@ -86,16 +86,19 @@ class PackedJointState(Packed):
 
     def __init__(self, wire, names):
         super().__init__(wire)
-        self._constant = text('') + struct.pack('<I', len(names)) + b''.join(map(text, names))
+        self._constant = text("") + struct.pack("<I", len(names)) + b"".join(map(text, names))
         count = len(names)
-        self._numbers = struct.Struct('<' + f'I{count}d' * 3)
+        self._numbers = struct.Struct("<" + f"I{count}d" * 3)
         self._count = count
 
     def send(self, time, positions, velocities, efforts):
         """Publish for a simulated time [s]; three sequences of numbers in the names' order."""
         n = self._count
-        self._send(self._header(time), self._constant,
-                   self._numbers.pack(n, *positions, n, *velocities, n, *efforts))
+        self._send(
+            self._header(time),
+            self._constant,
+            self._numbers.pack(n, *positions, n, *velocities, n, *efforts),
+        )
 
 
 class PackedOdometry(Packed):
@@ -107,19 +110,24 @@ class PackedOdometry(Packed):
         variance: on the diagonals of both covariances.
     """
 
-    _NUMBERS = struct.Struct('<7d')
-    _TWIST = struct.Struct('<6d')
+    _NUMBERS = struct.Struct("<7d")
+    _TWIST = struct.Struct("<6d")
 
     def __init__(self, wire, frame, child_frame, variance):
         super().__init__(wire)
         self._frames = text(frame) + text(child_frame)
-        self._covariance = struct.pack('<36d', *(variance * (i % 7 == 0) for i in range(36)))
+        self._covariance = struct.pack("<36d", *(variance * (i % 7 == 0) for i in range(36)))
 
     def send(self, time, position, orientation, linear, angular):
         """Publish for a simulated time [s]: pose and twist [m, m/s, rad/s]."""
-        self._send(self._header(time), self._frames,
-                   self._NUMBERS.pack(*position, *orientation), self._covariance,
-                   self._TWIST.pack(*linear, *angular), self._covariance)
+        self._send(
+            self._header(time),
+            self._frames,
+            self._NUMBERS.pack(*position, *orientation),
+            self._covariance,
+            self._TWIST.pack(*linear, *angular),
+            self._covariance,
+        )
 
 
 class PackedScan(Packed):
@@ -135,14 +143,23 @@ class PackedScan(Packed):
     def __init__(self, wire, spec, increment, count):
         super().__init__(wire)
         self._constant = text(spec.frame_id) + struct.pack(
-            '<7fI', spec.min_angle, spec.max_angle, increment, 0.0,
-            1.0 / spec.rate if spec.rate else 0.0, spec.range_min, spec.range_max, count)
-        self._intensities = struct.pack(f'<I{count}f', count, *([0.0] * count))
+            "<7fI",
+            spec.min_angle,
+            spec.max_angle,
+            increment,
+            0.0,
+            1.0 / spec.rate if spec.rate else 0.0,
+            spec.range_min,
+            spec.range_max,
+            count,
+        )
+        self._intensities = struct.pack(f"<I{count}f", count, *([0.0] * count))
 
     def send(self, time, ranges):
         """Publish for a simulated time [s]; ranges (n,) float32 [m]."""
-        self._send(self._header(time), self._constant, ranges.astype('<f4').tobytes(),
-                   self._intensities)
+        self._send(
+            self._header(time), self._constant, ranges.astype("<f4").tobytes(), self._intensities
+        )
 
 
 class PackedImage(Packed):
@@ -162,9 +179,14 @@ class PackedImage(Packed):
         """Publish for a simulated time [s]; pixels (H, W) or (H, W, C) uint8, contiguous."""
         height, width = pixels.shape[:2]
         step = pixels.strides[0]
-        self._send(self._header(time), self._frame, struct.pack('<II', height, width),
-                   self._encoding, struct.pack('<BII', 0, step, height * step),
-                   memoryview(pixels).cast('B'))
+        self._send(
+            self._header(time),
+            self._frame,
+            struct.pack("<II", height, width),
+            self._encoding,
+            struct.pack("<BII", 0, step, height * step),
+            memoryview(pixels).cast("B"),
+        )
 
 
 class PackedClock(Packed):
@@ -172,4 +194,4 @@ class PackedClock(Packed):
 
     def send(self, time):
         """Publish a simulated time [s]."""
-        self._send(struct.pack('<II', *split(time)))
+        self._send(struct.pack("<II", *split(time)))

@@ -14,10 +14,10 @@ import rospy
 
 from bullet_bridge.transport.direct import send_directly
 
-QUEUE = 10      # messages per subscriber that may wait, oldest dropped
+QUEUE = 10  # messages per subscriber that may wait, oldest dropped
 
 _in_lockstep, _relay = False, None
-_made = threading.local()       # .lists: of the publishers made within each all_or_none
+_made = threading.local()  # .lists: of the publishers made within each all_or_none
 
 
 def set_lockstep(lockstep):
@@ -40,10 +40,10 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE, relayed=True):
         queue_size: messages per subscriber that may wait.
         relayed: False for big messages that the simulation thread does not send.
     """
-    with warnings.catch_warnings():     # rospy takes the missing queue for an oversight
-        warnings.simplefilter('ignore')
+    with warnings.catch_warnings():  # rospy takes the missing queue for an oversight
+        warnings.simplefilter("ignore")
         made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
-    for made_here in getattr(_made, 'lists', ()):
+    for made_here in getattr(_made, "lists", ()):
         made_here.append(made)
     if _in_lockstep:
         send_directly(made, None)
@@ -55,7 +55,7 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE, relayed=True):
 @contextlib.contextmanager
 def all_or_none():
     """An exception that leaves this context withdraws the publishers made in it."""
-    made_here, before = [], getattr(_made, 'lists', ())
+    made_here, before = [], getattr(_made, "lists", ())
     _made.lists = (*before, made_here)
     try:
         yield

@@ -16,13 +16,13 @@ import threading
 import time
 
 import rospy
+from bullet_sim.system.sockets import blocking_pair
 
 from bullet_bridge.transport.calling_back import call_subscribers_back
 from bullet_bridge.transport.direct import Front, prepare
 from bullet_bridge.transport.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
-from bullet_sim.system.sockets import blocking_pair
 
-PATIENCE = 2.0      # [s] wall time that the relay may leave its socket full, or take to end
+PATIENCE = 2.0  # [s] wall time that the relay may leave its socket full, or take to end
 
 
 class RelayedConnection(Front):
@@ -31,7 +31,7 @@ class RelayedConnection(Front):
     def __init__(self, connection, relay, number):
         super().__init__(connection)
         self._relay, self._number = relay, number
-        self._size, self._head = -1, b''    # of the last message; most topics have one size
+        self._size, self._head = -1, b""  # of the last message; most topics have one size
         self.stat_bytes, self.stat_num_msg = connection.stat_bytes, connection.stat_num_msg
 
     def _write(self, data):
@@ -60,13 +60,16 @@ class Relay:
     def __init__(self, on_end=rospy.logerr, call_back=call_subscribers_back):
         self._on_end, self._call_back = on_end, call_back
         self._channel, its = blocking_pair()
-        self._channel.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO,
-                                 struct.pack('ll', int(PATIENCE), 0))
-        script = pathlib.Path(__file__).with_name('relay_process.py')
+        self._channel.setsockopt(
+            socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(PATIENCE), 0)
+        )
+        script = pathlib.Path(__file__).with_name("relay_process.py")
         try:
             self.process = subprocess.Popen(
-                [sys.executable, '-I', '-S', str(script), str(its.fileno())],
-                stdin=subprocess.DEVNULL, pass_fds=[its.fileno()])
+                [sys.executable, "-I", "-S", str(script), str(its.fileno())],
+                stdin=subprocess.DEVNULL,
+                pass_fds=[its.fileno()],
+            )
         except OSError:
             self._channel.close()
             raise
@@ -76,9 +79,9 @@ class Relay:
         self._lock = threading.RLock()
         self._parts, self._gone, self._last = collections.deque(), collections.deque(), 0
         self._gathering = self._flushing = False
-        self._served = {}       # number -> rospy transport
+        self._served = {}  # number -> rospy transport
         self._caught_up = threading.Event()
-        self._listener = threading.Thread(target=self._listen, name='relay', daemon=True)
+        self._listener = threading.Thread(target=self._listen, name="relay", daemon=True)
         self._listener.start()
 
     def serve(self, connection, limit):
@@ -97,12 +100,12 @@ class Relay:
             self._flush()
             if not self.alive:
                 return None
-            self._last += 1     # its record goes by itself, behind what was put before
+            self._last += 1  # its record goes by itself, behind what was put before
             number = self._last
             try:
                 socket.send_fds(self._channel, [HEAD.pack(ADD, number, limit)], [sock.fileno()])
             except OSError:
-                self._give_up('does not take subscribers')
+                self._give_up("does not take subscribers")
                 return None
             self._served[number] = connection
         connection.set_cleanup_callback(lambda _: self._forget(number))
@@ -130,11 +133,11 @@ class Relay:
         deadline = time.monotonic() + PATIENCE
         while self.alive and not self._caught_up.wait(0.1):
             if time.monotonic() > deadline:
-                self._give_up(f'did not answer for {PATIENCE:g} s')
+                self._give_up(f"did not answer for {PATIENCE:g} s")
 
     def put(self, data):
         """Write whole records, now or at release()."""
-        self._parts.append(data)    # atomic: other threads put, too
+        self._parts.append(data)  # atomic: other threads put, too
         if not self._gathering:
             with self._lock:
                 self._flush()
@@ -163,7 +166,7 @@ class Relay:
                     if self._served.pop(number, None) is not None:
                         parts.append(HEAD.pack(REMOVE, number, 0))
                 if self.alive and parts:
-                    self._write(b''.join(parts))
+                    self._write(b"".join(parts))
         finally:
             self._flushing = False
 
@@ -173,7 +176,7 @@ class Relay:
         except BlockingIOError:
             sent = 0
         except OSError:
-            self._give_up('is gone')
+            self._give_up("is gone")
             return
         if sent < len(data):
             self._send_rest(memoryview(data)[sent:])
@@ -185,14 +188,14 @@ class Relay:
         try:
             while data:
                 if not poller.poll(PATIENCE * 1000):
-                    self._give_up(f'took nothing for {PATIENCE:g} s')
+                    self._give_up(f"took nothing for {PATIENCE:g} s")
                     return
                 try:
-                    data = data[self._channel.send(data, socket.MSG_DONTWAIT):]
+                    data = data[self._channel.send(data, socket.MSG_DONTWAIT) :]
                 except BlockingIOError:
                     pass
         except OSError:
-            self._give_up('is gone')
+            self._give_up("is gone")
 
     def _give_up(self, reason):
         """Whatever the relay has sent of a message is lost: the connections have to go, too."""
@@ -202,32 +205,35 @@ class Relay:
             self.alive = False
             served, self._served = list(self._served.values()), {}
         self.process.kill()
-        threading.Thread(target=self._end, args=(served, reason), name='relay-end',
-                         daemon=True).start()
+        threading.Thread(
+            target=self._end, args=(served, reason), name="relay-end", daemon=True
+        ).start()
 
     def _end(self, served, reason):
         """In a thread of its own: closing takes locks of rospy's topics."""
         for connection in served:
             connection.close()
         if not self._closing and not rospy.is_shutdown():
-            self._on_end(f'the relay (pid {self.process.pid}) {reason}; the bridge sends by itself '
-                         'from now on')
+            self._on_end(
+                f"the relay (pid {self.process.pid}) {reason}; the bridge sends by itself "
+                "from now on"
+            )
             self._call_back()
 
     def _listen(self):
         """The thread: closes what the relay found closed."""
-        left = b''
+        left = b""
         while True:
             try:
                 data = self._channel.recv(4096)
             except OSError:
-                data = b''
+                data = b""
             if not data:
                 break
             left += data
             while len(left) >= NUMBER.size:
-                number, = NUMBER.unpack_from(left)
-                left = left[NUMBER.size:]
+                (number,) = NUMBER.unpack_from(left)
+                left = left[NUMBER.size :]
                 if number == 0:
                     self._caught_up.set()
                     continue
@@ -235,7 +241,7 @@ class Relay:
                     connection = self._served.pop(number, None)
                 if connection is not None:
                     connection.close()
-        self._give_up('has ended')
+        self._give_up("has ended")
 
     def close(self):
         """End the process; it sends what it has got."""

@@ -19,13 +19,13 @@ import struct
 import sys
 import time
 
-HEAD = struct.Struct('<BII')
-NUMBER = struct.Struct('<I')
+HEAD = struct.Struct("<BII")
+NUMBER = struct.Struct("<I")
 MESSAGE, ADD, REMOVE, HURRY, ECHO = range(5)
-PIECE = 1 << 18         # [bytes] read at once
-DESCRIPTORS = 64        # most file descriptors that come at once
-NAP = 0.0002            # [s] between two looks while messages come all the time ...
-LINGER = 0.05           # [s] ... and how long without one before it waits to be woken
+PIECE = 1 << 18  # [bytes] read at once
+DESCRIPTORS = 64  # most file descriptors that come at once
+NAP = 0.0002  # [s] between two looks while messages come all the time ...
+LINGER = 0.05  # [s] ... and how long without one before it waits to be woken
 
 
 def keep(waiting, data, limit):
@@ -41,7 +41,7 @@ class Subscriber:
 
     def __init__(self, sock, limit):
         self.socket, self._limit = sock, limit
-        self.waiting = collections.deque()      # a memoryview in front is the rest of a message
+        self.waiting = collections.deque()  # a memoryview in front is the rest of a message
 
     def send(self, data):
         """Send at once what the kernel takes at once.
@@ -57,7 +57,7 @@ class Subscriber:
             return False
         sent = self._try(data)
         if sent < len(data):
-            rest = bytes(data)      # a copy: what was read is given up
+            rest = bytes(data)  # a copy: what was read is given up
             self.waiting.append(memoryview(rest)[sent:] if sent else rest)
         return sent == len(data)
 
@@ -89,9 +89,9 @@ class Relay:
 
     def __init__(self, channel):
         self._channel = channel
-        channel.setblocking(False)      # CPython 3.11 passes over the flags of recv_fds
+        channel.setblocking(False)  # CPython 3.11 passes over the flags of recv_fds
         self._subscribers, self._slow = {}, {}
-        self._pieces, self._missing = [], 0     # of a record that is not complete
+        self._pieces, self._missing = [], 0  # of a record that is not complete
         self._descriptors = collections.deque()
         self._hurry = False
 
@@ -112,7 +112,7 @@ class Relay:
             if data:
                 continue
             if self._hurry and time.monotonic() - last < LINGER:
-                time.sleep(NAP)     # who writes need not wake us: that costs it more than all else
+                time.sleep(NAP)  # who writes need not wake us: that costs it more than all else
             else:
                 self._wait(poller)
 
@@ -130,7 +130,7 @@ class Relay:
         except BlockingIOError:
             return None
         except ConnectionError:
-            return b''
+            return b""
         self._descriptors += descriptors
         return data
 
@@ -141,7 +141,7 @@ class Relay:
             self._missing -= len(data)
             if self._missing > 0:
                 return
-            data = b''.join(self._pieces)
+            data = b"".join(self._pieces)
         view, start, size = memoryview(data), 0, len(data)
         while size - start >= HEAD.size:
             kind, number, length = HEAD.unpack_from(data, start)
@@ -150,7 +150,7 @@ class Relay:
                 self._command(kind, number, length)
                 start = begin
             elif size - begin >= length:
-                self._attempt(number, view[begin:begin + length])
+                self._attempt(number, view[begin : begin + length])
                 start = begin + length
             else:
                 break
@@ -192,7 +192,7 @@ class Relay:
         try:
             self._channel.send(NUMBER.pack(number))
         except OSError:
-            pass        # the bridge has gone, or rospy notices by itself
+            pass  # the bridge has gone, or rospy notices by itself
 
 
 def main(descriptor):
@@ -201,5 +201,5 @@ def main(descriptor):
     Relay(socket.socket(fileno=int(descriptor))).serve()
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     main(sys.argv[1])

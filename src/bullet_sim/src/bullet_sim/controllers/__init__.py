@@ -5,15 +5,22 @@ from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
 from bullet_sim.controllers.parse import MAX_COMMAND, check_command, parse_controller
 
-__all__ = ['KINDS', 'MAX_COMMAND', 'ControllerSpec', 'Kind', 'check_command', 'make_controller',
-           'parse_controller']
+__all__ = [
+    "KINDS",
+    "MAX_COMMAND",
+    "ControllerSpec",
+    "Kind",
+    "check_command",
+    "make_controller",
+    "parse_controller",
+]
 
-_DRIVES = {'diff': DiffDrive, 'ackermann': Ackermann}
+_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann}
 
 
 def make_controller(spec, hardware):
     """The Controller of a ControllerSpec."""
-    if spec.kind.interface == 'state':
+    if spec.kind.interface == "state":
         return Controller(spec, hardware)
     if spec.kind.drive:
         return _DRIVES[spec.kind.drive](spec, hardware)

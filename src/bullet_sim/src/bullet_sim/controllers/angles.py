@@ -2,7 +2,7 @@
 
 import math
 
-_TOLERANCE = 1e-9   # [rad] by which rounding may put an angle beyond a limit
+_TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 
 
 def shortest_distance(start, end):
@@ -39,7 +39,7 @@ def position_error(joint, position, target):
     """
     if joint.lower is not None:
         target = min(max(target, joint.lower), joint.upper)
-    if joint.kind == 'prismatic':
+    if joint.kind == "prismatic":
         return target - position
     if joint.lower is None:
         return shortest_distance(position, target)

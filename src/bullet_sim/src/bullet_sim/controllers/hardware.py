@@ -8,9 +8,9 @@ follows velocity and position commands by an effort that a PID computes.
 import math
 
 from bullet_sim.controllers.angles import position_error
-from bullet_sim.errors import ControllerError
 from bullet_sim.controllers.pid import Pid
 from bullet_sim.controllers.stiffness import bearable
+from bullet_sim.errors import ControllerError
 
 
 class Hardware:
@@ -69,9 +69,16 @@ class Hardware:
             if offered and interface not in offered:
                 raise ControllerError(
                     f"{what} needs the {interface} interface of joint '{name}', whose "
-                    f"<transmission> offers {' and '.join(offered)}")
-        return [f"{what}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
-                'refuse the controller, here such joints take any'] if without else []
+                    f"<transmission> offers {' and '.join(offered)}"
+                )
+        return (
+            [
+                f"{what}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
+                "refuse the controller, here such joints take any"
+            ]
+            if without
+            else []
+        )
 
     def set_gains(self, joint, gains):
         """Drive a joint's velocity and position commands by a PID from now on.
@@ -84,8 +91,10 @@ class Hardware:
             ControllerError: no such joint.
         """
         if joint not in self.names:
-            raise ControllerError(f"pid_gains name joint '{joint}', which does not exist; joints "
-                                  f"are {', '.join(self.names) or '(none)'}")
+            raise ControllerError(
+                f"pid_gains name joint '{joint}', which does not exist; joints "
+                f"are {', '.join(self.names) or '(none)'}"
+            )
         if joint in self._pids:
             self._pids[joint].gains = gains
         else:
@@ -97,8 +106,11 @@ class Hardware:
         if key not in self._bearable:
             if len(self._bearable) > 1000:
                 self._bearable.clear()
-            self._bearable[key] = gains if joint not in self._inertias else bearable(
-                gains, goal, self._inertias[joint], period)
+            self._bearable[key] = (
+                gains
+                if joint not in self._inertias
+                else bearable(gains, goal, self._inertias[joint], period)
+            )
         return self._bearable[key]
 
     def pid(self, joint):
@@ -108,11 +120,11 @@ class Hardware:
     # commands ---------------------------------------------------------------------------------
     def velocities(self, names, values):
         """Let joints turn at velocities [rad/s, m/s], within the URDF's limits."""
-        self._command('velocity', names, values, self._joints.drive_velocities)
+        self._command("velocity", names, values, self._joints.drive_velocities)
 
     def positions(self, names, values):
         """Let joints go to positions [rad, m], within the URDF's limits."""
-        self._command('position', names, values, self._joints.drive_positions)
+        self._command("position", names, values, self._joints.drive_positions)
 
     def _command(self, kind, names, values, drive):
         direct = [(n, v) for n, v in zip(names, values) if n not in self._pids]
@@ -161,11 +173,15 @@ class Hardware:
         positions, velocities = state
         if period > 0:
             for name, (kind, target) in self._targets.items():
-                error = (self._speed_error(name, target, velocities[name]) if kind == 'velocity'
-                         else position_error(self.limits[name], positions[name], target))
+                error = (
+                    self._speed_error(name, target, velocities[name])
+                    if kind == "velocity"
+                    else position_error(self.limits[name], positions[name], target)
+                )
                 pid = self._pids[name]
                 self._by_pid[name] = pid.compute(
-                    error, period, gains=self.bearable(name, pid.gains, kind, period))
+                    error, period, gains=self.bearable(name, pid.gains, kind, period)
+                )
         efforts = {}
         for wanted in (self._efforts, self._by_pid):
             for name, effort in wanted.items():

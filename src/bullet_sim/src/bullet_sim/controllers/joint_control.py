@@ -14,7 +14,7 @@ class Controller:
         hardware: Hardware of the robot.
     """
 
-    periodic = False        # whether update() is to be called before physics steps
+    periodic = False  # whether update() is to be called before physics steps
     pids = ()
     sample = None
 
@@ -56,12 +56,15 @@ class Forward(Controller):
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
         self._command = ()
-        self._write = {'velocity': hardware.velocities, 'position': hardware.positions,
-                       'effort': hardware.efforts}[spec.kind.interface]
+        self._write = {
+            "velocity": hardware.velocities,
+            "position": hardware.positions,
+            "effort": hardware.efforts,
+        }[spec.kind.interface]
 
     def start(self, time):
         """Positions start where the joints are, velocities and efforts at 0."""
-        if self.spec.kind.interface == 'position':
+        if self.spec.kind.interface == "position":
             self._command = self.hardware.positions_of(self.spec.joints)
         else:
             self._command = (0.0,) * len(self.spec.joints)
@@ -109,8 +112,9 @@ class PidControl(Controller):
         super().__init__(spec, hardware)
         self.pids = tuple(Pid(gains) for gains in spec.gains)
         self._command, self._cut = (), {}
-        self._write = {'velocity': hardware.velocities,
-                       'effort': hardware.efforts}[spec.kind.interface]
+        self._write = {"velocity": hardware.velocities, "effort": hardware.efforts}[
+            spec.kind.interface
+        ]
 
     def start(self, time):
         """Hold the joints where they are, or at rest."""
@@ -118,8 +122,11 @@ class PidControl(Controller):
         self.sample = None
         for pid in self.pids:
             pid.reset()
-        self._command = (self.hardware.positions_of(joints) if self.spec.kind.goal == 'position'
-                         else (0.0,) * len(joints))
+        self._command = (
+            self.hardware.positions_of(joints)
+            if self.spec.kind.goal == "position"
+            else (0.0,) * len(joints)
+        )
         self._write(joints, (0.0,) * len(joints))
 
     def command(self, values):
@@ -131,7 +138,7 @@ class PidControl(Controller):
         positions, velocities = state
         outputs, first = [], None
         for joint, pid, target in zip(self.spec.joints, self.pids, self._command):
-            if self.spec.kind.goal == 'position':
+            if self.spec.kind.goal == "position":
                 limits = self.hardware.limits[joint]
                 if limits.lower is not None:
                     target = min(max(target, limits.lower), limits.upper)
@@ -147,7 +154,7 @@ class PidControl(Controller):
 
     def _gains(self, joint, pid, period):
         """Gains to compute an output with: for an effort, what a step can bear of the PID's own."""
-        if self.spec.kind.interface != 'effort':
+        if self.spec.kind.interface != "effort":
             return pid.gains
         own, cut, of_period = self._cut.get(joint, (None, None, 0.0))
         if own is not pid.gains or of_period != period:

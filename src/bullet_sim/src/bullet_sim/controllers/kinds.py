@@ -1,14 +1,15 @@
 """Controller types as a table."""
 
 from dataclasses import dataclass
-from typing import Optional, Tuple
 
 from bullet_sim.controllers.pid import PidGains
 
-INTERFACES = {'velocity': 'hardware_interface::VelocityJointInterface',
-              'position': 'hardware_interface::PositionJointInterface',
-              'effort': 'hardware_interface::EffortJointInterface',
-              'state': 'hardware_interface::JointStateInterface'}
+INTERFACES = {
+    "velocity": "hardware_interface::VelocityJointInterface",
+    "position": "hardware_interface::PositionJointInterface",
+    "effort": "hardware_interface::EffortJointInterface",
+    "state": "hardware_interface::JointStateInterface",
+}
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,8 @@ class Kind:
     type: str
     interface: str
     group: bool = False
-    goal: Optional[str] = None
-    drive: Optional[str] = None
+    goal: str | None = None
+    drive: str | None = None
 
     @property
     def hardware_interface(self):
@@ -35,22 +36,28 @@ class Kind:
         return INTERFACES[self.interface]
 
 
-KINDS = {kind.type: kind for kind in (
-    Kind('joint_state_controller/JointStateController', 'state'),
-    Kind('velocity_controllers/JointVelocityController', 'velocity'),
-    Kind('velocity_controllers/JointGroupVelocityController', 'velocity', True),
-    Kind('velocity_controllers/JointPositionController', 'velocity', goal='position'),
-    Kind('position_controllers/JointPositionController', 'position'),
-    Kind('position_controllers/JointGroupPositionController', 'position', True),
-    Kind('effort_controllers/JointEffortController', 'effort'),
-    Kind('effort_controllers/JointGroupEffortController', 'effort', True),
-    Kind('effort_controllers/JointPositionController', 'effort', goal='position'),
-    Kind('effort_controllers/JointGroupPositionController', 'effort', True, goal='position'),
-    Kind('effort_controllers/JointVelocityController', 'effort', goal='velocity'),
-    Kind('diff_drive_controller/DiffDriveController', 'velocity', drive='diff'),
-    Kind('ackermann_steering_controller/AckermannSteeringController', 'velocity',
-         drive='ackermann'),
-)}
+KINDS = {
+    kind.type: kind
+    for kind in (
+        Kind("joint_state_controller/JointStateController", "state"),
+        Kind("velocity_controllers/JointVelocityController", "velocity"),
+        Kind("velocity_controllers/JointGroupVelocityController", "velocity", True),
+        Kind("velocity_controllers/JointPositionController", "velocity", goal="position"),
+        Kind("position_controllers/JointPositionController", "position"),
+        Kind("position_controllers/JointGroupPositionController", "position", True),
+        Kind("effort_controllers/JointEffortController", "effort"),
+        Kind("effort_controllers/JointGroupEffortController", "effort", True),
+        Kind("effort_controllers/JointPositionController", "effort", goal="position"),
+        Kind("effort_controllers/JointGroupPositionController", "effort", True, goal="position"),
+        Kind("effort_controllers/JointVelocityController", "effort", goal="velocity"),
+        Kind("diff_drive_controller/DiffDriveController", "velocity", drive="diff"),
+        Kind(
+            "ackermann_steering_controller/AckermannSteeringController",
+            "velocity",
+            drive="ackermann",
+        ),
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -73,15 +80,15 @@ class ControllerSpec:
 
     name: str
     kind: Kind
-    joints: Tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
     publish_rate: float = 50.0
-    gains: Tuple[PidGains, ...] = ()
-    publish_pid: Tuple[bool, ...] = ()
-    extra_joints: Tuple[Tuple[str, float, float, float], ...] = ()
-    drive: Optional[object] = None
-    claims: Tuple[Tuple[str, Tuple[str, ...]], ...] = ()
-    notes: Tuple[str, ...] = ()
-    warnings: Tuple[str, ...] = ()
+    gains: tuple[PidGains, ...] = ()
+    publish_pid: tuple[bool, ...] = ()
+    extra_joints: tuple[tuple[str, float, float, float], ...] = ()
+    drive: object | None = None
+    claims: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def command_size(self):

@@ -4,10 +4,10 @@ import dataclasses
 import math
 
 from bullet_sim.controllers import KINDS, check_command, make_controller, parse_controller
-from bullet_sim.errors import ControllerError
 from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.errors import ControllerError
 
-INITIALIZED, RUNNING, STOPPED = 'initialized', 'running', 'stopped'
+INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
 
 
 class Manager:
@@ -25,8 +25,8 @@ class Manager:
 
     def __init__(self, joints, description=None, inertias=None):
         self._description = description
-        self.hardware = Hardware(joints, getattr(description, 'transmissions', None), inertias)
-        self._period = getattr(description, 'control_period', 0.0)
+        self.hardware = Hardware(joints, getattr(description, "transmissions", None), inertias)
+        self._period = getattr(description, "control_period", 0.0)
         self._loaded, self._states = {}, {}
         self._running_periodic = False
         self.time = self._since = 0.0
@@ -51,8 +51,11 @@ class Manager:
             raise ControllerError(f"controller '{name}' is loaded already")
         hardware = self.hardware
         spec = parse_controller(name, config, hardware.names, self._description)
-        warnings = [text for interface, joints in spec.claims for text in
-                    hardware.check_interface(f"controller '{name}'", interface, joints)]
+        warnings = [
+            text
+            for interface, joints in spec.claims
+            for text in hardware.check_interface(f"controller '{name}'", interface, joints)
+        ]
         spec = dataclasses.replace(spec, warnings=(*spec.warnings, *warnings))
         self._loaded[name] = make_controller(spec, hardware)
         self._states[name] = INITIALIZED
@@ -76,8 +79,10 @@ class Manager:
             ControllerError: not loaded.
         """
         if name not in self._loaded:
-            raise ControllerError(f"controller '{name}' is not loaded; loaded are "
-                                  f"{', '.join(self._loaded) or '(none)'}")
+            raise ControllerError(
+                f"controller '{name}' is not loaded; loaded are "
+                f"{', '.join(self._loaded) or '(none)'}"
+            )
         return self._loaded[name]
 
     def control_period(self, time_step):
@@ -91,15 +96,17 @@ class Manager:
             spec: ControllerSpec of a loaded controller.
             time_step: physics step [s].
         """
-        if spec.kind.interface != 'effort':
+        if spec.kind.interface != "effort":
             return []
         period, texts = self.control_period(time_step), []
         for joint, gains in zip(spec.joints, spec.gains):
             cut = self.hardware.bearable(joint, gains, spec.kind.goal, period)
             if cut != gains:
-                texts.append(f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are more than "
-                             f"the light joint '{joint}' bears at steps of {period:g} s; it works "
-                             f'with p {cut.p:.3g}, d {cut.d:.3g}')
+                texts.append(
+                    f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are more than "
+                    f"the light joint '{joint}' bears at steps of {period:g} s; it works "
+                    f"with p {cut.p:.3g}, d {cut.d:.3g}"
+                )
         return texts
 
     def is_running(self, name):
@@ -120,16 +127,29 @@ class Manager:
             ControllerError: strict, and something does not fit; nothing has changed then.
         """
         left_out = []
-        stopping = self._fitting(stop, strict, left_out, self.is_running, 'is not running')
-        staying = {joint: name for name in self._loaded
-                   if self.is_running(name) and name not in stopping
-                   for joint in self._claims(name)}
+        stopping = self._fitting(stop, strict, left_out, self.is_running, "is not running")
+        staying = {
+            joint: name
+            for name in self._loaded
+            if self.is_running(name) and name not in stopping
+            for joint in self._claims(name)
+        }
         starting = []
-        for name in self._fitting(start, strict, left_out,
-                                  lambda n: not self.is_running(n) or n in stopping,
-                                  'is running already'):
-            rival = next((f"joint '{j}' is claimed by '{staying[j]}'"
-                          for j in self._claims(name) if j in staying), None)
+        for name in self._fitting(
+            start,
+            strict,
+            left_out,
+            lambda n: not self.is_running(n) or n in stopping,
+            "is running already",
+        ):
+            rival = next(
+                (
+                    f"joint '{j}' is claimed by '{staying[j]}'"
+                    for j in self._claims(name)
+                    if j in staying
+                ),
+                None,
+            )
             if rival is None:
                 starting.append(name)
                 staying.update({j: name for j in self._claims(name)})
@@ -144,8 +164,10 @@ class Manager:
         for name in starting:
             self._states[name] = RUNNING
             self._loaded[name].start(self.time)
-        self._running_periodic = any(controller.periodic and self.is_running(name)
-                                     for name, controller in self._loaded.items())
+        self._running_periodic = any(
+            controller.periodic and self.is_running(name)
+            for name, controller in self._loaded.items()
+        )
         return left_out
 
     def _fitting(self, names, strict, left_out, fits, otherwise):
@@ -219,10 +241,12 @@ class Manager:
 
     def list(self):
         """(ControllerSpec, state) of every loaded controller, in order of loading."""
-        return [(controller.spec, self._states[name])
-                for name, controller in self._loaded.items()]
+        return [(controller.spec, self._states[name]) for name, controller in self._loaded.items()]
 
     def running_state_controllers(self):
         """ControllerSpecs of the running joint state controllers."""
-        return [controller.spec for name, controller in self._loaded.items()
-                if self.is_running(name) and controller.spec.kind.interface == 'state']
+        return [
+            controller.spec
+            for name, controller in self._loaded.items()
+            if self.is_running(name) and controller.spec.kind.interface == "state"
+        ]

@@ -2,11 +2,11 @@
 
 from bullet_sim.controllers.drive.config import parse_ackermann, parse_diff
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
-from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.controllers.settings import Settings
+from bullet_sim.errors import CommandError, ControllerError
 
-MAX_COMMAND = 1e9       # beyond it a command [rad/s, m/s, rad, m, N m, N] is taken for an error
+MAX_COMMAND = 1e9  # beyond it a command [rad/s, m/s, rad, m, N m, N] is taken for an error
 
 
 def parse_controller(name, config, joint_names, description=None):
@@ -23,90 +23,118 @@ def parse_controller(name, config, joint_names, description=None):
     """
     what = f"controller '{name}'"
     if not isinstance(config, dict):
-        raise ControllerError(f'{what} has configuration {config!r}, must be a mapping with '
-                              'type and joint')
+        raise ControllerError(
+            f"{what} has configuration {config!r}, must be a mapping with type and joint"
+        )
     settings = Settings(config, what)
-    kind = KINDS.get(str(settings.get('type')))
+    kind = KINDS.get(str(settings.get("type")))
     if kind is None:
-        raise ControllerError(f"{what} has type '{config.get('type')}', must be one of "
-                              f"{', '.join(KINDS)}")
-    if kind.interface == 'state':
+        raise ControllerError(
+            f"{what} has type '{config.get('type')}', must be one of {', '.join(KINDS)}"
+        )
+    if kind.interface == "state":
         values = _state(settings, joint_names)
     elif kind.drive:
         values = _drive(settings, kind, joint_names, description)
     else:
         values = _command(settings, kind, joint_names)
-    values['warnings'] = (*values.get('warnings', ()), *settings.unknown())
+    values["warnings"] = (*values.get("warnings", ()), *settings.unknown())
     return ControllerSpec(name, kind, **values)
 
 
 def _state(settings, joint_names):
-    wanted = settings.get('joints') or []
+    wanted = settings.get("joints") or []
     if not isinstance(wanted, list):
-        raise ControllerError(f'{settings.what} has joints {wanted!r}, must be a list of joint '
-                              'names')
+        raise ControllerError(
+            f"{settings.what} has joints {wanted!r}, must be a list of joint names"
+        )
     check_joints(wanted, settings.what, joint_names)
-    settings.ignore('interface_name')
-    extra = settings.get('extra_joints', [])
+    settings.ignore("interface_name")
+    extra = settings.get("extra_joints", [])
     if not isinstance(extra, list):
-        raise ControllerError(f'{settings.what} has extra_joints {extra!r}, must be a list')
+        raise ControllerError(f"{settings.what} has extra_joints {extra!r}, must be a list")
     rows, warnings = [], []
     for number, item in enumerate(extra):
-        row = Settings(item, f'{settings.what} extra_joints #{number}')
-        rows.append((row.text('name', None), row.number('position', 0.0),
-                     row.number('velocity', 0.0), row.number('effort', 0.0)))
+        row = Settings(item, f"{settings.what} extra_joints #{number}")
+        rows.append(
+            (
+                row.text("name", None),
+                row.number("position", 0.0),
+                row.number("velocity", 0.0),
+                row.number("effort", 0.0),
+            )
+        )
         warnings += row.unknown()
-    return {'joints': tuple(wanted), 'publish_rate': rate(settings),
-            'extra_joints': tuple(rows), 'warnings': warnings}
+    return {
+        "joints": tuple(wanted),
+        "publish_rate": rate(settings),
+        "extra_joints": tuple(rows),
+        "warnings": warnings,
+    }
 
 
 def rate(settings):
     """The publish_rate [Hz]."""
-    return settings.number('publish_rate', 50.0, above=0.0)
+    return settings.number("publish_rate", 50.0, above=0.0)
 
 
 def _drive(settings, kind, joint_names, description):
-    parse = {'diff': parse_diff, 'ackermann': parse_ackermann}[kind.drive]
+    parse = {"diff": parse_diff, "ackermann": parse_ackermann}[kind.drive]
     drive, claims, notes = parse(settings, description)
     joints = tuple(joint for _, names in claims for joint in names)
     check_joints(joints, settings.what, joint_names)
-    return {'joints': joints, 'publish_rate': rate(settings), 'drive': drive, 'claims': claims,
-            'notes': notes}
+    return {
+        "joints": joints,
+        "publish_rate": rate(settings),
+        "drive": drive,
+        "claims": claims,
+        "notes": notes,
+    }
 
 
 def _command(settings, kind, joint_names):
     what, notes, warnings = settings.what, [], []
     joints = _joints(settings, kind, joint_names)
-    settings.ignore('publish_rate')
-    wanted = settings.get('interface_name')
+    settings.ignore("publish_rate")
+    wanted = settings.get("interface_name")
     if wanted not in (None, kind.interface):
-        raise ControllerError(f"{what} has interface_name '{wanted}', must be "
-                              f"'{kind.interface}' for {kind.type}")
+        raise ControllerError(
+            f"{what} has interface_name '{wanted}', must be '{kind.interface}' for {kind.type}"
+        )
     pids = []
     if kind.goal:
         for joint in joints:
             holder = settings.block(joint) if kind.group else settings
-            if 'pid' not in holder:
-                raise ControllerError(f'{holder.what} has no pid, which {kind.type} needs: a '
-                                      'mapping with p, i, d')
-            pids.append((holder.get('pid'), holder.what))
-    elif 'pid' in settings:
-        parse_pid(settings.get('pid'), what, warnings)
-        notes.append(f'{what}: pid is accepted and not used, as upstream: {kind.type} hands its '
-                     'command to the joint within the limits of the URDF')
-    return {'joints': joints, 'claims': ((kind.interface, joints),),
-            'gains': tuple(parse_pid(pid, owner, warnings) for pid, owner in pids),
-            'publish_pid': tuple(pid.get('publish_state') is True for pid, _ in pids),
-            'notes': tuple(notes), 'warnings': warnings}
+            if "pid" not in holder:
+                raise ControllerError(
+                    f"{holder.what} has no pid, which {kind.type} needs: a mapping with p, i, d"
+                )
+            pids.append((holder.get("pid"), holder.what))
+    elif "pid" in settings:
+        parse_pid(settings.get("pid"), what, warnings)
+        notes.append(
+            f"{what}: pid is accepted and not used, as upstream: {kind.type} hands its "
+            "command to the joint within the limits of the URDF"
+        )
+    return {
+        "joints": joints,
+        "claims": ((kind.interface, joints),),
+        "gains": tuple(parse_pid(pid, owner, warnings) for pid, owner in pids),
+        "publish_pid": tuple(pid.get("publish_state") is True for pid, _ in pids),
+        "notes": tuple(notes),
+        "warnings": warnings,
+    }
 
 
 def _joints(settings, kind, joint_names):
-    key = 'joints' if kind.group else 'joint'
+    key = "joints" if kind.group else "joint"
     value = settings.get(key)
     joints = value if kind.group else [value]
     if not isinstance(joints, list) or not joints or value is None:
-        raise ControllerError(f"{settings.what} has {key} {value!r}, must be "
-                              f"{'a list of joint names' if kind.group else 'a joint name'}")
+        raise ControllerError(
+            f"{settings.what} has {key} {value!r}, must be "
+            f"{'a list of joint names' if kind.group else 'a joint name'}"
+        )
     check_joints(joints, settings.what, joint_names)
     return tuple(joints)
 
@@ -115,8 +143,10 @@ def check_joints(joints, what, joint_names):
     """Raise ControllerError for a joint that does not exist or is named twice."""
     for number, joint in enumerate(joints):
         if joint not in joint_names:
-            raise ControllerError(f"{what} names joint '{joint}', which does not exist; joints "
-                                  f"are {', '.join(joint_names) or '(none)'}")
+            raise ControllerError(
+                f"{what} names joint '{joint}', which does not exist; joints "
+                f"are {', '.join(joint_names) or '(none)'}"
+            )
         if joint in joints[:number]:
             raise ControllerError(f"{what} names joint '{joint}' twice, must be once")
 
@@ -139,6 +169,8 @@ def check_command(name, values, count):
         raise CommandError(f"command of '{name}' has {len(values)} values, must have {count}")
     for value in values:
         if not abs(value) <= MAX_COMMAND:
-            raise CommandError(f"command of '{name}' is {value}, must be a finite number, at most "
-                               f'{MAX_COMMAND:g} either way; the last good command stays')
+            raise CommandError(
+                f"command of '{name}' is {value}, must be a finite number, at most "
+                f"{MAX_COMMAND:g} either way; the last good command stays"
+            )
     return values

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass
 
-from bullet_sim.errors import ControllerError
 from bullet_sim.controllers.settings import as_number
+from bullet_sim.errors import ControllerError
 
-NUMBERS = ('p', 'i', 'd', 'i_clamp', 'i_clamp_max', 'i_clamp_min')
-KEYS = NUMBERS + ('antiwindup', 'publish_state')
+NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
+KEYS = NUMBERS + ("antiwindup", "publish_state")
 
 
 @dataclass(frozen=True)
@@ -97,20 +97,22 @@ def parse_pid(values, what, warnings=None):
         ControllerError: not a mapping, not a finite number, no p.
     """
     if not isinstance(values, dict):
-        raise ControllerError(f'{what} pid is {values!r}, must be a mapping with p, i, d')
+        raise ControllerError(f"{what} pid is {values!r}, must be a mapping with p, i, d")
     if warnings is not None:
-        warnings.extend(f"{what} pid has key '{key}', which is not one of {', '.join(KEYS)}; it "
-                        'is ignored' for key in sorted(set(values) - set(KEYS), key=str))
-    if 'p' not in values:
-        raise ControllerError(f'{what} pid has no p')
+        warnings.extend(
+            f"{what} pid has key '{key}', which is not one of {', '.join(KEYS)}; it is ignored"
+            for key in sorted(set(values) - set(KEYS), key=str)
+        )
+    if "p" not in values:
+        raise ControllerError(f"{what} pid has no p")
     numbers = {}
     for key in NUMBERS:
         numbers[key] = as_number(values.get(key, 0.0))
         if numbers[key] is None:
-            raise ControllerError(f'{what} pid {key} is {values[key]!r}, must be a finite number')
-    antiwindup = values.get('antiwindup', False)
+            raise ControllerError(f"{what} pid {key} is {values[key]!r}, must be a finite number")
+    antiwindup = values.get("antiwindup", False)
     if not isinstance(antiwindup, bool):
-        raise ControllerError(f'{what} pid antiwindup is {antiwindup!r}, must be true or false')
-    low = numbers['i_clamp_min'] if 'i_clamp_min' in values else numbers['i_clamp']
-    high = numbers['i_clamp_max'] if 'i_clamp_max' in values else numbers['i_clamp']
-    return PidGains(numbers['p'], numbers['i'], numbers['d'], -abs(low), abs(high), antiwindup)
+        raise ControllerError(f"{what} pid antiwindup is {antiwindup!r}, must be true or false")
+    low = numbers["i_clamp_min"] if "i_clamp_min" in values else numbers["i_clamp"]
+    high = numbers["i_clamp_max"] if "i_clamp_max" in values else numbers["i_clamp"]
+    return PidGains(numbers["p"], numbers["i"], numbers["d"], -abs(low), abs(high), antiwindup)

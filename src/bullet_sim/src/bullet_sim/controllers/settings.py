@@ -33,7 +33,7 @@ class Settings:
 
     def __init__(self, values, what):
         if not isinstance(values, dict):
-            raise ControllerError(f'{what} is {values!r}, must be a mapping')
+            raise ControllerError(f"{what} is {values!r}, must be a mapping")
         self.what = what
         self._values, self._asked, self._blocks = values, set(), []
 
@@ -56,29 +56,29 @@ class Settings:
             return default
         value = as_number(self._values[key])
         if value is None or (above is not None and value <= above):
-            wanted = 'a finite number' if above is None else f'a number above {above:g}'
-            raise ControllerError(f'{self.what} has {key} {self._values[key]!r}, must be {wanted}')
+            wanted = "a finite number" if above is None else f"a number above {above:g}"
+            raise ControllerError(f"{self.what} has {key} {self._values[key]!r}, must be {wanted}")
         return value
 
     def flag(self, key, default):
         """True or false."""
         value = self.get(key, default)
         if not isinstance(value, bool):
-            raise ControllerError(f'{self.what} has {key} {value!r}, must be true or false')
+            raise ControllerError(f"{self.what} has {key} {value!r}, must be true or false")
         return value
 
     def text(self, key, default):
         """A string that is not empty."""
         value = self.get(key, default)
         if not isinstance(value, str) or not value:
-            raise ControllerError(f'{self.what} has {key} {value!r}, must be a name')
+            raise ControllerError(f"{self.what} has {key} {value!r}, must be a name")
         return value
 
     def block(self, *keys):
         """Settings of a mapping within this one; a missing one is empty."""
         inner = self
         for key in keys:
-            found = Settings(inner.get(key, {}), f'{inner.what} {key}')
+            found = Settings(inner.get(key, {}), f"{inner.what} {key}")
             inner._blocks.append(found)
             inner = found
         return inner
@@ -90,6 +90,8 @@ class Settings:
 
     def unknown(self):
         """One sentence for each key that nobody asked for, also in the blocks within."""
-        own = [f"{self.what} has key '{key}', which means nothing here and is ignored"
-               for key in sorted(set(self._values) - self._asked, key=str)]
+        own = [
+            f"{self.what} has key '{key}', which means nothing here and is ignored"
+            for key in sorted(set(self._values) - self._asked, key=str)
+        ]
         return own + [text for block in self._blocks for text in block.unknown()]

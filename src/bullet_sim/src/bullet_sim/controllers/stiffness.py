@@ -24,15 +24,16 @@ def bearable(gains, goal, inertia, period):
         period: [s].
     """
     on_rate = inertia / period
-    if goal == 'velocity':
+    if goal == "velocity":
         return _cut(gains, p=on_rate)
     return _cut(gains, p=on_rate / period, d=on_rate)
 
 
 def _cut(gains, **limits):
     cut = {name: min(max(getattr(gains, name), -limit), limit) for name, limit in limits.items()}
-    return gains if all(cut[name] == getattr(gains, name) for name in cut) \
-        else replace(gains, **cut)
+    return (
+        gains if all(cut[name] == getattr(gains, name) for name in cut) else replace(gains, **cut)
+    )
 
 
 def joint_inertias(lumped, fixed_base):
@@ -59,8 +60,10 @@ def joint_inertias(lumped, fixed_base):
     for joint in lumped.joints:
         beyond = _descendants(lumped, joint.child)
         frame = frames[joint.child]
-        own, rest = (sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
-                     for names in (beyond, set(lumped.links) - beyond))
+        own, rest = (
+            sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
+            for names in (beyond, set(lumped.links) - beyond)
+        )
         result[joint.name] = own if fixed_base or not rest > 0 else own * rest / (own + rest)
     return result
 
@@ -74,7 +77,7 @@ def _descendants(lumped, link):
 
 def _about(link, pose, joint, frame):
     """Inertia of a link at a pose about a joint's axis, or its mass along it."""
-    if joint.kind == 'prismatic':
+    if joint.kind == "prismatic":
         return link.mass
     axis = frame.matrix @ np.asarray(joint.axis)
     arm = np.asarray(pose.position) + pose.matrix @ link.centre - np.asarray(frame.position)

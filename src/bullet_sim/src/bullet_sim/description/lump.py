@@ -4,16 +4,15 @@ It keeps PyBullet from giving links without <inertial> 1 kg, and saves work in e
 """
 
 from dataclasses import dataclass, replace
-from typing import Dict, Tuple
 
 import numpy as np
 
 from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface
 from bullet_sim.pose import Pose
 
-MIN_MASS = 1e-3       # [kg] of a movable part that has none
-TINY_RADIUS = 1e-5    # [m] radius of gyration below which an inertia cannot be meant
-MIN_RADIUS = 5e-3     # [m] radius of gyration used where an inertia is missing or impossible
+MIN_MASS = 1e-3  # [kg] of a movable part that has none
+TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia cannot be meant
+MIN_RADIUS = 5e-3  # [m] radius of gyration used where an inertia is missing or impossible
 
 
 @dataclass(frozen=True)
@@ -27,10 +26,10 @@ class LumpedModel:
         frames: for every original link: the remaining link that carries it and its pose there.
     """
 
-    links: Dict[str, Link]
-    joints: Tuple[Joint, ...]
+    links: dict[str, Link]
+    joints: tuple[Joint, ...]
     root: str
-    frames: Dict[str, Tuple[str, Pose]]
+    frames: dict[str, tuple[str, Pose]]
 
 
 def lump(model: ModelDescription) -> LumpedModel:
@@ -42,20 +41,26 @@ def lump(model: ModelDescription) -> LumpedModel:
         name = pending.pop(0)
         carrier, pose = frames[name]
         for joint in model.joints_of(name):
-            if joint.kind == 'fixed' or model.static:
+            if joint.kind == "fixed" or model.static:
                 frames[joint.child] = (carrier, pose * joint.origin)
                 _merge(links[carrier], model.links[joint.child], pose * joint.origin)
             else:
-                inner = joint.anchor.inverse()      # the link's frame in the joint's
+                inner = joint.anchor.inverse()  # the link's frame in the joint's
                 frames[joint.child] = (joint.child, inner)
                 links[joint.child] = moved(model.links[joint.child], inner)
-                joints.append(replace(joint, parent=carrier, anchor=Pose(),
-                                      origin=pose * joint.origin * joint.anchor))
+                joints.append(
+                    replace(
+                        joint,
+                        parent=carrier,
+                        anchor=Pose(),
+                        origin=pose * joint.origin * joint.anchor,
+                    )
+                )
             pending.append(joint.child)
     if not model.static:
         for link in links.values():
             if model.fixed_base and link.name == model.root and link.mass <= 0:
-                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS    # held by the world
+                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # held by the world
             _mend_inertia(link, model)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
@@ -63,9 +68,14 @@ def lump(model: ModelDescription) -> LumpedModel:
 
 
 def _copy(link):
-    return replace(link, centre=link.centre.copy(), inertia=link.inertia.copy(),
-                   visuals=list(link.visuals), collisions=list(link.collisions),
-                   surface=Surface(**vars(link.surface)))
+    return replace(
+        link,
+        centre=link.centre.copy(),
+        inertia=link.inertia.copy(),
+        visuals=list(link.visuals),
+        collisions=list(link.collisions),
+        surface=Surface(**vars(link.surface)),
+    )
 
 
 def moved(link, pose):
@@ -86,8 +96,12 @@ def _merge(into, link, pose):
         centre = np.asarray(pose.position) + pose.matrix @ link.centre
         common = (into.mass * into.centre + link.mass * centre) / mass
         turned = pose.matrix @ link.inertia @ pose.matrix.T
-        into.inertia = (into.inertia + _shift(into.mass, into.centre - common)
-                        + turned + _shift(link.mass, centre - common))
+        into.inertia = (
+            into.inertia
+            + _shift(into.mass, into.centre - common)
+            + turned
+            + _shift(link.mass, centre - common)
+        )
         into.mass, into.centre = mass, common
     for source, target in ((link.visuals, into.visuals), (link.collisions, into.collisions)):
         target.extend(shape.at(pose) for shape in source)
@@ -106,8 +120,10 @@ def _mend_inertia(link, model):
         model.warn(f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg")
         link.mass = MIN_MASS
     moments = np.linalg.eigvalsh(link.inertia)
-    if moments[0] <= link.mass * TINY_RADIUS ** 2:
-        moment = 0.4 * link.mass * MIN_RADIUS ** 2
-        model.warn(f"link '{link.name}' has an inertia that is impossible or tiny "
-                   f'(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes')
+    if moments[0] <= link.mass * TINY_RADIUS**2:
+        moment = 0.4 * link.mass * MIN_RADIUS**2
+        model.warn(
+            f"link '{link.name}' has an inertia that is impossible or tiny "
+            f"(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes"
+        )
         link.inertia = moment * np.eye(3)

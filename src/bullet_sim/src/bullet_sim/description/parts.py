@@ -1,14 +1,13 @@
 """What a model is made of, whatever file format it came from."""
 
 from dataclasses import dataclass, field, replace
-from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
-MOVABLE_TYPES = ('revolute', 'continuous', 'prismatic')
+MOVABLE_TYPES = ("revolute", "continuous", "prismatic")
 
 
 @dataclass
@@ -22,10 +21,10 @@ class Geometry:
     """
 
     kind: str
-    size: Tuple[float, ...] = ()
-    path: str = ''
-    scale: Tuple[float, float, float] = (1.0, 1.0, 1.0)
-    submesh: str = ''
+    size: tuple[float, ...] = ()
+    path: str = ""
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    submesh: str = ""
     centered: bool = False
 
 
@@ -42,11 +41,11 @@ class Shape:
 
     geometry: Geometry
     pose: Pose = Pose()
-    color: Optional[Tuple[float, float, float, float]] = None
-    texture: str = ''
+    color: tuple[float, float, float, float] | None = None
+    texture: str = ""
     painted: bool = False
-    name: str = ''
-    link: str = ''
+    name: str = ""
+    link: str = ""
 
     def at(self, pose):
         """The same shape in a frame in which its present frame has the given pose."""
@@ -57,9 +56,9 @@ class Shape:
 class Surface:
     """Contact properties; None: the engine's default."""
 
-    friction: Optional[float] = None
-    stiffness: Optional[float] = None
-    damping: Optional[float] = None
+    friction: float | None = None
+    stiffness: float | None = None
+    damping: float | None = None
 
 
 @dataclass
@@ -76,12 +75,12 @@ class Link:
     mass: float = 0.0
     centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
-    visuals: List[Shape] = field(default_factory=list)
-    collisions: List[Shape] = field(default_factory=list)
+    visuals: list[Shape] = field(default_factory=list)
+    collisions: list[Shape] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
-    color: Optional[Tuple[float, float, float, float]] = None
+    color: tuple[float, float, float, float] | None = None
 
 
 @dataclass
@@ -98,9 +97,9 @@ class Joint:
     parent: str
     child: str
     origin: Pose = Pose()
-    axis: Tuple[float, float, float] = (1.0, 0.0, 0.0)
-    lower: Optional[float] = None
-    upper: Optional[float] = None
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    lower: float | None = None
+    upper: float | None = None
     effort: float = 0.0
     velocity: float = 0.0
     damping: float = 0.0
@@ -126,17 +125,17 @@ class ModelDescription:
     """
 
     name: str
-    links: Dict[str, Link] = field(default_factory=dict)
-    joints: Dict[str, Joint] = field(default_factory=dict)
-    root: str = ''
-    sensors: List[object] = field(default_factory=list)
-    control_namespace: Optional[str] = None
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    root: str = ""
+    sensors: list[object] = field(default_factory=list)
+    control_namespace: str | None = None
     control_period: float = 0.0
-    transmissions: Dict[str, Tuple[str, ...]] = field(default_factory=dict)
+    transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False
-    warnings: List[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
     def warn(self, text):
         """Note something that was ignored or mended, once."""
@@ -164,19 +163,22 @@ class ModelDescription:
             ModelError: no link, a link with two parents, no or several roots, a loop.
         """
         if not self.links:
-            raise ModelError(f'{what} has no link')
+            raise ModelError(f"{what} has no link")
         children = [joint.child for joint in self.joints.values()]
         twice = sorted({child for child in children if children.count(child) > 1})
         if twice:
             raise ModelError(f"link '{twice[0]}' of '{self.name}' has more than one parent joint")
         roots = [link for link in self.links if link not in children]
         if len(roots) != 1:
-            raise ModelError(f"{what} has {len(roots)} root links "
-                             f"({', '.join(roots) or 'a loop'}), must be one")
+            raise ModelError(
+                f"{what} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
+            )
         self.root = roots[0]
         if self.unreachable():
-            raise ModelError(f"joints of model '{self.name}' form a loop: no way from its root "
-                             f"'{self.root}' to {', '.join(self.unreachable())}")
+            raise ModelError(
+                f"joints of model '{self.name}' form a loop: no way from its root "
+                f"'{self.root}' to {', '.join(self.unreachable())}"
+            )
 
 
 def unit_axis(vector, what):
@@ -187,5 +189,5 @@ def unit_axis(vector, what):
     """
     length = float(np.linalg.norm(vector))
     if length < 1e-9:
-        raise ModelError(f'{what} axis is zero, must have a direction')
+        raise ModelError(f"{what} axis is zero, must have a direction")
     return tuple((np.asarray(vector, float) / length).tolist())

@@ -1,9 +1,8 @@
 """Sensor specifications, as read from a model's <gazebo> and <sensor> elements."""
 
 from dataclasses import dataclass
-from typing import Tuple
 
-PoseTuple = Tuple[Tuple[float, float, float], Tuple[float, float, float]]
+PoseTuple = tuple[tuple[float, float, float], tuple[float, float, float]]
 ZERO_POSE: PoseTuple = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -35,12 +34,12 @@ class CameraSpec:
     near: float = 0.02
     far: float = 100.0
     rate: float = 30.0
-    topic: str = '/camera/image_raw'
-    info_topic: str = '/camera/camera_info'
-    frame_id: str = 'camera_link'
+    topic: str = "/camera/image_raw"
+    info_topic: str = "/camera/camera_info"
+    frame_id: str = "camera_link"
     noise_stddev: float = 0.0
     noise_mean: float = 0.0
-    encoding: str = 'rgb8'
+    encoding: str = "rgb8"
     baseline: float = 0.0
 
 
@@ -54,9 +53,9 @@ class DepthCameraSpec(CameraSpec):
         millimetres: depth pictures are 16UC1 [mm] with 0 for not known, instead of 32FC1 [m].
     """
 
-    depth_topic: str = '/camera/depth/image_raw'
-    depth_info_topic: str = '/camera/depth/camera_info'
-    points_topic: str = '/camera/points'
+    depth_topic: str = "/camera/depth/image_raw"
+    depth_info_topic: str = "/camera/depth/camera_info"
+    points_topic: str = "/camera/points"
     cutoff: float = 0.4
     cutoff_max: float = 5.0
     millimetres: bool = False
@@ -81,8 +80,8 @@ class RaySpec:
     range_max: float = 10.0
     rate: float = 10.0
     noise_stddev: float = 0.0
-    topic: str = '/scan'
-    frame_id: str = 'laser'
+    topic: str = "/scan"
+    frame_id: str = "laser"
     visualize: bool = False
     noise_mean: float = 0.0
 
@@ -100,8 +99,8 @@ class ImuSpec:
     link: str
     pose: PoseTuple = ZERO_POSE
     rate: float = 100.0
-    topic: str = '/imu'
-    frame_id: str = 'imu_link'
+    topic: str = "/imu"
+    frame_id: str = "imu_link"
     gyro_noise_stddev: float = 0.0
     accel_noise_stddev: float = 0.0
     gyro_noise_mean: float = 0.0
@@ -121,10 +120,10 @@ class ContactSpec:
 
     name: str
     link: str
-    collisions: Tuple[str, ...] = ()
+    collisions: tuple[str, ...] = ()
     rate: float = 0.0
-    topic: str = '/bumper_states'
-    frame_id: str = 'world'
+    topic: str = "/bumper_states"
+    frame_id: str = "world"
 
 
 @dataclass(frozen=True)
@@ -143,10 +142,10 @@ class GroundTruthSpec:
 
     link: str
     topic: str
-    frame_id: str = 'world'
+    frame_id: str = "world"
     rate: float = 50.0
     twist_in_child: bool = False
-    child_frame_id: str = 'base_link'
+    child_frame_id: str = "base_link"
     noise_stddev: float = 0.0
     pose: PoseTuple = ZERO_POSE
 
@@ -157,10 +156,10 @@ class JointStatesSpec:
 
     name: str
     link: str
-    joints: Tuple[str, ...]
+    joints: tuple[str, ...]
     rate: float = 100.0
-    topic: str = '/joint_states'
-    frame_id: str = ''
+    topic: str = "/joint_states"
+    frame_id: str = ""
 
 
 @dataclass(frozen=True)
@@ -183,16 +182,16 @@ class WheelDriveSpec:
 
     name: str
     link: str
-    left: Tuple[str, ...]
-    right: Tuple[str, ...]
+    left: tuple[str, ...]
+    right: tuple[str, ...]
     separation: float = 0.34
     diameter: float = 0.15
     torque: float = 5.0
     acceleration: float = 0.0
     rate: float = 100.0
-    command_topic: str = '/cmd_vel'
-    topic: str = '/odom'
-    frame_id: str = 'odom'
-    child_frame_id: str = 'base_footprint'
+    command_topic: str = "/cmd_vel"
+    topic: str = "/odom"
+    frame_id: str = "odom"
+    child_frame_id: str = "base_footprint"
     publish_tf: bool = True
     from_wheels: bool = False

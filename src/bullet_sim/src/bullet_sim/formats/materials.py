@@ -3,7 +3,6 @@
 import os
 import re
 from dataclasses import dataclass
-from typing import Optional, Tuple
 
 from bullet_sim.formats.colors import gazebo_color
 from bullet_sim.formats.xml_read import child_text
@@ -15,8 +14,8 @@ _TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
 class Material:
     """What is drawn: a picture's path, or a colour RGBA 0..1."""
 
-    texture: str = ''
-    color: Optional[Tuple[float, float, float, float]] = None
+    texture: str = ""
+    color: tuple[float, float, float, float] | None = None
 
 
 def read_materials(text):
@@ -26,24 +25,24 @@ def read_materials(text):
     ("material A : B") are taken over; everything else is passed over.
     """
     found, current, depth = {}, None, 0
-    for line in re.sub(r'/\*.*?\*/', '', text, flags=re.DOTALL).splitlines():
-        words = _TOKEN.findall(line.split('//')[0])
-        if words and words[0] == 'material' and depth == 0 and len(words) > 1:
-            names = [word.strip('"') for word in words[1:] if word not in ('{', '}', ':')]
+    for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
+        words = _TOKEN.findall(line.split("//")[0])
+        if words and words[0] == "material" and depth == 0 and len(words) > 1:
+            names = [word.strip('"') for word in words[1:] if word not in ("{", "}", ":")]
             current = names[0]
             parent = found.get(names[1]) if len(names) > 1 else None
-            found[current] = parent or ('', None)
+            found[current] = parent or ("", None)
         elif current is not None and len(words) > 1:
             found[current] = _noted(found[current], words)
-        depth = max(0, depth + words.count('{') - words.count('}'))
+        depth = max(0, depth + words.count("{") - words.count("}"))
     return found
 
 
 def _noted(so_far, words):
     texture, color = so_far
-    if words[0] == 'texture':
+    if words[0] == "texture":
         texture = words[1].strip('"')
-    elif words[0] in ('diffuse', 'ambient') and (color is None or words[0] == 'diffuse'):
+    elif words[0] in ("diffuse", "ambient") and (color is None or words[0] == "diffuse"):
         try:
             values = tuple(min(1.0, max(0.0, float(word))) for word in words[1:5])
         except ValueError:
@@ -62,20 +61,20 @@ def script_material(element, resolve, what, model):
         what: for messages.
         model: ModelDescription; gets the warning.
     """
-    name = child_text(element, 'name', '')
-    color = gazebo_color(name) if name.startswith('Gazebo/') else None
+    name = child_text(element, "name", "")
+    color = gazebo_color(name) if name.startswith("Gazebo/") else None
     if color is not None:
         return Material(color=color)
     files, folders = [], []
-    for uri in element.findall('uri'):
+    for uri in element.findall("uri"):
         try:
-            path = resolve((uri.text or '').strip())
+            path = resolve((uri.text or "").strip())
         except ValueError:
             continue
         folders.append(path if os.path.isdir(path) else os.path.dirname(path))
         files += _scripts(path)
     for path in files:
-        with open(path, encoding='utf-8', errors='replace') as file:
+        with open(path, encoding="utf-8", errors="replace") as file:
             found = read_materials(file.read()).get(name)
         if found is None:
             continue
@@ -85,8 +84,9 @@ def script_material(element, resolve, what, model):
         picture = _picture(texture, folders)
         if picture:
             return Material(picture, color)
-        model.warn(f"{what}: picture '{texture}' of material '{name}' is in none of "
-                   f"{', '.join(folders)}")
+        model.warn(
+            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}"
+        )
         return Material(color=color)
     model.warn(f"{what}: material '{name}' is not found in its scripts; it stays grey")
     return None
@@ -94,16 +94,20 @@ def script_material(element, resolve, what, model):
 
 def _scripts(path):
     if os.path.isdir(path):
-        return sorted(os.path.join(path, name) for name in os.listdir(path)
-                      if name.endswith('.material'))
+        return sorted(
+            os.path.join(path, name) for name in os.listdir(path) if name.endswith(".material")
+        )
     return [path] if os.path.isfile(path) else []
 
 
 def _picture(name, folders):
     for folder in folders:
-        for place in (folder, os.path.join(folder, '..', 'textures'),
-                      os.path.join(folder, 'materials', 'textures')):
+        for place in (
+            folder,
+            os.path.join(folder, "..", "textures"),
+            os.path.join(folder, "materials", "textures"),
+        ):
             path = os.path.normpath(os.path.join(place, name))
             if os.path.isfile(path):
                 return path
-    return ''
+    return ""

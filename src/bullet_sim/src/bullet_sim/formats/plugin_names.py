@@ -5,10 +5,10 @@ from bullet_sim.formats.xml_read import child_text
 
 def library(plugin):
     """Name of a plugin's library without folder, 'lib' and '.so': gazebo_ros_camera."""
-    name = (plugin.get('filename') or '').strip().rsplit('/', 1)[-1]
-    if name.endswith('.so'):
+    name = (plugin.get("filename") or "").strip().rsplit("/", 1)[-1]
+    if name.endswith(".so"):
         name = name[:-3]
-    return name[3:] if name.startswith('lib') else name
+    return name[3:] if name.startswith("lib") else name
 
 
 class Names:
@@ -24,16 +24,16 @@ class Names:
         namespace: without slashes at its ends; empty: the root namespace.
     """
 
-    def __init__(self, plugin, model, default=''):
+    def __init__(self, plugin, model, default=""):
         self._plugin = plugin
-        found = plugin.find('robotNamespace')
+        found = plugin.find("robotNamespace")
         if found is None:
             text = default
         else:
-            text = (found.text or '').strip() or model
+            text = (found.text or "").strip() or model
         self.namespace = _squeezed(text)
 
-    def topic(self, name, group='', absolute=True):
+    def topic(self, name, group="", absolute=True):
         """Full topic name.
 
         Args:
@@ -41,11 +41,11 @@ class Names:
             group: sub-namespace, e.g. a camera's name.
             absolute: False: a slash in front means nothing (libgazebo_ros_imu_sensor.so).
         """
-        if name.startswith('/') and absolute:
-            return '/' + _squeezed(name)
-        return '/' + _squeezed('/'.join([self.namespace, group, name]))
+        if name.startswith("/") and absolute:
+            return "/" + _squeezed(name)
+        return "/" + _squeezed("/".join([self.namespace, group, name]))
 
-    def text_topic(self, tag, default, group=''):
+    def text_topic(self, tag, default, group=""):
         """Full topic name given in a tag."""
         return self.topic(child_text(self._plugin, tag, default), group)
 
@@ -55,10 +55,10 @@ class Names:
         Cameras and lasers take their namespace as tf_prefix (tf::resolve); other plugins do
         not (prefixed=False).
         """
-        if name.startswith('/') or not prefixed or not self.namespace:
-            return name.lstrip('/')
-        return f'{self.namespace}/{name}'
+        if name.startswith("/") or not prefixed or not self.namespace:
+            return name.lstrip("/")
+        return f"{self.namespace}/{name}"
 
 
 def _squeezed(text):
-    return '/'.join(part for part in text.split('/') if part)
+    return "/".join(part for part in text.split("/") if part)

@@ -13,14 +13,14 @@ def parse(text, what):
     Raises:
         ModelError: not well-formed; names `what`, line and column.
     """
-    data = text.encode('utf-8') if isinstance(text, str) else bytes(text)
+    data = text.encode("utf-8") if isinstance(text, str) else bytes(text)
     stripped = data.lstrip()
-    if stripped.startswith(b'<?xml') and isinstance(text, str):
-        stripped = stripped[stripped.index(b'?>') + 2:] if b'?>' in stripped else stripped
+    if stripped.startswith(b"<?xml") and isinstance(text, str):
+        stripped = stripped[stripped.index(b"?>") + 2 :] if b"?>" in stripped else stripped
     try:
         return ET.fromstring(stripped)
     except ET.ParseError as error:
-        raise ModelError(f'{what} is not well-formed XML: {error}') from error
+        raise ModelError(f"{what} is not well-formed XML: {error}") from error
 
 
 def floats(text, count, what):
@@ -30,14 +30,17 @@ def floats(text, count, what):
         ModelError: names `what` and the text.
     """
     try:
-        values = tuple(float(word) for word in (text or '').split())
+        values = tuple(float(word) for word in (text or "").split())
     except ValueError:
         values = None
-    if values is None or (count is not None and len(values) != count) \
-            or not all(math.isfinite(v) for v in values):
-        wanted = 'finite numbers' if count is None else f'{count} finite number(s)'
-        if '$' in (text or ''):
-            wanted += '; it looks like xacro: process the file with xacro first'
+    if (
+        values is None
+        or (count is not None and len(values) != count)
+        or not all(math.isfinite(v) for v in values)
+    ):
+        wanted = "finite numbers" if count is None else f"{count} finite number(s)"
+        if "$" in (text or ""):
+            wanted += "; it looks like xacro: process the file with xacro first"
         raise ModelError(f"{what} is '{(text or '').strip()}', must be {wanted}")
     return values
 
@@ -50,7 +53,7 @@ def number(text, what):
 def bound(text, what):
     """A limit: a finite number, or None for one that is missing or infinite (1e16 or more)."""
     try:
-        value = float(text or 'inf')
+        value = float(text or "inf")
     except ValueError:
         value = math.nan
     if math.isinf(value) or abs(value) >= 1e16:
@@ -61,36 +64,38 @@ def bound(text, what):
 def child_text(element, path, default=None):
     """Stripped text of a sub-element, or the default where it is missing or empty."""
     found = element.find(path)
-    text = found.text.strip() if found is not None and found.text else ''
+    text = found.text.strip() if found is not None and found.text else ""
     return text or default
 
 
 def child_number(element, path, what, default):
     """Number in a sub-element, or the default where it is missing."""
     text = child_text(element, path)
-    return default if text is None else number(text, f'{what} <{path}>')
+    return default if text is None else number(text, f"{what} <{path}>")
 
 
 def is_true(text):
     """Whether a text says yes (true, 1, yes)."""
-    return str(text).strip().lower() in ('true', '1', 'yes', 'on')
+    return str(text).strip().lower() in ("true", "1", "yes", "on")
 
 
 def urdf_origin(element, what):
     """Pose of an <origin xyz rpy> child; identity where there is none."""
-    origin = element.find('origin')
+    origin = element.find("origin")
     if origin is None:
         return Pose()
-    return Pose.from_xyz_rpy(floats(origin.get('xyz', '0 0 0'), 3, f'{what} origin xyz'),
-                             floats(origin.get('rpy', '0 0 0'), 3, f'{what} origin rpy'))
+    return Pose.from_xyz_rpy(
+        floats(origin.get("xyz", "0 0 0"), 3, f"{what} origin xyz"),
+        floats(origin.get("rpy", "0 0 0"), 3, f"{what} origin rpy"),
+    )
 
 
 def sdf_pose(element, what):
     """Pose of a <pose> child (x y z roll pitch yaw); identity where there is none."""
-    text = child_text(element, 'pose')
+    text = child_text(element, "pose")
     if text is None:
         return Pose()
-    values = floats(text, 6, f'{what} <pose>')
+    values = floats(text, 6, f"{what} <pose>")
     return Pose.from_xyz_rpy(values[:3], values[3:])
 
 
@@ -101,5 +106,5 @@ def whole(value, what):
         ModelError: it has a fraction.
     """
     if value != int(value):
-        raise ModelError(f'{what} is {value}, must be a whole number')
+        raise ModelError(f"{what} is {value}, must be a whole number")
     return int(value)

@@ -7,10 +7,10 @@ import numpy as np
 
 from bullet_sim.errors import ModelError
 
-MAX_PICTURE = 2048      # [px] longest side of a picture
-MAX_SIZE = 1e6          # [m] beyond which a mesh is a mistake
+MAX_PICTURE = 2048  # [px] longest side of a picture
+MAX_SIZE = 1e6  # [m] beyond which a mesh is a mistake
 WHITE = (1.0, 1.0, 1.0, 1.0)
-GREY = (0.7, 0.7, 0.7, 1.0)     # of what has no colour
+GREY = (0.7, 0.7, 0.7, 1.0)  # of what has no colour
 
 
 def convert(shape, signs, role, folder):
@@ -30,28 +30,29 @@ def convert(shape, signs, role, folder):
         ModelError: it cannot be read, is empty, or holds what is no number.
     """
     geometry = shape.geometry
-    with np.errstate(all='ignore'):     # corners that are no numbers are looked for below
+    with np.errstate(all="ignore"):  # corners that are no numbers are looked for below
         meshes = _load(geometry)
     for mesh in meshes:
         corners = np.asarray(mesh.vertices, float)
         if not np.isfinite(corners).all() or np.abs(corners).max() > MAX_SIZE:
-            raise ModelError(f"mesh '{geometry.path}' has corners that are no numbers or beyond "
-                             f'{MAX_SIZE:g} m')
+            raise ModelError(
+                f"mesh '{geometry.path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
+            )
     if geometry.centered:
         low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
         high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
         for mesh in meshes:
             mesh.vertices = mesh.vertices - (low + high) / 2.0
-    if role == 'collision':
-        path = os.path.join(folder, 'part_0.obj')
+    if role == "collision":
+        path = os.path.join(folder, "part_0.obj")
         _write(path, meshes, signs)
-        return [{'file': path, 'color': None, 'textured': False}]
+        return [{"file": path, "color": None, "textured": False}]
     parts = []
     for number, mesh in enumerate(meshes):
-        path = os.path.join(folder, f'part_{number}.obj')
+        path = os.path.join(folder, f"part_{number}.obj")
         color, picture = _looks(mesh, shape)
         _write(path, [mesh], signs, _library(path, color, picture), picture is not None)
-        parts.append({'file': path, 'color': color, 'textured': picture is not None})
+        parts.append({"file": path, "color": color, "textured": picture is not None})
     return parts
 
 
@@ -63,30 +64,37 @@ def _load(geometry):
     try:
         import trimesh
     except ImportError as error:
-        raise ModelError(f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
-                         ) from error
+        raise ModelError(
+            f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
+        ) from error
     try:
         options = {}
-        if geometry.submesh and geometry.path.lower().endswith('.obj'):
-            options = {'split_objects': True, 'group_material': False}
+        if geometry.submesh and geometry.path.lower().endswith(".obj"):
+            options = {"split_objects": True, "group_material": False}
         scene = trimesh.load_scene(geometry.path, process=False, **options)
         meshes, names = [], []
         for node in scene.graph.nodes_geometry:
             place, name = scene.graph[node]
             names.append(name)
             found = scene.geometry[name]
-            if isinstance(found, trimesh.Trimesh) and len(found.faces) and (
-                    not geometry.submesh or _is_part(geometry.submesh, name, node)):
+            if (
+                isinstance(found, trimesh.Trimesh)
+                and len(found.faces)
+                and (not geometry.submesh or _is_part(geometry.submesh, name, node))
+            ):
                 mesh = found.copy()
                 mesh.apply_transform(place)
                 mesh.vertices = mesh.vertices * _unit(scene.units)
                 meshes.append(mesh)
     except Exception as error:  # pylint: disable=broad-except  # its readers raise anything
-        raise ModelError(f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
-                         ) from error
+        raise ModelError(
+            f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
+        ) from error
     if not meshes and geometry.submesh and names:
-        raise ModelError(f"mesh '{geometry.path}' has no part '{geometry.submesh}'; parts are "
-                         f"{', '.join(sorted(set(names)))}")
+        raise ModelError(
+            f"mesh '{geometry.path}' has no part '{geometry.submesh}'; parts are "
+            f"{', '.join(sorted(set(names)))}"
+        )
     if not meshes:
         raise ModelError(f"mesh '{geometry.path}' has no triangles")
     return meshes
@@ -98,24 +106,24 @@ def _is_part(wanted, *names):
 
 def _unit(text):
     """Metres in a file's unit: trimesh says 'meters' or '0.0254 * meters'."""
-    found = re.match(r'\s*([-+.\deE]+)\s*\*', str(text or ''))
+    found = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
     return float(found.group(1)) if found else 1.0
 
 
 def _looks(mesh, shape):
     """(RGBA, Pillow picture or None) of a trimesh as part of a Shape."""
     visual = mesh.visual
-    uv = getattr(visual, 'uv', None)
+    uv = getattr(visual, "uv", None)
     if shape.texture:
         if uv is None:
             return mean_color(shape.texture), None
         return WHITE, _open(shape.texture)
     if shape.painted or visual is None or not visual.defined:
         return shape.color or GREY, None
-    material = getattr(visual, 'material', None)
+    material = getattr(visual, "material", None)
     if material is None:
         return _rgba(visual.main_color), None
-    picture = getattr(material, 'image', None) or getattr(material, 'baseColorTexture', None)
+    picture = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
     if picture is not None and uv is not None:
         return WHITE, picture
     return _rgba(material.main_color), None
@@ -127,9 +135,10 @@ def _rgba(color):
 
 def _open(path):
     from PIL import Image
+
     try:
         with Image.open(path) as opened:
-            return opened.convert('RGB')
+            return opened.convert("RGB")
     except (OSError, ValueError) as error:
         raise ModelError(f"picture '{path}' cannot be read: {error}") from error
 
@@ -142,7 +151,7 @@ def mean_color(path):
 
 def _save(picture, path):
     """Save a picture with sides that are multiples of 4: EGL draws others as stripes."""
-    picture = picture.convert('RGB')
+    picture = picture.convert("RGB")
     shrink = min(1.0, MAX_PICTURE / max(picture.size))
     size = tuple(max(4, 4 * round(side * shrink / 4)) for side in picture.size)
     if size != picture.size:
@@ -153,42 +162,48 @@ def _save(picture, path):
 def _write(path, meshes, signs, head=(), covered=False):
     """Write meshes as one OBJ after the lines of `head`; covered: with places in a picture."""
     lines, first = list(head), 1
-    flip = np.prod(signs) < 0       # a mirrored triangle shows its back: turn it round
+    flip = np.prod(signs) < 0  # a mirrored triangle shows its back: turn it round
     for mesh in meshes:
         corners = np.asarray(mesh.vertices, float) * signs
         normals = np.asarray(mesh.vertex_normals, float) * signs
-        faces = np.asarray(mesh.faces)[:, ::-1 if flip else 1] + first
-        lines += ['v %.9g %.9g %.9g' % tuple(row) for row in corners]
+        faces = np.asarray(mesh.faces)[:, :: -1 if flip else 1] + first
+        lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(row)) for row in corners]
         if covered:
-            lines += ['vt %.6g %.6g' % tuple(row[:2]) for row in np.asarray(mesh.visual.uv)]
-        lines += ['vn %.6g %.6g %.6g' % tuple(row) for row in np.nan_to_num(normals)]
-        form = 'f %d/%d/%d %d/%d/%d %d/%d/%d' if covered \
-            else 'f %d//%d %d//%d %d//%d'
+            lines += [
+                "vt {:.6g} {:.6g}".format(*tuple(row[:2])) for row in np.asarray(mesh.visual.uv)
+            ]
+        lines += ["vn {:.6g} {:.6g} {:.6g}".format(*tuple(row)) for row in np.nan_to_num(normals)]
+        form = "f %d/%d/%d %d/%d/%d %d/%d/%d" if covered else "f %d//%d %d//%d %d//%d"
         each = 3 if covered else 2
         lines += [form % tuple(row) for row in np.repeat(faces, each, axis=1)]
         first += len(corners)
-    with open(path, 'w', encoding='utf-8') as file:
-        file.write('\n'.join(lines) + '\n')
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
 
 
 def _library(path, color, picture=None):
     """Write the material library of an OBJ, and its picture; gives the lines that name it."""
     base = os.path.splitext(os.path.basename(path))[0]
     folder = os.path.dirname(path)
-    lines = ['newmtl look', 'Ka 1 1 1', 'Kd %g %g %g' % tuple(color[:3]), f'd {color[3]:g}']
+    lines = [
+        "newmtl look",
+        "Ka 1 1 1",
+        "Kd {:g} {:g} {:g}".format(*tuple(color[:3])),
+        f"d {color[3]:g}",
+    ]
     if picture is not None:
-        _save(picture, os.path.join(folder, f'{base}.png'))
-        lines.append(f'map_Kd {base}.png')
-    with open(os.path.join(folder, f'{base}.mtl'), 'w', encoding='utf-8') as file:
-        file.write('\n'.join(lines) + '\n')
-    return [f'mtllib {base}.mtl', 'usemtl look']
+        _save(picture, os.path.join(folder, f"{base}.png"))
+        lines.append(f"map_Kd {base}.png")
+    with open(os.path.join(folder, f"{base}.mtl"), "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return [f"mtllib {base}.mtl", "usemtl look"]
 
 
 def write_box(size, texture, folder):
     """Write a box of a size [m] with a picture on each side; returns parts as convert does."""
-    path = os.path.join(folder, 'part_0.obj')
+    path = os.path.join(folder, "part_0.obj")
     lines = _library(path, WHITE, _open(texture))
-    lines += ['vt 0 0', 'vt 1 0', 'vt 1 1', 'vt 0 1']
+    lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
     half, number = np.asarray(size, float) / 2.0, 0
     for axis in range(3):
         for side in (1.0, -1.0):
@@ -199,12 +214,16 @@ def write_box(size, texture, folder):
                 right = right * -side
             up = np.cross(normal, right)
             for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                lines.append('v %.9g %.9g %.9g' % tuple((normal + a * right + b * up) * half))
-            lines.append('vn %g %g %g' % tuple(normal))
-            corner = [f'{4 * number + k}/{k}/{number + 1}' for k in (1, 2, 3, 4)]
-            lines += [f'f {corner[0]} {corner[1]} {corner[2]}',
-                      f'f {corner[0]} {corner[2]} {corner[3]}']
+                lines.append(
+                    "v {:.9g} {:.9g} {:.9g}".format(*tuple((normal + a * right + b * up) * half))
+                )
+            lines.append("vn {:g} {:g} {:g}".format(*tuple(normal)))
+            corner = [f"{4 * number + k}/{k}/{number + 1}" for k in (1, 2, 3, 4)]
+            lines += [
+                f"f {corner[0]} {corner[1]} {corner[2]}",
+                f"f {corner[0]} {corner[2]} {corner[3]}",
+            ]
             number += 1
-    with open(path, 'w', encoding='utf-8') as file:
-        file.write('\n'.join(lines) + '\n')
-    return [{'file': path, 'color': WHITE, 'textured': True}]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return [{"file": path, "color": WHITE, "textured": True}]

@@ -14,11 +14,12 @@ import json
 import os
 from dataclasses import replace
 
-from bullet_sim.meshes import check as mesh_check, convert as mesh_convert
 from bullet_sim.description.parts import Geometry
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes import check as mesh_check
+from bullet_sim.meshes import convert as mesh_convert
 
-MAX_BYTES = 400_000_000     # of a mesh file
+MAX_BYTES = 400_000_000  # of a mesh file
 
 
 def localise(lumped, folder, warn):
@@ -29,7 +30,7 @@ def localise(lumped, folder, warn):
         folder: for converted files; they go to <folder>/meshes.
         warn: function that takes one sentence for each shape that cannot be used.
     """
-    store = _Store(os.path.join(folder, 'meshes'))
+    store = _Store(os.path.join(folder, "meshes"))
     for link in lumped.links.values():
         for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
             ready = []
@@ -37,8 +38,10 @@ def localise(lumped, folder, warn):
                 try:
                     ready += convert(shape)
                 except ModelError as error:
-                    warn(f"{shape.name or 'a shape'} of link '{shape.link or link.name}' is left "
-                         f'out: {error}')
+                    warn(
+                        f"{shape.name or 'a shape'} of link '{shape.link or link.name}' is left "
+                        f"out: {error}"
+                    )
             shapes[:] = ready
 
 
@@ -51,7 +54,7 @@ class _Store:
     def visual(self, shape):
         """Shapes that stand for one visual: one for each material."""
         geometry = shape.geometry
-        if geometry.kind != 'mesh':
+        if geometry.kind != "mesh":
             return [self._covered(shape)] if shape.texture else [shape]
         data = _read(geometry.path)
         kind = mesh_check.kind_of(geometry.path, data)
@@ -60,60 +63,68 @@ class _Store:
             raise ModelError(fault)
         if mesh_check.is_plain(shape, kind, data) and not shape.texture:
             return [shape]
-        parts = self._converted(geometry, data, 'visual', shape)
-        return [replace(shape, texture='', geometry=_beside(part['file'], geometry),
-                        color=part['color']) for part in parts]
+        parts = self._converted(geometry, data, "visual", shape)
+        return [
+            replace(
+                shape, texture="", geometry=_beside(part["file"], geometry), color=part["color"]
+            )
+            for part in parts
+        ]
 
     def collision(self, shape):
         """Shapes that stand for one collision; materials do not matter."""
         geometry = shape.geometry
-        if geometry.kind != 'mesh':
+        if geometry.kind != "mesh":
             return [shape]
         data = _read(geometry.path)
         kind = mesh_check.kind_of(geometry.path, data)
         fault = mesh_check.fault(geometry.path, kind, data)
         if fault:
             raise ModelError(fault)
-        if kind in ('obj', 'stl') and min(geometry.scale) > 0 and not geometry.submesh:
+        if kind in ("obj", "stl") and min(geometry.scale) > 0 and not geometry.submesh:
             return [shape]
-        parts = self._converted(geometry, data, 'collision', shape)
-        return [replace(shape, geometry=_beside(part['file'], geometry)) for part in parts]
+        parts = self._converted(geometry, data, "collision", shape)
+        return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
 
     def _covered(self, shape):
         """A box with a picture on its sides; other bodies get the picture's mean colour."""
         kind, size = shape.geometry.kind, shape.geometry.size
-        if kind != 'box':
-            return replace(shape, texture='', color=mesh_convert.mean_color(shape.texture))
-        with open(shape.texture, 'rb') as file:
+        if kind != "box":
+            return replace(shape, texture="", color=mesh_convert.mean_color(shape.texture))
+        with open(shape.texture, "rb") as file:
             key = _key(file.read(), repr(size))
-        parts = self._kept(key, lambda folder: mesh_convert.write_box(size, shape.texture,
-                                                                       folder))
-        return replace(shape, texture='', color=parts[0]['color'],
-                       geometry=Geometry('mesh', path=parts[0]['file']))
+        parts = self._kept(key, lambda folder: mesh_convert.write_box(size, shape.texture, folder))
+        return replace(
+            shape,
+            texture="",
+            color=parts[0]["color"],
+            geometry=Geometry("mesh", path=parts[0]["file"]),
+        )
 
     def _converted(self, geometry, data, role, shape):
         signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
-        looks = (shape.texture, shape.color, shape.painted) if role == 'visual' else ()
-        key = _key(data, repr((geometry.path, signs, geometry.submesh, geometry.centered, role,
-                               looks)))
+        looks = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
+        key = _key(
+            data, repr((geometry.path, signs, geometry.submesh, geometry.centered, role, looks))
+        )
         return self._kept(key, lambda folder: mesh_convert.convert(shape, signs, role, folder))
 
     def _kept(self, key, make):
         """Parts made before, or made now; each a dict of file, color, textured."""
         folder = os.path.join(self._folder, key)
-        index = os.path.join(folder, 'parts.json')
+        index = os.path.join(folder, "parts.json")
         if not os.path.isfile(index):
             os.makedirs(folder, exist_ok=True)
             parts = make(folder)
-            with open(index, 'w', encoding='utf-8') as file:
+            with open(index, "w", encoding="utf-8") as file:
                 json.dump(parts, file)
-        with open(index, encoding='utf-8') as file:
+        with open(index, encoding="utf-8") as file:
             parts = json.load(file)
-        return [dict(part, color=part['color'] and tuple(part['color'])) for part in parts]
+        return [dict(part, color=part["color"] and tuple(part["color"])) for part in parts]
 
 
 def _beside(path, geometry):
-    return Geometry('mesh', path=path, scale=tuple(abs(factor) for factor in geometry.scale))
+    return Geometry("mesh", path=path, scale=tuple(abs(factor) for factor in geometry.scale))
 
 
 def _key(data, text):
@@ -123,9 +134,10 @@ def _key(data, text):
 def _read(path):
     try:
         if os.path.getsize(path) > MAX_BYTES:
-            raise ModelError(f"mesh '{path}' has {os.path.getsize(path)} bytes, must have at most "
-                             f'{MAX_BYTES}')
-        with open(path, 'rb') as file:
+            raise ModelError(
+                f"mesh '{path}' has {os.path.getsize(path)} bytes, must have at most {MAX_BYTES}"
+            )
+        with open(path, "rb") as file:
             return file.read()
     except OSError as error:
         raise ModelError(f"mesh '{path}' cannot be read: {error.strerror}") from error

@@ -1,8 +1,8 @@
 """Wrenches on links and efforts on joints that act for some simulated time."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Callable
 
 import numpy as np
 
@@ -24,9 +24,9 @@ def span(step_count, time_step, start, duration):
     Raises:
         CommandError: a number is NaN or infinite.
     """
-    for name, value in (('start_time', start), ('duration', duration)):
+    for name, value in (("start_time", start), ("duration", duration)):
         if not math.isfinite(value):
-            raise CommandError(f'{name} is {value} s, must be finite')
+            raise CommandError(f"{name} is {value} s, must be finite")
     first = max(step_count, math.ceil(start / time_step - 1e-6))
     if duration < 0:
         return first, math.inf
@@ -36,8 +36,8 @@ def span(step_count, time_step, start, duration):
 @dataclass(frozen=True)
 class _Job:
     model: object
-    part: str               # name of the link or joint
-    kind: str               # 'link' or 'joint'
+    part: str  # name of the link or joint
+    kind: str  # 'link' or 'joint'
     first: int
     end: float
     act: Callable[[], None]
@@ -69,7 +69,7 @@ class Forces:
         self._check(model, f"wrench on link '{link}'", (*force, *torque))
         index, _ = model.carrier(link)
         force, torque = np.asarray(force, float), np.asarray(torque, float)
-        self._add(model, link, 'link', steps, lambda: model.push(index, force, torque))
+        self._add(model, link, "link", steps, lambda: model.push(index, force, torque))
 
     def drive(self, model, joint, effort, steps):
         """Let an effort [N m, N] act on a joint, beside whatever drives it; clipped to its limit.
@@ -82,7 +82,7 @@ class Forces:
         """
         self._check(model, f"effort on joint '{joint}'", (effort,))
         effort = model.joints.clip_effort(joint, effort)
-        self._add(model, joint, 'joint', steps, lambda: model.joints.add_effort(joint, effort))
+        self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
         return effort
 
     def _add(self, model, part, kind, steps, act):
@@ -106,11 +106,11 @@ class Forces:
 
     def clear_link(self, model, link):
         """End all wrenches on a link; returns how many there were."""
-        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, 'link', link))
+        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, "link", link))
 
     def clear_joint(self, model, joint):
         """End all efforts on a joint; returns how many there were."""
-        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, 'joint', joint))
+        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, "joint", joint))
 
     def forget(self, model):
         """End everything that acts on a model."""

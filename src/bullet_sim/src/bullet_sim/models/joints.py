@@ -4,9 +4,9 @@ import numpy as np
 
 from bullet_sim.errors import ModelError
 
-UNLIMITED_EFFORT = 1e6      # [N m, N] where the URDF gives no limit
-UNLIMITED_SPEED = 1e4       # [rad/s, m/s]
-MAX_POSITION = 1e9          # [rad, m] that set_positions takes
+UNLIMITED_EFFORT = 1e6  # [N m, N] where the URDF gives no limit
+UNLIMITED_SPEED = 1e4  # [rad/s, m/s]
+MAX_POSITION = 1e9  # [rad, m] that set_positions takes
 
 
 class Joints:
@@ -51,8 +51,10 @@ class Joints:
     def state(self):
         """Positions and velocities as two mappings from the joints' names."""
         positions, velocities, _ = self._engine.read_joints(self._body)
-        return (dict(zip(self._engine_order, positions.tolist())),
-                dict(zip(self._engine_order, velocities.tolist())))
+        return (
+            dict(zip(self._engine_order, positions.tolist())),
+            dict(zip(self._engine_order, velocities.tolist())),
+        )
 
     def positions_of(self, names):
         """Positions of some joints, as a tuple."""
@@ -66,8 +68,10 @@ class Joints:
             ModelError: no such movable joint.
         """
         if name not in self._index:
-            raise ModelError(f"joint '{name}' does not exist or does not move; movable joints are "
-                             f"{', '.join(self.names) or '(none)'}")
+            raise ModelError(
+                f"joint '{name}' does not exist or does not move; movable joints are "
+                f"{', '.join(self.names) or '(none)'}"
+            )
         return self._index[name]
 
     def set_positions(self, values):
@@ -81,8 +85,10 @@ class Joints:
         numbers = {name: self.index(name) for name in values}
         for name, value in values.items():
             if not abs(value) <= MAX_POSITION:
-                raise ModelError(f"position of joint '{name}' is {value}, must be finite and at "
-                                 f'most {MAX_POSITION:g} rad or m')
+                raise ModelError(
+                    f"position of joint '{name}' is {value}, must be finite and at "
+                    f"most {MAX_POSITION:g} rad or m"
+                )
         for name, value in values.items():
             self._engine.put_joint(self._body, numbers[name], self._within_stops(name, value))
 
@@ -114,8 +120,9 @@ class Joints:
         """Track velocities, clipped to the URDF's velocity limits."""
         for name, value in zip(names, values):
             speed = self._speed(name)
-            self._engine.drive_velocity(self._body, self._index[name],
-                                        min(max(value, -speed), speed), self._effort(name))
+            self._engine.drive_velocity(
+                self._body, self._index[name], min(max(value, -speed), speed), self._effort(name)
+            )
 
     def drive_positions(self, names, values):
         """Track positions, clipped to the URDF's position limits."""
@@ -123,8 +130,9 @@ class Joints:
             limits = self.limits[name]
             if limits.lower is not None:
                 value = min(max(value, limits.lower), limits.upper)
-            self._engine.drive_position(self._body, self._index[name], value,
-                                        self._effort(name), self._speed(name))
+            self._engine.drive_position(
+                self._body, self._index[name], value, self._effort(name), self._speed(name)
+            )
 
     def apply_efforts(self, efforts):
         """Push joints (mapping name -> effort [N m, N]) during the next step."""

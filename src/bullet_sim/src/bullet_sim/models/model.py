@@ -4,17 +4,17 @@ import os
 
 import numpy as np
 
-from bullet_sim.errors import ModelError
-from bullet_sim.models.joints import Joints
-from bullet_sim.description.lump import lump
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.meshes.localise import localise
-from bullet_sim.pose import PLACEABLE, Pose, cross
-from bullet_sim.models.prepare import prepared_urdf
-from bullet_sim.snapshot import BodySource, BodyState
 from bullet_sim.controllers.stiffness import joint_inertias
+from bullet_sim.description.lump import lump
+from bullet_sim.errors import ModelError
+from bullet_sim.meshes.localise import localise
+from bullet_sim.models.joints import Joints
+from bullet_sim.models.prepare import prepared_urdf
+from bullet_sim.pose import PLACEABLE, Pose, cross
+from bullet_sim.snapshot import BodySource, BodyState
 
-MAX_VELOCITY = 1e6      # [m/s, rad/s] that set_state takes along each axis
+MAX_VELOCITY = 1e6  # [m/s, rad/s] that set_state takes along each axis
 _SAME = Pose()
 
 
@@ -41,34 +41,49 @@ class Model:
         self._changes = {}
         self._lumped = lump(description)
         localise(self._lumped, folder, description.warn)
-        path = os.path.join(folder, f'{key}.urdf')
-        with open(path, 'w', encoding='utf-8') as file:
+        path = os.path.join(folder, f"{key}.urdf")
+        with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
         self._load()
         self.joints = Joints(engine, self.body, self._lumped.joints)
-        self.manager = (None if description.control_namespace is None
-                        else Manager(self.joints, description,
-                                     joint_inertias(self._lumped, description.fixed_base)))
+        self.manager = (
+            None
+            if description.control_namespace is None
+            else Manager(
+                self.joints, description, joint_inertias(self._lumped, description.fixed_base)
+            )
+        )
 
     def _load(self):
         self._placed = None
-        apart = [name for name, link in self._lumped.links.items()
-                 if not (link.self_collide or self.description.self_collide)]
+        apart = [
+            name
+            for name, link in self._lumped.links.items()
+            if not (link.self_collide or self.description.self_collide)
+        ]
         self.body = self._engine.load(
-            self.source.path, self.initial_pose.position, self.initial_pose.orientation,
-            self.source.fixed_base, self_collide=len(self._lumped.links) - len(apart) > 1)
+            self.source.path,
+            self.initial_pose.position,
+            self.initial_pose.orientation,
+            self.source.fixed_base,
+            self_collide=len(self._lumped.links) - len(apart) > 1,
+        )
         self._links = self._engine.link_indices(self.body)
         if len(self._lumped.links) - len(apart) > 1:
             for name in apart:
                 for other in self._lumped.links:
-                    self._engine.disable_self_collision(self.body, self._links[name],
-                                                        self._links[other])
+                    self._engine.disable_self_collision(
+                        self.body, self._links[name], self._links[other]
+                    )
         for name, link in self._lumped.links.items():
-            self._engine.set_surface(self.body, self._links[name],
-                                     friction=link.surface.friction,
-                                     stiffness=link.surface.stiffness,
-                                     damping=link.surface.damping)
+            self._engine.set_surface(
+                self.body,
+                self._links[name],
+                friction=link.surface.friction,
+                stiffness=link.surface.stiffness,
+                damping=link.surface.damping,
+            )
 
         for change in self._changes.values():
             change()
@@ -135,8 +150,9 @@ class Model:
             ModelError: no such link.
         """
         if link not in self._lumped.frames:
-            raise ModelError(f"model '{self.name}' has no link '{link}'; links are "
-                             f"{', '.join(self.link_names)}")
+            raise ModelError(
+                f"model '{self.name}' has no link '{link}'; links are {', '.join(self.link_names)}"
+            )
         name, pose = self._lumped.frames[link]
         return self._links[name], pose
 
@@ -163,7 +179,7 @@ class Model:
         index, offset = self.carrier(link)
         position, orientation, linear, angular = self._engine.link_state(self.body, index)
         frame = Pose(tuple(position.tolist()), tuple(orientation.tolist()))
-        if offset == _SAME:     # not merged into another link
+        if offset == _SAME:  # not merged into another link
             return frame, linear, angular
         arm = frame.matrix @ np.asarray(offset.position)
         return frame * offset, linear + cross(angular, arm), angular
@@ -189,12 +205,15 @@ class Model:
             ModelError: a number is NaN, infinite or out of bounds.
         """
         if not pose.is_placeable():
-            raise ModelError(f"pose for model '{self.name}' is {pose.position}, "
-                             f'{pose.orientation}; {PLACEABLE}')
+            raise ModelError(
+                f"pose for model '{self.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
+            )
         if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
-            raise ModelError(f"velocity for model '{self.name}' is {tuple(linear)}, "
-                             f'{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s '
-                             'or rad/s along each axis')
+            raise ModelError(
+                f"velocity for model '{self.name}' is {tuple(linear)}, "
+                f"{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s "
+                "or rad/s along each axis"
+            )
         pose = pose.normalised()
         self._engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:

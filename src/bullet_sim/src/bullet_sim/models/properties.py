@@ -7,7 +7,7 @@ import numpy as np
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import matrix_from_quaternion
 
-TOLERANCE = 1e-6        # relative, of what cannot change but is sent back as it was
+TOLERANCE = 1e-6  # relative, of what cannot change but is sent back as it was
 
 
 def link_properties(model, link):
@@ -42,25 +42,31 @@ def set_link_properties(model, link, mass, centre, inertia, gravity):
     what = f"link '{link}' of '{model.name}'"
     part = model.rigid_parts.get(link)
     if model.is_static:
-        raise ModelError(f'{what} never moves: the model is static')
+        raise ModelError(f"{what} never moves: the model is static")
     if part is None:
-        raise ModelError(f'{what} is merged into another by a fixed joint; change one of '
-                         f"{', '.join(model.rigid_parts)}")
+        raise ModelError(
+            f"{what} is merged into another by a fixed joint; change one of "
+            f"{', '.join(model.rigid_parts)}"
+        )
     inertia = np.asarray(inertia, float)
     if not (np.isfinite(inertia).all() and math.isfinite(mass) and mass > 0):
-        raise ModelError(f'{what}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, '
-                         'the mass above 0')
+        raise ModelError(
+            f"{what}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
+            "the mass above 0"
+        )
     if not gravity:
-        raise ModelError(f'{what}: gravity_mode cannot be switched off here')
+        raise ModelError(f"{what}: gravity_mode cannot be switched off here")
     if not np.allclose(centre, part.centre, rtol=0.0, atol=1e-6):
-        raise ModelError(f'{what}: the centre of mass cannot move, it is {part.centre.tolist()} m')
+        raise ModelError(f"{what}: the centre of mass cannot move, it is {part.centre.tolist()} m")
     moments, before = _moments(model, index, inertia), part.inertia
     if moments is None:
-        raise ModelError(f'{what}: inertia {inertia.tolist()} has other principal axes than '
-                         f'{before.tolist()}, which cannot change')
+        raise ModelError(
+            f"{what}: inertia {inertia.tolist()} has other principal axes than "
+            f"{before.tolist()}, which cannot change"
+        )
     if moments.min() <= 0:
-        raise ModelError(f'{what}: inertia {inertia.tolist()} is not positive definite')
-    model.change(('mass', link), lambda: model.engine.set_mass(model.body, index, mass, moments))
+        raise ModelError(f"{what}: inertia {inertia.tolist()} is not positive definite")
+    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, mass, moments))
     part.mass, part.inertia = float(mass), inertia
 
 
@@ -81,13 +87,14 @@ def set_joint_stops(model, joint, lower=None, upper=None):
     number, limits = model.joints.index(joint), model.joints.limits[joint]
     what = f"joint '{joint}' of '{model.name}'"
     if limits.lower is None:
-        raise ModelError(f'{what} is {limits.kind} and has no stops to change')
+        raise ModelError(f"{what} is {limits.kind} and has no stops to change")
     lower = limits.lower if lower is None else float(lower)
     upper = limits.upper if upper is None else float(upper)
     if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
-        raise ModelError(f'{what}: stops are {lower} and {upper}, must be finite, the lower first')
-    model.change(('stops', joint),
-                 lambda: model.engine.set_joint_limits(model.body, number, lower, upper))
+        raise ModelError(f"{what}: stops are {lower} and {upper}, must be finite, the lower first")
+    model.change(
+        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, number, lower, upper)
+    )
     limits.lower, limits.upper = lower, upper
 
 
@@ -99,8 +106,11 @@ def set_joint_damping(model, joint, damping):
     """
     number = model.joints.index(joint)
     if not (math.isfinite(damping) and damping >= 0):
-        raise ModelError(f"joint '{joint}' of '{model.name}': damping is {damping}, must be 0 or "
-                         'more')
-    model.change(('damping', joint),
-                 lambda: model.engine.set_joint_damping(model.body, number, float(damping)))
+        raise ModelError(
+            f"joint '{joint}' of '{model.name}': damping is {damping}, must be 0 or more"
+        )
+    model.change(
+        ("damping", joint),
+        lambda: model.engine.set_joint_damping(model.body, number, float(damping)),
+    )
     model.joints.limits[joint].damping = float(damping)

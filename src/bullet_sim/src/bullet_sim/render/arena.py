@@ -1,10 +1,11 @@
 """Memory that the render process and its parent share, so that pictures travel without a copy."""
+
 import mmap
 import os
 
 import numpy as np
 
-ALIGNMENT = 64      # [bytes] of every array's beginning
+ALIGNMENT = 64  # [bytes] of every array's beginning
 
 
 class Arena:
@@ -18,7 +19,7 @@ class Arena:
     """
 
     def __init__(self, fd=None):
-        self.fd = os.memfd_create('pictures') if fd is None else fd
+        self.fd = os.memfd_create("pictures") if fd is None else fd
         self._map, self._size = None, 0
 
     def grow(self, size):
@@ -35,7 +36,7 @@ class Arena:
         count = int(np.prod(shape))
         if offset + count * np.dtype(kind).itemsize > self._size:
             self._size = os.fstat(self.fd).st_size
-            self._map = mmap.mmap(self.fd, self._size)      # the old one lives as long as its arrays
+            self._map = mmap.mmap(self.fd, self._size)  # the old one lives as long as its arrays
         return np.frombuffer(self._map, kind, count, offset).reshape(shape)
 
     def close(self):
@@ -79,7 +80,7 @@ class Banks:
 
     def __init__(self, arena):
         self._arena, self._end = arena, 0
-        self._banks = [(0, 0), (0, 0)]      # (offset, size)
+        self._banks = [(0, 0), (0, 0)]  # (offset, size)
 
     def take(self, requests):
         """Room for pictures in the bank whose turn it is.
@@ -89,10 +90,12 @@ class Banks:
         """
         found, size = places(requests)
         (start, room), other = self._banks
-        if size > room:     # a new place at the end; twice the size, so that little is given up
+        if size > room:  # a new place at the end; twice the size, so that little is given up
             start, room = self._end, max(size, 2 * room)
             self._end += room
             self._arena.grow(self._end)
         self._banks = [other, (start, room)]
-        return [(start + colours, distances if distances is None else start + distances)
-                for colours, distances in found]
+        return [
+            (start + colours, distances if distances is None else start + distances)
+            for colours, distances in found
+        ]

@@ -1,4 +1,5 @@
 """The parent's side of the render worker."""
+
 import sys
 import threading
 from collections import Counter
@@ -45,15 +46,15 @@ class RenderClient:
         self._worker = None
         self._thread = None
         self._changed = threading.Condition()
-        self._pending = {}          # camera name -> (snapshot, request), oldest camera first
+        self._pending = {}  # camera name -> (snapshot, request), oldest camera first
         self._lockstep = None
         self._sources = None
         self._sources_sent = True
         self._closing = False
-        self._failed = ''
+        self._failed = ""
 
     # for the caller's threads -----------------------------------------------------------------
-    def start(self, kind='auto'):
+    def start(self, kind="auto"):
         """Start the worker and wait until its renderer has drawn a test picture (about 1 s).
 
         Args:
@@ -68,19 +69,19 @@ class RenderClient:
         if kind not in RENDERERS:
             raise RenderError(f"renderer is '{kind}', must be one of {', '.join(RENDERERS)}")
         if self._thread is not None:
-            raise RenderError('the render client is already started')
-        reason = ''
-        if kind != 'tiny':
+            raise RenderError("the render client is already started")
+        reason = ""
+        if kind != "tiny":
             try:
-                self._worker = Worker('egl', self._environment)
+                self._worker = Worker("egl", self._environment)
             except RenderError as error:
-                if kind == 'egl':
+                if kind == "egl":
                     raise
                 reason = str(error)
         if self._worker is None:
-            self._worker = Worker('tiny', self._environment)
+            self._worker = Worker("tiny", self._environment)
         self.renderer = Renderer(self._worker.kind, reason)
-        self._thread = threading.Thread(target=self._run, name='render-client', daemon=True)
+        self._thread = threading.Thread(target=self._run, name="render-client", daemon=True)
         self._thread.start()
         return self.renderer
 
@@ -133,9 +134,9 @@ class RenderClient:
         job = Lockstep(snapshot, requests)
         with self._changed:
             if self._failed or self._closing or self._thread is None:
-                raise RenderError(self._failed or 'the render client is not running')
+                raise RenderError(self._failed or "the render client is not running")
             if self._lockstep is not None:
-                raise RenderError('render_sync is already waiting in another thread')
+                raise RenderError("render_sync is already waiting in another thread")
             self._lockstep = job
             self._changed.notify()
         finished = job.done.wait(timeout)
@@ -146,8 +147,9 @@ class RenderClient:
             raise RenderError(job.error)
         if not finished:
             missing = [r.name for r in requests if r.name not in job.frames]
-            raise RenderError(f"no picture of {', '.join(missing)} for step {snapshot.step} "
-                              f'within {timeout:g} s')
+            raise RenderError(
+                f"no picture of {', '.join(missing)} for step {snapshot.step} within {timeout:g} s"
+            )
         return [job.frames[request.name] for request in requests]
 
     def close(self):
@@ -157,7 +159,7 @@ class RenderClient:
             self._changed.notify()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(2.0)
-            if self._thread.is_alive():     # the worker hangs in a picture
+            if self._thread.is_alive():  # the worker hangs in a picture
                 self._worker.process.kill()
                 self._thread.join(5.0)
         elif self._thread is None and self._worker is not None:
@@ -176,12 +178,11 @@ class RenderClient:
 
     # the client's own thread ------------------------------------------------------------------
     def _run(self):
-        last = None         # the newest picture; handed on while the worker draws the next one
+        last = None  # the newest picture; handed on while the worker draws the next one
         while True:
             with self._changed:
                 if last is None:
-                    self._changed.wait_for(
-                        lambda: self._closing or self._pending or self._lockstep)
+                    self._changed.wait_for(lambda: self._closing or self._pending or self._lockstep)
                 if self._closing:
                     break
                 order = self._take()
@@ -201,7 +202,7 @@ class RenderClient:
                     order.job.done.set()
         with self._changed:
             if self._lockstep and not self._lockstep.done.is_set():
-                self._lockstep.error = self._failed or 'the render client was closed'
+                self._lockstep.error = self._failed or "the render client was closed"
                 self._lockstep.done.set()
         self._worker.close()
 
@@ -226,16 +227,16 @@ class RenderClient:
         last = None
         while True:
             for kind, *rest in self._worker.connection.recv():
-                if kind == 'done':
+                if kind == "done":
                     return last
-                if kind == 'error':
-                    if order.job and rest[0]:    # a body that does not load spoils no picture
+                if kind == "error":
+                    if order.job and rest[0]:  # a body that does not load spoils no picture
                         order.job.error = rest[1]
                     self._call(self.on_error, rest[1])
                 elif order.job:
                     frame = order.frame(self._worker, rest[0], lend=False)
                     order.job.frames[frame.camera] = frame
-                elif rest[0] < order.count - 1:     # the worker is at the next one already
+                elif rest[0] < order.count - 1:  # the worker is at the next one already
                     self._hand_on(order.frame(self._worker, rest[0], self._lend))
                 else:
                     last = order.frame(self._worker, rest[0], self._lend)
@@ -252,7 +253,7 @@ class RenderClient:
             if function is self.on_error:
                 sys.excepthook(type(error), error, error.__traceback__)
             else:
-                self._call(self.on_error, f'on_frame failed: {type(error).__name__}: {error}')
+                self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
     def _revive(self, job):
         """Start the worker again after it died. Returns whether there is one."""
@@ -264,17 +265,17 @@ class RenderClient:
             try:
                 worker = Worker(kind, self._environment)
                 self.restarts += 1
-                message = f'{text}; started again ({self.restarts} of {MAX_RESTARTS})'
+                message = f"{text}; started again ({self.restarts} of {MAX_RESTARTS})"
             except RenderError as error:
-                message = f'{text}; it could not be started again: {error}'
+                message = f"{text}; it could not be started again: {error}"
         else:
-            message = f'{text}; it is not started again after {MAX_RESTARTS} times'
+            message = f"{text}; it is not started again after {MAX_RESTARTS} times"
         with self._changed:
             if worker:
                 self._worker = worker
                 self._sources_sent = self._sources is None
             else:
-                self._failed = f'no pictures any more: {message}'
+                self._failed = f"no pictures any more: {message}"
                 self._pending.clear()
         if job:
             job.error = message

@@ -1,4 +1,5 @@
 """A copy of the world that only knows how things look and where they are."""
+
 import math
 import zlib
 
@@ -10,7 +11,7 @@ from bullet_sim.sensors import camera
 from bullet_sim.sensors.frames import sensor_in_world
 
 # TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
-RASTER_OFFSET = {'tiny': (0.5, -0.5), 'egl': (0.0, 0.0)}
+RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
 # EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m it is out
 # by up to 3 cm at 10 m. Where depths are asked for, two pictures with a smaller ratio of clip
 # distances each are put together.
@@ -28,7 +29,7 @@ class Mirror:
     def __init__(self, engine, kind):
         self.engine = engine
         self._offset = RASTER_OFFSET[kind]
-        self._coarse = kind == 'egl'
+        self._coarse = kind == "egl"
         self._sources = {}
         self._bodies = {}
         self._states = {}
@@ -57,12 +58,12 @@ class Mirror:
             self._sources[key] = source
             try:
                 self._bodies[key] = self.engine.load(
-                    source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0),
-                    fixed_base=source.fixed_base)
+                    source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), fixed_base=source.fixed_base
+                )
             except Exception as error:  # pylint: disable=broad-except
-                failures.append(f'body {key} ({source.path}): {error}')
+                failures.append(f"body {key} ({source.path}): {error}")
         if failures:
-            raise RenderError('not drawn: ' + '; '.join(failures))
+            raise RenderError("not drawn: " + "; ".join(failures))
 
     def apply(self, snapshot):
         """Put every body where the snapshot has it; bodies it does not name stay.
@@ -100,8 +101,9 @@ class Mirror:
             RenderError: the camera's body or link is not there.
             ValueError: the camera's size, angle or clip distances make no picture.
         """
-        camera.check(request.width, request.height, request.horizontal_fov, request.near,
-                     request.far)
+        camera.check(
+            request.width, request.height, request.horizontal_fov, request.near, request.far
+        )
         position, rotation = self._camera_pose(request)
         view = camera.view_matrix(position, rotation)
         if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
@@ -113,8 +115,9 @@ class Mirror:
         else:
             rgb, metres = self._draw(request, view, request.near, request.far, rgb)
         if request.noise_stddev > 0.0 or request.noise_mean:
-            rgb[:] = camera.add_noise(rgb, request.noise_stddev, noise_generator(request, step),
-                                      request.noise_mean)
+            rgb[:] = camera.add_noise(
+                rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
+            )
         if depth is None or metres is None:
             return rgb, metres
         depth[:] = metres
@@ -123,24 +126,34 @@ class Mirror:
     def _draw(self, request, view, near, far, out=None):
         """Colours and, if asked for, distances [m] of what lies between two clip distances."""
         projection = camera.projection_matrix(
-            request.horizontal_fov, request.width / request.height, near, far,
-            shift=(-self._offset[0] / request.width, -self._offset[1] / request.height))
-        rgb, buffer = self.engine.render_with_depth(request.width, request.height, view,
-                                                    projection, out=out)
+            request.horizontal_fov,
+            request.width / request.height,
+            near,
+            far,
+            shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
+        )
+        rgb, buffer = self.engine.render_with_depth(
+            request.width, request.height, view, projection, out=out
+        )
         metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
         return paint_sky(rgb, buffer), metres
 
     def _camera_pose(self, request):
         body = self._bodies.get(request.key)
         if body is None:
-            raise RenderError(f'camera {request.name}: body {request.key} is not loaded, '
-                              f'loaded are {sorted(self._bodies)}')
+            raise RenderError(
+                f"camera {request.name}: body {request.key} is not loaded, "
+                f"loaded are {sorted(self._bodies)}"
+            )
         positions, orientations = self.engine.link_poses(body)
         if not 0 <= request.link_index < len(positions):
-            raise RenderError(f'camera {request.name}: link index {request.link_index}, body '
-                              f'{request.key} has 0 to {len(positions) - 1}')
-        return sensor_in_world(positions[request.link_index],
-                               orientations[request.link_index], request.pose)
+            raise RenderError(
+                f"camera {request.name}: link index {request.link_index}, body "
+                f"{request.key} has 0 to {len(positions) - 1}"
+            )
+        return sensor_in_world(
+            positions[request.link_index], orientations[request.link_index], request.pose
+        )
 
 
 def noise_generator(request, step):

@@ -1,4 +1,5 @@
 """What the render client asks of its worker."""
+
 import threading
 
 import numpy as np
@@ -17,7 +18,7 @@ class Lockstep:
 
     def __init__(self, snapshot, requests):
         self.snapshot, self.requests = snapshot, requests
-        self.frames, self.error = {}, ''
+        self.frames, self.error = {}, ""
         self.done = threading.Event()
 
 
@@ -64,5 +65,6 @@ class Order:
             depth = worker.arena.array(distances, size, np.float32)
         if not lend:
             rgb, depth = rgb.copy(), depth if depth is None else depth.copy()
-        return Frame(request.name, self._snapshot.time, self._snapshot.step, rgb, depth,
-                     self._epoch)
+        return Frame(
+            request.name, self._snapshot.time, self._snapshot.step, rgb, depth, self._epoch
+        )

@@ -1,4 +1,5 @@
 """Starting and ending the render process, and telling why it ended."""
+
 import os
 import pathlib
 import subprocess
@@ -10,7 +11,7 @@ from bullet_sim.errors import RenderError
 from bullet_sim.render.arena import Arena, Banks
 from bullet_sim.system.sockets import blocking_pair
 
-START_TIMEOUT = 60.0    # [s] of wall time; a cold Mesa compiles shaders
+START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
 
 
@@ -33,9 +34,9 @@ class Worker:
     """
 
     def __init__(self, kind, environment, timeout=START_TIMEOUT):
-        paths = [_ROOT, os.environ.get('PYTHONPATH', '')]
+        paths = [_ROOT, os.environ.get("PYTHONPATH", "")]
         variables = dict(os.environ, **environment)
-        variables['PYTHONPATH'] = os.pathsep.join(path for path in paths if path)
+        variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
         self._log = tempfile.TemporaryFile()
         mine, its = blocking_pair()
         self.kind = kind
@@ -43,16 +44,26 @@ class Worker:
         self.banks = Banks(self.arena)
         try:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', 'bullet_sim.render.worker', str(its.fileno()),
-                 str(self.arena.fd), kind],
-                stdin=subprocess.DEVNULL, stdout=self._log, stderr=self._log, env=variables,
-                pass_fds=[its.fileno(), self.arena.fd])
+                [
+                    sys.executable,
+                    "-m",
+                    "bullet_sim.render.worker",
+                    str(its.fileno()),
+                    str(self.arena.fd),
+                    kind,
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=self._log,
+                stderr=self._log,
+                env=variables,
+                pass_fds=[its.fileno(), self.arena.fd],
+            )
         finally:
             its.close()
         self.connection = Connection(mine.detach())
         try:
             if not self.connection.poll(timeout):
-                raise RenderError(f'the {kind} renderer is not ready after {timeout:g} s')
+                raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
             self.connection.recv()
         except (EOFError, ConnectionError):
             reason = self.obituary()
@@ -67,13 +78,13 @@ class Worker:
         try:
             code = self.process.wait(2.0)
         except subprocess.TimeoutExpired:
-            return f'the {self.kind} renderer (pid {self.process.pid}) closed its connection'
+            return f"the {self.kind} renderer (pid {self.process.pid}) closed its connection"
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - 4000))
-        lines = self._log.read().decode(errors='replace').strip().splitlines()
-        end = f'signal {-code}' if code < 0 else f'exit code {code}'
-        text = f'the {self.kind} renderer (pid {self.process.pid}) ended with {end}'
-        return f'{text}: {lines[-1].strip()}' if lines else text
+        lines = self._log.read().decode(errors="replace").strip().splitlines()
+        end = f"signal {-code}" if code < 0 else f"exit code {code}"
+        text = f"the {self.kind} renderer (pid {self.process.pid}) ended with {end}"
+        return f"{text}: {lines[-1].strip()}" if lines else text
 
     def close(self, kill=False):
         """End the process, politely first unless kill."""

@@ -1,12 +1,12 @@
 """What travels between the bridge and the render worker: plain picklable values."""
+
 from dataclasses import dataclass
-from typing import Optional
 
 import numpy as np
 
 from bullet_sim.description.specs import DepthCameraSpec
 
-RENDERERS = ('auto', 'egl', 'tiny')
+RENDERERS = ("auto", "egl", "tiny")
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,21 @@ class CameraRequest:
     def from_spec(cls, spec, key, link_index, seed=0):
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
         xyz, rpy = spec.pose
-        return cls(spec.name, int(key), int(link_index),
-                   (tuple(map(float, xyz)), tuple(map(float, rpy))), int(spec.width),
-                   int(spec.height), float(spec.horizontal_fov), float(spec.near),
-                   float(spec.far), float(spec.noise_stddev), int(seed),
-                   float(spec.noise_mean), isinstance(spec, DepthCameraSpec))
+        return cls(
+            spec.name,
+            int(key),
+            int(link_index),
+            (tuple(map(float, xyz)), tuple(map(float, rpy))),
+            int(spec.width),
+            int(spec.height),
+            float(spec.horizontal_fov),
+            float(spec.near),
+            float(spec.far),
+            float(spec.noise_stddev),
+            int(seed),
+            float(spec.noise_mean),
+            isinstance(spec, DepthCameraSpec),
+        )
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,7 @@ class Frame:
     time: float
     step: int
     rgb: np.ndarray
-    depth: Optional[np.ndarray] = None
+    depth: np.ndarray | None = None
     epoch: int = 0
 
 
@@ -79,4 +89,4 @@ class Renderer:
     when it was not asked for)."""
 
     kind: str
-    reason: str = ''
+    reason: str = ""

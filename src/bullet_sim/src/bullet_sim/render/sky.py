@@ -1,4 +1,5 @@
 """A sky behind everything, for renderers that leave the background white or grey."""
+
 from functools import lru_cache
 
 import cv2
@@ -33,4 +34,4 @@ def paint_sky(rgb, depth):
         rgb.
     """
     empty = (depth >= FAR_DEPTH).view(np.uint8)
-    return cv2.copyTo(_whole(*rgb.shape[:2]), empty, rgb)   # 20 times as fast as numpy's masks
+    return cv2.copyTo(_whole(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks

@@ -10,6 +10,7 @@ The process ends when the other end of the socket closes, however its parent die
 Ctrl-C to its parent. PyBullet's prints go wherever the parent pointed fd 1 and 2; a failing EGL
 plugin ends the process, which is why it has one of its own.
 """
+
 import os
 import signal
 import sys
@@ -25,7 +26,7 @@ from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.snapshot import BodySource
 
-NICENESS = 5    # physics and the user's nodes come first
+NICENESS = 5  # physics and the user's nodes come first
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
@@ -42,17 +43,18 @@ def check_renderer(engine, kind):
         RenderError: the middle of the picture is not red.
     """
     with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, 'probe.urdf')
-        with open(path, 'w', encoding='utf-8') as file:
+        path = os.path.join(folder, "probe.urdf")
+        with open(path, "w", encoding="utf-8") as file:
             file.write(PROBE_URDF)
         mirror = Mirror(engine, kind)
         mirror.sync_sources([BodySource(0, path, True)])
-    pixel = mirror.render(CameraRequest('probe', 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24,
-                                        1.0, 0.1, 10.0))[12, 16]
+    pixel = mirror.render(
+        CameraRequest("probe", 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24, 1.0, 0.1, 10.0)
+    )[12, 16]
     mirror.sync_sources([])
     red, green, blue = map(int, pixel)
     if red < 40 or max(green, blue) > red // 2:
-        raise RenderError(f'the renderer drew a red box as RGB {(red, green, blue)}')
+        raise RenderError(f"the renderer drew a red box as RGB {(red, green, blue)}")
 
 
 def draw(connection, mirror, arena, sources, snapshot, requests, where):
@@ -62,21 +64,24 @@ def draw(connection, mirror, arena, sources, snapshot, requests, where):
         try:
             mirror.sync_sources(sources)
         except RenderError as error:
-            news.append(('error', '', str(error)))
+            news.append(("error", "", str(error)))
     mirror.apply(snapshot)
     for number, (request, (colours, distances)) in enumerate(zip(requests, where)):
         size = request.height, request.width
         try:
             mirror.render_with_depth(
-                request, snapshot.step, arena.array(colours, (*size, 3), np.uint8),
-                None if distances is None else arena.array(distances, size, np.float32))
-            news.append(('frame', number))
+                request,
+                snapshot.step,
+                arena.array(colours, (*size, 3), np.uint8),
+                None if distances is None else arena.array(distances, size, np.float32),
+            )
+            news.append(("frame", number))
         except ValueError as error:
-            news.append(('error', request.name, str(error)))
+            news.append(("error", request.name, str(error)))
         if number < len(requests) - 1:
             connection.send(news)
             news = []
-    connection.send([*news, ('done',)])
+    connection.send([*news, ("done",)])
 
 
 def serve(connection, arena, kind):
@@ -85,14 +90,14 @@ def serve(connection, arena, kind):
     try:
         started = engine.start_renderer(kind)
         if started != kind:
-            raise RenderError(f'asked for the {kind} renderer, got {started}')
+            raise RenderError(f"asked for the {kind} renderer, got {started}")
         check_renderer(engine, kind)
-        connection.send(('ready', started))
+        connection.send(("ready", started))
         mirror = Mirror(engine, kind)
         while True:
             draw(connection, mirror, arena, *connection.recv())
     except (EOFError, ConnectionError):
-        pass        # the parent closed its end or is gone
+        pass  # the parent closed its end or is gone
     finally:
         engine.close()
 
@@ -104,5 +109,5 @@ def main(arguments):
     serve(Connection(int(arguments[0])), Arena(int(arguments[1])), arguments[2])
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     main(sys.argv[1:])

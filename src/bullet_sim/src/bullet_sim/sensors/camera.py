@@ -8,12 +8,13 @@ in OpenCV and image_geometry. OpenGL puts the optical axis in the middle of the 
 is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
 (width + 1) / 2 in its camera_info, one pixel beside what it draws; we do not follow it.
 """
+
 import math
 
 import numpy as np
 
-FAR_DEPTH = np.float32(0.9999998)   # depth buffer value at and beyond which nothing was drawn
-OPTICAL_FROM_CAMERA = np.array([[0., -1., 0.], [0., 0., -1.], [1., 0., 0.]])
+FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was drawn
+OPTICAL_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
 def check(width, height, horizontal_fov, near, far):
@@ -25,11 +26,11 @@ def check(width, height, horizontal_fov, near, far):
         near, far: clip distances [m].
     """
     if int(width) != width or int(height) != height or width < 1 or height < 1:
-        raise ValueError(f'camera size {width}x{height}: whole numbers >= 1 are expected')
+        raise ValueError(f"camera size {width}x{height}: whole numbers >= 1 are expected")
     if not 0.0 < horizontal_fov < math.pi:
-        raise ValueError(f'horizontal_fov {horizontal_fov}: 0 < horizontal_fov < pi rad expected')
+        raise ValueError(f"horizontal_fov {horizontal_fov}: 0 < horizontal_fov < pi rad expected")
     if not 0.0 < near < far < math.inf:
-        raise ValueError(f'clip near {near}, far {far}: 0 < near < far m is expected')
+        raise ValueError(f"clip near {near}, far {far}: 0 < near < far m is expected")
 
 
 def intrinsics(width, height, horizontal_fov):
@@ -45,9 +46,9 @@ def intrinsics(width, height, horizontal_fov):
         K (3, 3) float64 [px].
     """
     focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
-    return np.array([[focal, 0.0, (width - 1) / 2.0],
-                     [0.0, focal, (height - 1) / 2.0],
-                     [0.0, 0.0, 1.0]])
+    return np.array(
+        [[focal, 0.0, (width - 1) / 2.0], [0.0, focal, (height - 1) / 2.0], [0.0, 0.0, 1.0]]
+    )
 
 
 def camera_info_arrays(width, height, horizontal_fov):
@@ -106,10 +107,24 @@ def projection_matrix(horizontal_fov, aspect, near, far, shift=(0.0, 0.0)):
     """
     x = 1.0 / math.tan(horizontal_fov / 2.0)
     depth = near - far
-    return (x, 0.0, 0.0, 0.0,
-            0.0, x * aspect, 0.0, 0.0,
-            -2.0 * shift[0], 2.0 * shift[1], (far + near) / depth, -1.0,
-            0.0, 0.0, 2.0 * far * near / depth, 0.0)
+    return (
+        x,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        x * aspect,
+        0.0,
+        0.0,
+        -2.0 * shift[0],
+        2.0 * shift[1],
+        (far + near) / depth,
+        -1.0,
+        0.0,
+        0.0,
+        2.0 * far * near / depth,
+        0.0,
+    )
 
 
 def metres_from_buffer(buffer, near, far):

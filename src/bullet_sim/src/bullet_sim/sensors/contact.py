@@ -45,21 +45,24 @@ def watched_links(spec, description):
         ModelError: a name fits nothing; lists the names there are.
     """
     if not spec.collisions:
-        return {(spec.link, '')}
-    known = {shape.name: link.name for link in description.links.values()
-             for shape in link.collisions}
+        return {(spec.link, "")}
+    known = {
+        shape.name: link.name for link in description.links.values() for shape in link.collisions
+    }
     found = set()
     for name in spec.collisions:
-        plain = name.rsplit('::', 1)[-1].rsplit('_fixed_joint_lump__', 1)[-1]
+        plain = name.rsplit("::", 1)[-1].rsplit("_fixed_joint_lump__", 1)[-1]
         if plain in known:
-            numbered = '_fixed_joint_lump__' in name    # sdformat numbers those through
-            found.add((known[plain], '' if numbered else plain))
+            numbered = "_fixed_joint_lump__" in name  # sdformat numbers those through
+            found.add((known[plain], "" if numbered else plain))
             continue
-        link = plain.rsplit('_collision', 1)[0]
+        link = plain.rsplit("_collision", 1)[0]
         if link not in description.links or not description.links[link].collisions:
-            raise ModelError(f"contact sensor '{spec.name}' watches collision '{name}', which "
-                             f"does not exist; collisions are {', '.join(known) or '(none)'}")
-        found.add((link, ''))
+            raise ModelError(
+                f"contact sensor '{spec.name}' watches collision '{name}', which "
+                f"does not exist; collisions are {', '.join(known) or '(none)'}"
+            )
+        found.add((link, ""))
     return found
 
 
@@ -71,16 +74,20 @@ def distance(shape, point):
     """
     local = shape.pose.matrix.T @ (np.asarray(point) - np.asarray(shape.pose.position))
     geometry = shape.geometry
-    if geometry.kind == 'box':
+    if geometry.kind == "box":
         outside = np.maximum(np.abs(local) - np.asarray(geometry.size) / 2.0, 0.0)
         return float(np.linalg.norm(outside))
-    if geometry.kind == 'sphere':
+    if geometry.kind == "sphere":
         return max(0.0, float(np.linalg.norm(local)) - geometry.size[0])
-    if geometry.kind == 'cylinder':
+    if geometry.kind == "cylinder":
         radius, length = geometry.size
-        return float(np.hypot(max(0.0, np.hypot(local[0], local[1]) - radius),
-                              max(0.0, abs(local[2]) - length / 2.0)))
-    return abs(float(local[2])) if geometry.kind == 'plane' else float(np.linalg.norm(local))
+        return float(
+            np.hypot(
+                max(0.0, np.hypot(local[0], local[1]) - radius),
+                max(0.0, abs(local[2]) - length / 2.0),
+            )
+        )
+    return abs(float(local[2])) if geometry.kind == "plane" else float(np.linalg.norm(local))
 
 
 def nearest(shapes, point):

@@ -3,6 +3,7 @@
 A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A
 turns a vector written in B into the same vector written in A.
 """
+
 import math
 
 import numpy as np
@@ -23,12 +24,16 @@ def rows_from_quaternion(quaternion):
     x, y, z, w = map(float, quaternion)
     square = x * x + y * y + z * z + w * w
     if not 1e-24 <= square < math.inf:
-        raise ValueError(f'orientation {tuple(quaternion)} is no rotation: '
-                         'a quaternion (x, y, z, w) of length 1 is expected')
+        raise ValueError(
+            f"orientation {tuple(quaternion)} is no rotation: "
+            "a quaternion (x, y, z, w) of length 1 is expected"
+        )
     s = 2.0 / square
-    return ((1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
-            (s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)),
-            (s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)))
+    return (
+        (1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
+        (s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)),
+        (s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)),
+    )
 
 
 def matrix_from_quaternion(quaternion):
@@ -46,10 +51,13 @@ def matrix_from_rpy(rpy):
         (3, 3) float64.
     """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr]])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def sensor_in_world(link_position, link_orientation, pose):

@@ -1,4 +1,5 @@
 """True velocity of a link, as odometry wants it."""
+
 from bullet_sim.sensors.frames import rows_from_quaternion
 
 
@@ -22,7 +23,9 @@ def twist(orientation, linear_in_world, angular_in_world, in_child=True):
     """
     if not in_child:
         return tuple(map(float, linear_in_world)), tuple(map(float, angular_in_world))
-    (a, d, g), (b, e, h), (c, f, i) = rows_from_quaternion(orientation)     # its transpose
+    (a, d, g), (b, e, h), (c, f, i) = rows_from_quaternion(orientation)  # its transpose
     (u, v, w), (p, q, r) = linear_in_world, angular_in_world
-    return ((a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
-            (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r))
+    return (
+        (a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
+        (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r),
+    )

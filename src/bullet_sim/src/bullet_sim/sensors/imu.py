@@ -1,4 +1,5 @@
 """An inertial measurement unit: what it feels, written in its own frame."""
+
 import numpy as np
 
 from bullet_sim.sensors.frames import matrix_from_quaternion
@@ -6,8 +7,9 @@ from bullet_sim.sensors.frames import matrix_from_quaternion
 GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
 
 
-def reading(orientation, angular_velocity_in_world, acceleration_in_world,
-            gravity_in_world=GRAVITY_IN_WORLD):
+def reading(
+    orientation, angular_velocity_in_world, acceleration_in_world, gravity_in_world=GRAVITY_IN_WORLD
+):
     """Angular velocity and specific force; at rest it feels +9.81 m/s^2 upwards (REP 145).
 
     Args:
@@ -35,7 +37,7 @@ def mean_acceleration(velocity, velocity_before, elapsed):
         (3,) [m/s^2] in the world.
     """
     if not elapsed > 0.0:
-        raise ValueError(f'elapsed {elapsed} s: time > 0 between two readings is expected')
+        raise ValueError(f"elapsed {elapsed} s: time > 0 between two readings is expected")
     return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
 
 

@@ -1,4 +1,5 @@
 """A planar laser scanner by ray casting."""
+
 import numpy as np
 
 from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy
@@ -22,23 +23,29 @@ class Lidar:
 
     def __init__(self, spec):
         if int(spec.samples) != spec.samples or spec.samples < 1:
-            raise ValueError(f'lidar {spec.name}: samples {spec.samples}, '
-                             'a whole number >= 1 is expected')
+            raise ValueError(
+                f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"
+            )
         if not spec.max_angle >= spec.min_angle:
-            raise ValueError(f'lidar {spec.name}: min_angle {spec.min_angle}, max_angle '
-                             f'{spec.max_angle}: min_angle <= max_angle rad is expected')
+            raise ValueError(
+                f"lidar {spec.name}: min_angle {spec.min_angle}, max_angle "
+                f"{spec.max_angle}: min_angle <= max_angle rad is expected"
+            )
         if not 0.0 <= spec.range_min < spec.range_max < np.inf:
-            raise ValueError(f'lidar {spec.name}: range_min {spec.range_min}, range_max '
-                             f'{spec.range_max}: 0 <= range_min < range_max m is expected')
+            raise ValueError(
+                f"lidar {spec.name}: range_min {spec.range_min}, range_max "
+                f"{spec.range_max}: 0 <= range_min < range_max m is expected"
+            )
         if not spec.noise_stddev >= 0.0:
-            raise ValueError(f'lidar {spec.name}: noise_stddev {spec.noise_stddev}, '
-                             '>= 0 m is expected')
+            raise ValueError(
+                f"lidar {spec.name}: noise_stddev {spec.noise_stddev}, >= 0 m is expected"
+            )
         n = int(spec.samples)
         self.spec = spec
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
-        self._place = np.asarray(spec.pose[0], dtype=float)     # in the link's frame, as the rays
+        self._place = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
         self._rays = self.directions @ matrix_from_rpy(spec.pose[1]).T
 
     def scan(self, engine, link_position, link_orientation, rng=None, own_body=None):
@@ -70,8 +77,10 @@ class Lidar:
         ranges = spec.range_min + np.asarray(fractions) * (spec.range_max - spec.range_min)
         if spec.noise_stddev > 0.0:
             if rng is None:
-                raise ValueError(f'lidar {spec.name}: noise_stddev {spec.noise_stddev} m '
-                                 'needs a random generator (rng)')
+                raise ValueError(
+                    f"lidar {spec.name}: noise_stddev {spec.noise_stddev} m "
+                    "needs a random generator (rng)"
+                )
             ranges = ranges + rng.normal(0.0, spec.noise_stddev, len(ranges))
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
@@ -88,7 +97,7 @@ class Lidar:
 
     @staticmethod
     def _others_near(engine, position, inner, own_body):
-        """Whether another body may reach into the box around the sensor and the rays' beginnings."""
+        """Whether another body may reach into the box round the sensor and the rays' beginnings."""
         low = np.minimum(inner.min(axis=0), position)
         high = np.maximum(inner.max(axis=0), position)
         return bool(engine.bodies_in_box(low.tolist(), high.tolist()) - {own_body})

@@ -1,16 +1,15 @@
 """What a viewer is told about a world: a picklable value, taken when it asks."""
 
 from dataclasses import dataclass
-from typing import Optional, Tuple
 
 import numpy as np
 
+from bullet_sim.description.specs import RaySpec
 from bullet_sim.sensors.frames import sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.snapshot import BodySource, Snapshot
-from bullet_sim.description.specs import RaySpec
 
-MAX_RAYS = 240      # of one lidar that are cast for the viewer
+MAX_RAYS = 240  # of one lidar that are cast for the viewer
 
 
 @dataclass(frozen=True)
@@ -42,10 +41,10 @@ class WorldView:
         paused: whether simulated time stands still.
     """
 
-    models: Tuple[Entry, ...]
-    sources: Optional[Tuple[BodySource, ...]]
+    models: tuple[Entry, ...]
+    sources: tuple[BodySource, ...] | None
     snapshot: Snapshot
-    rays: Tuple[Rays, ...]
+    rays: tuple[Rays, ...]
     paused: bool
 
 
@@ -59,7 +58,7 @@ class Observer:
     def __init__(self, world):
         self._world = world
         self._sources = None
-        self._cast = {}     # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
+        self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
 
     def look(self, paused):
         """The world now.
@@ -76,7 +75,11 @@ class Observer:
         self._sources = sources
         return WorldView(
             tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
-            news, self._world.snapshot(), tuple(self._rays(models)), bool(paused))
+            news,
+            self._world.snapshot(),
+            tuple(self._rays(models)),
+            bool(paused),
+        )
 
     def _rays(self, models):
         """Rays of all visualised lidars, cast again only when their next scan would be due."""

@@ -11,11 +11,20 @@ def keep_python_audible():
     Otherwise what other threads log while a library is kept quiet is lost, too. To be called
     once, before anybody takes hold of these streams.
     """
-    for name in ('stdout', 'stderr'):
+    for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         stream.flush()
-        setattr(sys, name, os.fdopen(os.dup(stream.fileno()), 'w', buffering=1,
-                                     encoding=stream.encoding, errors=stream.errors))
+        setattr(
+            sys,
+            name,
+            os.fdopen(
+                os.dup(stream.fileno()),
+                "w",
+                buffering=1,
+                encoding=stream.encoding,
+                errors=stream.errors,
+            ),
+        )
 
 
 @contextlib.contextmanager

@@ -1,4 +1,5 @@
 """Sockets to processes of our own."""
+
 import socket
 
 

@@ -9,8 +9,9 @@ class Driver:
     """Publishes /cmd_cyberdrive."""
 
     def __init__(self):
-        self._publisher = rospy.Publisher("/cmd_cyberdrive", CyberDriveStamped, queue_size=1,
-                                          tcp_nodelay=True)
+        self._publisher = rospy.Publisher(
+            "/cmd_cyberdrive", CyberDriveStamped, queue_size=1, tcp_nodelay=True
+        )
         self._steering = 0.0
         rospy.on_shutdown(self.stop)
 

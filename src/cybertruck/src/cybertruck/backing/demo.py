@@ -26,11 +26,11 @@ from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.report import summary, table, write_csv, write_picture
 from cybertruck.trailer.shapes import SHAPES, make_shape
 
-START_LIMIT = 60.0   # wall time until truck and action are up [s]
-STEP_LIMIT = 20.0    # wall time without a new state after which the demo gives up [s]
-SETTLE = 1.0         # simulated time after the start [s]
+START_LIMIT = 60.0  # wall time until truck and action are up [s]
+STEP_LIMIT = 20.0  # wall time without a new state after which the demo gives up [s]
+SETTLE = 1.0  # simulated time after the start [s]
 SWERVE = (0.35, 0.4, 1.6)  # before a line: steering angle [rad], speed [m/s], distance [m]
-OFFSET = 0.5         # and the line lies so far beside [m]
+OFFSET = 0.5  # and the line lies so far beside [m]
 
 
 class Demo:
@@ -64,8 +64,9 @@ class Demo:
             TrailerError: Something needed did not come, or the goal was refused.
         """
         rospy.wait_for_message("/odom", Odometry, START_LIMIT)
-        if self._wait(None) is None or not self._client.wait_for_server(rospy.Duration(
-                START_LIMIT)):
+        if self._wait(None) is None or not self._client.wait_for_server(
+            rospy.Duration(START_LIMIT)
+        ):
             raise TrailerError("truck or action are not up")
         rospy.sleep(SETTLE)
         start = self._wait(None).trailer(self._settings.geometry)
@@ -124,24 +125,43 @@ class Demo:
     def _report(self, goal, states, result):
         """Writes back_SHAPE.png, .csv and .json."""
         if goal.path.poses:
-            path = from_points([(item.pose.position.x, item.pose.position.y)
-                                for item in goal.path.poses])
+            path = from_points(
+                [(item.pose.position.x, item.pose.position.y) for item in goal.path.poses]
+            )
         else:
             message = rospy.wait_for_message("/back_up/path", PathMessage, STEP_LIMIT)
-            path = from_points([(item.pose.position.x, item.pose.position.y)
-                                for item in message.poses])
-        rows = table(path, [item.stamp for item in states],
-                     [(item.x, item.y, item.heading, item.hitch_angle) for item in states],
-                     [item.speed for item in states], self._settings.geometry)
+            path = from_points(
+                [(item.pose.position.x, item.pose.position.y) for item in message.poses]
+            )
+        rows = table(
+            path,
+            [item.stamp for item in states],
+            [(item.x, item.y, item.heading, item.hitch_angle) for item in states],
+            [item.speed for item in states],
+            self._settings.geometry,
+        )
         figures = summary(rows, path)
         name = os.path.join(self._out, f"back_{self._shape}")
         os.makedirs(self._out, exist_ok=True)
         write_csv(name + ".csv", rows)
-        write_picture(name + ".png", rows, path, self._settings.geometry,
-                      f"backing: {self._shape}, {result.message}")
+        write_picture(
+            name + ".png",
+            rows,
+            path,
+            self._settings.geometry,
+            f"backing: {self._shape}, {result.message}",
+        )
         with open(name + ".json", "w") as stream:
-            json.dump({"ok": bool(result.success), "shape": self._shape,
-                       "message": result.message, **figures}, stream, indent=2)
+            json.dump(
+                {
+                    "ok": bool(result.success),
+                    "shape": self._shape,
+                    "message": result.message,
+                    **figures,
+                },
+                stream,
+                indent=2,
+            )
             stream.write("\n")
         for key, value in figures.items():
             if value is not None:

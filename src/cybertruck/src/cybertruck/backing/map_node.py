@@ -14,9 +14,9 @@ from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towin
 from cybertruck.trailer.steering import MeasuredSteering, write_map
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
-STEP_LIMIT = 20.0   # wall time without a new state after which the drive gives up [s]
+STEP_LIMIT = 20.0  # wall time without a new state after which the drive gives up [s]
 STUCK_FACTOR = 3.0  # a stretch may take so many times as long as it should
-PERIOD = 0.02       # simulated time between commands [s]
+PERIOD = 0.02  # simulated time between commands [s]
 
 
 class MapDrive:
@@ -29,11 +29,17 @@ class MapDrive:
             TrailerError: A parameter is wrong.
         """
         parameters = rospy.get_param("~", {})
-        given = {name: value for name, value in parameters.get("map", {}).items()
-                 if value != []}  # an empty list stands for the default
+        given = {
+            name: value for name, value in parameters.get("map", {}).items() if value != []
+        }  # an empty list stands for the default
         self._settings = known(MapSettings, given, "map")
-        self._geometry = Geometry(**{name: parameters[name] for name in (
-            "wheelbase", "hitch_offset", "tongue_length", "max_steering") if name in parameters})
+        self._geometry = Geometry(
+            **{
+                name: parameters[name]
+                for name in ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
+                if name in parameters
+            }
+        )
         if rospy.get_param("~trailer", False):
             self._refuse_folding()
         self._file = str(rospy.get_param("~file"))
@@ -45,8 +51,10 @@ class MapDrive:
         """Raises a TrailerError when an angle would fold the trailer."""
         for angle in (*self._settings.angles, *self._settings.check_angles):
             if not has_steady_towing(math.tan(angle) / self._geometry.wheelbase, self._geometry):
-                raise TrailerError(f"angles: {math.degrees(angle):.1f} degrees would fold the "
-                                   "trailer; measure without it (trailer:=false)")
+                raise TrailerError(
+                    f"angles: {math.degrees(angle):.1f} degrees would fold the "
+                    "trailer; measure without it (trailer:=false)"
+                )
 
     def run(self):
         """Drives, writes and reports.
@@ -64,15 +72,25 @@ class MapDrive:
         angles = [item.angle for item in measured]
         curvatures = [item.curvature for item in measured]
         os.makedirs(os.path.dirname(os.path.abspath(self._file)), exist_ok=True)
-        write_map(self._file, angles, curvatures, (
-            "Steering map of the simulated truck: curvature of the rear axle's path over the",
-            f"bicycle's steering angle, circles fitted at {self._settings.speed:g} m/s. Made by: "
-            "./run exec roslaunch cybertruck steering_map.launch"))
+        write_map(
+            self._file,
+            angles,
+            curvatures,
+            (
+                "Steering map of the simulated truck: curvature of the rear axle's path over the",
+                f"bicycle's steering angle, circles fitted at {self._settings.speed:g} m/s. "
+                "Made by: ./run exec roslaunch cybertruck steering_map.launch",
+            ),
+        )
         steering = MeasuredSteering(angles, curvatures)
         for item in checked:
             error = float(steering.curvature(item.angle)) / item.curvature - 1.0
-            rospy.loginfo("check %.1f degrees: measured %.4f 1/m, the map is %.2f %% off",
-                          math.degrees(item.angle), item.curvature, 100.0 * error)
+            rospy.loginfo(
+                "check %.1f degrees: measured %.4f 1/m, the map is %.2f %% off",
+                math.degrees(item.angle),
+                item.curvature,
+                100.0 * error,
+            )
         if self._picture:
             write_picture(self._picture, measured, checked, steering, self._geometry.wheelbase)
         rospy.loginfo("written: %s %s", self._file, self._picture)
@@ -82,9 +100,14 @@ class MapDrive:
         self._stretch(angle, self._settings.settle_distance)
         poses = self._stretch(angle, self._settings.distance(angle, self._geometry.wheelbase))
         item = measure(angle, poses)
-        rospy.loginfo("%.1f degrees: %.4f 1/m (tan/L %.4f), %d points, rms %.1f mm",
-                      math.degrees(angle), item.curvature,
-                      math.tan(angle) / self._geometry.wheelbase, len(poses), 1000.0 * item.rms)
+        rospy.loginfo(
+            "%.1f degrees: %.4f 1/m (tan/L %.4f), %d points, rms %.1f mm",
+            math.degrees(angle),
+            item.curvature,
+            math.tan(angle) / self._geometry.wheelbase,
+            len(poses),
+            1000.0 * item.rms,
+        )
         return item
 
     def _stretch(self, angle, distance):
@@ -99,8 +122,10 @@ class MapDrive:
             last = state
             poses.append((state.x, state.y, state.heading))
             if state.stamp - start > limit:
-                raise TrailerError(f"{math.degrees(angle):.1f} degrees: the truck drove "
-                                   f"{driven:.2f} m in {limit:.0f} s, not {distance:.2f} m")
+                raise TrailerError(
+                    f"{math.degrees(angle):.1f} degrees: the truck drove "
+                    f"{driven:.2f} m in {limit:.0f} s, not {distance:.2f} m"
+                )
         return poses
 
     def _next(self, after):

@@ -28,8 +28,9 @@ class MapSettings:
     """
 
     angles: tuple = tuple(math.radians(angle) for angle in np.arange(-45.0, 46.0, 7.5))
-    check_angles: tuple = tuple(math.radians(angle) for angle in (-41.0, -26.0, -11.0, 11.0, 26.0,
-                                                                  41.0))
+    check_angles: tuple = tuple(
+        math.radians(angle) for angle in (-41.0, -26.0, -11.0, 11.0, 26.0, 41.0)
+    )
     speed: float = 0.5
     settle_distance: float = 0.6
     circle: float = 0.75
@@ -45,8 +46,9 @@ class MapSettings:
         if len(self.angles) < 3 or not np.all(np.diff(self.angles) > 0.0):
             raise TrailerError("angles: there must be 3 or more, each above the one before")
         if not 0.0 < self.speed < TOP_SPEED:
-            raise TrailerError(f"speed is {self.speed!r} m/s; it must be above 0 and below "
-                               f"{TOP_SPEED:g}")
+            raise TrailerError(
+                f"speed is {self.speed!r} m/s; it must be above 0 and below {TOP_SPEED:g}"
+            )
         for name in ("settle_distance", "circle", "longest"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise TrailerError(f"{name} is {getattr(self, name)!r}; it must be above 0")
@@ -81,16 +83,20 @@ def measure(angle, poses):
     """
     poses = np.asarray(poses, dtype=float).reshape(-1, 3)
     if len(poses) < LEAST_POINTS:
-        raise TrailerError(f"{math.degrees(angle):.1f} degrees: {len(poses)} points were "
-                           f"measured, {LEAST_POINTS} are needed")
+        raise TrailerError(
+            f"{math.degrees(angle):.1f} degrees: {len(poses)} points were "
+            f"measured, {LEAST_POINTS} are needed"
+        )
     if abs(angle) < NEARLY_STRAIGHT:
         turned = np.unwrap(poses[:, 2])
         distance = np.sum(np.hypot(*np.diff(poses[:, :2], axis=0).T))
         return Measured(angle, float((turned[-1] - turned[0]) / distance), 0.0)
     _, curvature, rms = fit_circle(poses[:, :2])
     if rms > 0.05 / abs(curvature):
-        raise TrailerError(f"{math.degrees(angle):.1f} degrees: the points are {rms:.3f} m (rms) "
-                           "off a circle; the truck did not drive steadily")
+        raise TrailerError(
+            f"{math.degrees(angle):.1f} degrees: the points are {rms:.3f} m (rms) "
+            "off a circle; the truck did not drive steadily"
+        )
     return Measured(angle, curvature, rms)
 
 
@@ -105,22 +111,31 @@ def write_picture(file, measured, checked, steering, wheelbase):
         wheelbase: L [m].
     """
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    figure, (above, below) = pyplot.subplots(2, 1, figsize=(8.0, 7.5), sharex=True,
-                                             gridspec_kw={"height_ratios": (3, 2)})
+
+    figure, (above, below) = pyplot.subplots(
+        2, 1, figsize=(8.0, 7.5), sharex=True, gridspec_kw={"height_ratios": (3, 2)}
+    )
     fine = np.linspace(steering.lowest, steering.highest, 400)
-    above.plot(np.degrees(fine), np.tan(fine) / wheelbase, color="0.6", linewidth=3.0,
-               label="tan φ / L")
+    above.plot(
+        np.degrees(fine), np.tan(fine) / wheelbase, color="0.6", linewidth=3.0, label="tan φ / L"
+    )
     above.plot(np.degrees(fine), steering.curvature(fine), color="#2f5d8a", label="map (PCHIP)")
-    below.plot(np.degrees(fine), steering.curvature(fine) - np.tan(fine) / wheelbase,
-               color="#2f5d8a", label="map - tan φ / L")
+    below.plot(
+        np.degrees(fine),
+        steering.curvature(fine) - np.tan(fine) / wheelbase,
+        color="#2f5d8a",
+        label="map - tan φ / L",
+    )
     for group, mark, label in ((measured, "o", "measured"), (checked, "x", "check, not used")):
         angles = np.array([item.angle for item in group])
         curvatures = np.array([item.curvature for item in group])
         above.plot(np.degrees(angles), curvatures, mark, color="#b5651d", label=label)
-        below.plot(np.degrees(angles), curvatures - np.tan(angles) / wheelbase, mark,
-                   color="#b5651d")
+        below.plot(
+            np.degrees(angles), curvatures - np.tan(angles) / wheelbase, mark, color="#b5651d"
+        )
     above.set(ylabel="curvature [1/m]", title="Steering map Fκ of the simulated truck")
     below.set(xlabel="steering angle φ [°]", ylabel="residual [1/m]")
     for axes in (above, below):

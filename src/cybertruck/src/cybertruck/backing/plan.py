@@ -32,13 +32,17 @@ def make_tracker(goal, trailer, settings):
     tuning = settings.tuning
     if goal.speed != 0.0:
         if not 0.0 < goal.speed < TOP_SPEED:
-            raise TrailerError(f"speed {goal.speed:g} m/s; it must be above 0 and below "
-                               f"{TOP_SPEED:g}, or 0 for the default")
+            raise TrailerError(
+                f"speed {goal.speed:g} m/s; it must be above 0 and below "
+                f"{TOP_SPEED:g}, or 0 for the default"
+            )
         tuning = dataclasses.replace(tuning, speed=goal.speed)
     if goal.shape == HOLD and not goal.path.poses:
         if len(goal.size) != 2:
-            raise TrailerError(f"hold: {len(goal.size)} numbers; it takes curvature [1/m], left "
-                               "positive as driven, and length [m]")
+            raise TrailerError(
+                f"hold: {len(goal.size)} numbers; it takes curvature [1/m], left "
+                "positive as driven, and length [m]"
+            )
         return CurvatureHold(*goal.size, settings.geometry, settings.steering, tuning)
     path = goal_path(goal, trailer, settings.node.odom_frame)
     tracker = Tracker(path, settings.geometry, settings.steering, tuning)
@@ -47,14 +51,17 @@ def make_tracker(goal, trailer, settings):
     x, y, _, _ = path.place(np.clip(tracker.arc, 0.0, path.length))
     distance = math.hypot(trailer[0] - x, trailer[1] - y)
     if distance > MAX_START_DISTANCE:
-        raise TrailerError(f"path: it begins {distance:.1f} m from the trailer; it must be within "
-                           f"{MAX_START_DISTANCE:g} m")
+        raise TrailerError(
+            f"path: it begins {distance:.1f} m from the trailer; it must be within "
+            f"{MAX_START_DISTANCE:g} m"
+        )
     if tracker.arc >= path.length:
         raise TrailerError("path: the trailer stands at or behind its end already")
     if abs(heading) > MAX_START_HEADING:
         raise TrailerError(
             f"path: it leads {math.degrees(abs(heading)):.0f} degrees away from where the "
-            f"trailer backs to; at most {math.degrees(MAX_START_HEADING):.0f} are taken")
+            f"trailer backs to; at most {math.degrees(MAX_START_HEADING):.0f} are taken"
+        )
     return tracker
 
 
@@ -68,8 +75,10 @@ def goal_path(goal, trailer, frame):
     """
     poses = goal.path.poses
     if bool(poses) == bool(goal.shape):
-        raise TrailerError("goal: it must have either a path or a shape, it has "
-                           + ("both" if poses else "neither"))
+        raise TrailerError(
+            "goal: it must have either a path or a shape, it has "
+            + ("both" if poses else "neither")
+        )
     if not poses:
         x, y, heading = trailer
         return make_shape(goal.shape, tuple(goal.size)).moved(x, y, heading + math.pi)

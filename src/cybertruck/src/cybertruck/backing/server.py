@@ -19,12 +19,12 @@ from cybertruck.msg import BackUpAction, BackUpFeedback, BackUpResult
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.tracker import ARRIVED, BACKING, FAILED, MODES
 
-POLL = 0.1             # wall time between looks at cancel and shutdown when nothing arrives [s]
+POLL = 0.1  # wall time between looks at cancel and shutdown when nothing arrives [s]
 FEEDBACK_PERIOD = 0.1  # simulated time [s]
-REST_SPEED = 0.005     # the truck counts as standing below [m/s]
-REST_TIME = 3.0        # longest simulated wait for that [s]
-SHOWN = 10             # every so many samples of a path are published, and its end
-MOVED = 0.02           # less than this in stuck_time counts as not moving [m]
+REST_SPEED = 0.005  # the truck counts as standing below [m/s]
+REST_TIME = 3.0  # longest simulated wait for that [s]
+SHOWN = 10  # every so many samples of a path are published, and its end
+MOVED = 0.02  # less than this in stuck_time counts as not moving [m]
 
 
 class Stopped(Exception):
@@ -61,8 +61,9 @@ class BackUpServer:
         self._path_out = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
         self._news = threading.Condition()
         self._waiting = self._current = None
-        self._server = ActionServer("back_up", BackUpAction, self._on_goal, self._on_cancel,
-                                    auto_start=False)
+        self._server = ActionServer(
+            "back_up", BackUpAction, self._on_goal, self._on_cancel, auto_start=False
+        )
         self._server.start()
 
     def _on_goal(self, handle):
@@ -138,18 +139,27 @@ class BackUpServer:
             status = job.tracker.step(*trailer, state.hitch_angle)
             if status.mode != mode:
                 mode = int(status.mode)
-                rospy.loginfo("%s at %.2f m, hitch at %.0f degrees", MODES[mode], status.arc,
-                              math.degrees(state.hitch_angle))
+                rospy.loginfo(
+                    "%s at %.2f m, hitch at %.0f degrees",
+                    MODES[mode],
+                    status.arc,
+                    math.degrees(state.hitch_angle),
+                )
             if mode == FAILED:
-                raise Stopped("the trailer could not be unfolded, its hitch is at "
-                              f"{math.degrees(state.hitch_angle):.0f} degrees")
+                raise Stopped(
+                    "the trailer could not be unfolded, its hitch is at "
+                    f"{math.degrees(state.hitch_angle):.0f} degrees"
+                )
             if mode == BACKING:
                 job.errors.append(float(status.lateral))
             if stamp - shown >= FEEDBACK_PERIOD:
                 shown = stamp
                 share = float(np.clip(status.arc / job.tracker.length, 0.0, 1.0))
-                job.handle.publish_feedback(BackUpFeedback(
-                    float(status.lateral), float(status.heading), state.hitch_angle, share))
+                job.handle.publish_feedback(
+                    BackUpFeedback(
+                        float(status.lateral), float(status.heading), state.hitch_angle, share
+                    )
+                )
             if mode == ARRIVED:
                 return
             if still is None or math.hypot(state.x - still[1], state.y - still[2]) > MOVED:
@@ -169,11 +179,13 @@ class BackUpServer:
             if job.cancelled.is_set() or rospy.is_shutdown():
                 raise Cancelled
             state = self._source.wait(
-                None if stamp is None else stamp + node.control_period - 1e-6, POLL)
+                None if stamp is None else stamp + node.control_period - 1e-6, POLL
+            )
             reason = self._source.staleness(node.state_timeout)
             # this comes first: between two topics a reset looks like silence
             if self._source.resets != self._resets or (
-                    state is not None and stamp is not None and state.stamp < stamp):
+                state is not None and stamp is not None and state.stamp < stamp
+            ):
                 raise Stopped("time went back: the simulation was reset")
             if reason:
                 raise Stopped(reason)
@@ -199,7 +211,7 @@ class BackUpServer:
         result = BackUpResult(success=success, message=message)
         if job.errors:
             errors = np.array(job.errors)
-            result.rms_lateral_error = float(np.sqrt(np.mean(errors ** 2)))
+            result.rms_lateral_error = float(np.sqrt(np.mean(errors**2)))
             result.max_lateral_error = float(np.max(np.abs(errors)))
         path, state = job.tracker.path, self._source.state
         if path is None:

@@ -7,8 +7,8 @@ from cybertruck.trailer.geometry import Geometry, TrailerError
 from cybertruck.trailer.steering import IdealSteering, read_map
 from cybertruck.trailer.tracker import Tuning
 
-MAX_START_DISTANCE = 3.0                 # from the trailer's axle to the path's first metres [m]
-MAX_START_HEADING = math.radians(75.0)   # between trailer and path at the start [rad]
+MAX_START_DISTANCE = 3.0  # from the trailer's axle to the path's first metres [m]
+MAX_START_HEADING = math.radians(75.0)  # between trailer and path at the start [rad]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,11 @@ class NodeSettings:
     def __post_init__(self):
         for name in ("control_period", "state_timeout", "stuck_time"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-                    math.isfinite(value) and value > 0.0):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0.0)
+            ):
                 raise TrailerError(f"{name} is {value!r}; it must be a time above 0 [s]")
         for name in ("odom_frame", "hitch_joint", "steering_map"):
             value = getattr(self, name)
@@ -78,10 +81,13 @@ def settings_from(parameters):
     Raises:
         TrailerError: Names the parameter, its value and what is valid.
     """
-    geometry = Geometry(**{item.name: parameters[item.name] for item in fields(Geometry)
-                           if item.name in parameters})
+    geometry = Geometry(
+        **{item.name: parameters[item.name] for item in fields(Geometry) if item.name in parameters}
+    )
     node = known(NodeSettings, parameters.get("node", {}), "node")
-    steering = read_map(node.steering_map) if node.steering_map else IdealSteering(
-        geometry.wheelbase, geometry.max_steering)
-    return Settings(geometry, known(Tuning, parameters.get("tuning", {}), "tuning"), node,
-                    steering)
+    steering = (
+        read_map(node.steering_map)
+        if node.steering_map
+        else IdealSteering(geometry.wheelbase, geometry.max_steering)
+    )
+    return Settings(geometry, known(Tuning, parameters.get("tuning", {}), "tuning"), node, steering)

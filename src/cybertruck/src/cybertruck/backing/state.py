@@ -38,8 +38,7 @@ class RigState:
 
     def is_finite(self):
         """Whether all numbers can be used."""
-        return all(map(math.isfinite, (self.x, self.y, self.heading, self.speed,
-                                       self.hitch_angle)))
+        return all(map(math.isfinite, (self.x, self.y, self.heading, self.speed, self.hitch_angle)))
 
 
 class StateSource:
@@ -62,11 +61,17 @@ class StateSource:
         self._odometry = deque(maxlen=KEPT)
         self._hitch = deque(maxlen=KEPT)
         self._joint = hitch_joint
-        self._subscribers = [rospy.Subscriber(odom_topic, Odometry, self._on_odometry,
-                                              queue_size=KEPT, tcp_nodelay=True)]
+        self._subscribers = [
+            rospy.Subscriber(
+                odom_topic, Odometry, self._on_odometry, queue_size=KEPT, tcp_nodelay=True
+            )
+        ]
         if hitch_joint is not None:
-            self._subscribers.append(rospy.Subscriber("/joint_states", JointState, self._on_joints,
-                                                      queue_size=KEPT, tcp_nodelay=True))
+            self._subscribers.append(
+                rospy.Subscriber(
+                    "/joint_states", JointState, self._on_joints, queue_size=KEPT, tcp_nodelay=True
+                )
+            )
 
     def _on_joints(self, message):
         if self._joint in message.name:
@@ -75,10 +80,15 @@ class StateSource:
 
     def _on_odometry(self, message):
         pose, turn = message.pose.pose.position, message.pose.pose.orientation
-        heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y),
-                             1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
-        self._keep(self._odometry, message.header.stamp.to_sec(),
-                   (pose.x, pose.y, heading, message.twist.twist.linear.x))
+        heading = math.atan2(
+            2.0 * (turn.w * turn.z + turn.x * turn.y),
+            1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
+        )
+        self._keep(
+            self._odometry,
+            message.header.stamp.to_sec(),
+            (pose.x, pose.y, heading, message.twist.twist.linear.x),
+        )
 
     def _keep(self, kept, stamp, value):
         """Keeps what came and makes the newest state that odometry and joint states allow."""
@@ -109,8 +119,11 @@ class StateSource:
         later = self._hitch[-1]
         for earlier in reversed(self._hitch):
             if earlier[0] <= stamp:
-                share = 0.0 if later[0] == earlier[0] else (
-                    (stamp - earlier[0]) / (later[0] - earlier[0]))
+                share = (
+                    0.0
+                    if later[0] == earlier[0]
+                    else ((stamp - earlier[0]) / (later[0] - earlier[0]))
+                )
                 return earlier[1] + share * (later[1] - earlier[1])
             later = earlier
         return later[1]
@@ -131,13 +144,17 @@ class StateSource:
         Returns:
             RigState, or None when none came.
         """
+
         def is_new():
             return self._state is not None and (
-                after is None or not 0.0 <= after - self._state.stamp)
+                after is None or not 0.0 <= after - self._state.stamp
+            )
 
         def is_reset():
-            return self._state is not None and after is not None and (
-                self._state.stamp < after - 1.0)
+            return (
+                self._state is not None and after is not None and (self._state.stamp < after - 1.0)
+            )
+
         with self._news:
             self._news.wait_for(lambda: is_new() or is_reset(), wall_time)
             return self._state if is_new() or is_reset() else None

@@ -8,8 +8,8 @@ def refusal(**values):
     """Reason to refuse a command, or '' when all its numbers are finite."""
     for name, value in values.items():
         if not math.isfinite(value):
-            return f'{name} is {value}, must be a finite number'
-    return ''
+            return f"{name} is {value}, must be a finite number"
+    return ""
 
 
 class Command:
@@ -23,9 +23,12 @@ class Command:
     """
 
     def __init__(self, timeout):
-        if isinstance(timeout, bool) or not isinstance(timeout, (int, float)) \
-                or not (math.isfinite(timeout) and timeout > 0.0):
-            raise ValueError(f'command_timeout is {timeout!r}, must be a time above 0 [s]')
+        if (
+            isinstance(timeout, bool)
+            or not isinstance(timeout, (int, float))
+            or not (math.isfinite(timeout) and timeout > 0.0)
+        ):
+            raise ValueError(f"command_timeout is {timeout!r}, must be a time above 0 [s]")
         self.timeout = float(timeout)
         self._lock = threading.Lock()
         self._steering = self._speed = 0.0

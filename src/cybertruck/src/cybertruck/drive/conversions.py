@@ -7,10 +7,10 @@ from nav_msgs.msg import Odometry
 
 from cybertruck.drive.odometry import Measured
 
-WHEELS = ('rear_left_wheel_joint', 'rear_right_wheel_joint')
-HINGES = ('front_left_steer_joint', 'front_right_steer_joint')
-ENCODERS = ('front_left_wheel_joint', 'front_right_wheel_joint')
-PLANAR_VARIANCE = 1e-6          # of height, roll and pitch, which a flat yard leaves at 0
+WHEELS = ("rear_left_wheel_joint", "rear_right_wheel_joint")
+HINGES = ("front_left_steer_joint", "front_right_steer_joint")
+ENCODERS = ("front_left_wheel_joint", "front_right_wheel_joint")
+PLANAR_VARIANCE = 1e-6  # of height, roll and pitch, which a flat yard leaves at 0
 
 
 def measured(message):
@@ -25,18 +25,21 @@ def measured(message):
     index = {name: i for i, name in enumerate(message.name)}
     missing = [name for name in WHEELS + HINGES + ENCODERS if name not in index]
     if missing:
-        raise ValueError(f"joint '{missing[0]}' is missing; there are "
-                         f"{', '.join(message.name) or '(none)'}")
+        raise ValueError(
+            f"joint '{missing[0]}' is missing; there are {', '.join(message.name) or '(none)'}"
+        )
     count = len(message.name)
     if len(message.position) != count or len(message.velocity) != count:
-        raise ValueError(f'{len(message.position)} positions and {len(message.velocity)} '
-                         f'velocities for {count} joints, must be as many')
+        raise ValueError(
+            f"{len(message.position)} positions and {len(message.velocity)} "
+            f"velocities for {count} joints, must be as many"
+        )
     values = [message.position[index[name]] for name in WHEELS + HINGES]
     values += [message.velocity[index[name]] for name in WHEELS]
     encoders = {name: message.position[index[name]] for name in ENCODERS}
     for value in values + list(encoders.values()):
         if not math.isfinite(value):
-            raise ValueError(f'a position or velocity is {value}, must be finite')
+            raise ValueError(f"a position or velocity is {value}, must be finite")
     return Measured(*values), encoders
 
 
@@ -59,7 +62,7 @@ def odometry(stamp, frames, state):
     message.pose.pose.position.x, message.pose.pose.position.y = state.x, state.y
     message.pose.pose.orientation = quaternion(state.yaw)
     pose, twist = [0.0] * 36, [0.0] * 36
-    rows = (0, 1, 5)            # x, y, yaw of the 6 by 6 matrix
+    rows = (0, 1, 5)  # x, y, yaw of the 6 by 6 matrix
     for i, row in enumerate(rows):
         for j, column in enumerate(rows):
             pose[6 * row + column] = float(state.covariance[i, j])

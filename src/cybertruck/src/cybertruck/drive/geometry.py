@@ -35,13 +35,18 @@ class TruckGeometry:
     def __post_init__(self):
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f'{item.name} is {value!r}, must be a number above 0')
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0.0)
+            ):
+                raise ValueError(f"{item.name} is {value!r}, must be a number above 0")
         limit = math.atan(2.0 * self.wheelbase / self.track_width)
         if self.max_steering >= limit:
-            raise ValueError(f'max_steering is {self.max_steering!r}, must be below {limit:.4f} '
-                             'rad, where the turning centre would lie under a rear wheel')
+            raise ValueError(
+                f"max_steering is {self.max_steering!r}, must be below {limit:.4f} "
+                "rad, where the turning centre would lie under a rear wheel"
+            )
 
 
 def geometry_from(get):
@@ -50,5 +55,6 @@ def geometry_from(get):
     Raises:
         ValueError: names the parameter, its value and what is valid.
     """
-    return TruckGeometry(**{item.name: get(item.name, item.default)
-                            for item in fields(TruckGeometry)})
+    return TruckGeometry(
+        **{item.name: get(item.name, item.default) for item in fields(TruckGeometry)}
+    )

@@ -83,10 +83,13 @@ class CyberModel:
         right = 1.0 + curvature * shape.track_width / 2.0
         spin = speed / shape.wheel_radius
         return WheelTargets(
-            left_steering=math.atan2(across, left), right_steering=math.atan2(across, right),
-            rear_left=spin * left, rear_right=spin * right,
+            left_steering=math.atan2(across, left),
+            right_steering=math.atan2(across, right),
+            rear_left=spin * left,
+            rear_right=spin * right,
             front_left=spin * math.hypot(across, left),
-            front_right=spin * math.hypot(across, right))
+            front_right=spin * math.hypot(across, right),
+        )
 
     def curvature_of_hinges(self, left, right):
         """Curvature [1/m] that two measured hinge angles [rad] stand for.
@@ -95,6 +98,7 @@ class CyberModel:
         tangent of zero; the mean of both counts.
         """
         half = self.geometry.track_width / 2.0
-        return 0.5 * sum(math.sin(angle) / (self.geometry.wheelbase * math.cos(angle)
-                                            + y * math.sin(angle))
-                         for angle, y in ((left, half), (right, -half)))
+        return 0.5 * sum(
+            math.sin(angle) / (self.geometry.wheelbase * math.cos(angle) + y * math.sin(angle))
+            for angle, y in ((left, half), (right, -half))
+        )

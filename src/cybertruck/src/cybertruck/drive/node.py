@@ -21,13 +21,13 @@ from cybertruck.drive.geometry import geometry_from
 from cybertruck.drive.joystick import JoyDrive
 from cybertruck.drive.limits import RateLimiter
 from cybertruck.drive.model import CyberModel
-from cybertruck.msg import CyberDriveStamped
 from cybertruck.drive.odometry import Errors, WheelOdometry, ticks
+from cybertruck.msg import CyberDriveStamped
 
-ROBOT = '/cybertruck'
-ODOM_SOURCES = ('wheels', 'ground_truth')
-LONGEST_STEP = 0.1      # [s] that rate limits make of a longer gap between joint states
-WATCH_PERIOD = 0.1      # [s] between looks for silent joint states, at the most
+ROBOT = "/cybertruck"
+ODOM_SOURCES = ("wheels", "ground_truth")
+LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
+WATCH_PERIOD = 0.1  # [s] between looks for silent joint states, at the most
 
 
 class Drive:
@@ -39,63 +39,75 @@ class Drive:
 
     def __init__(self):
         def get(name, default):
-            return rospy.get_param('~' + name, default)
+            return rospy.get_param("~" + name, default)
+
         self._model = CyberModel(geometry_from(get))
         self._limiter = RateLimiter(self._model.geometry)
-        self._command = Command(get('command_timeout', 0.5))
-        start = [_number(get, name, 0.0) for name in ('start_x', 'start_y', 'start_yaw')]
+        self._command = Command(get("command_timeout", 0.5))
+        start = [_number(get, name, 0.0) for name in ("start_x", "start_y", "start_yaw")]
         errors = Errors(**{name: get(name, default) for name, default in vars(Errors()).items()})
         self._odometry = WheelOdometry(self._model, start, errors)
-        self._source = get('odom_source', 'wheels')
+        self._source = get("odom_source", "wheels")
         if self._source not in ODOM_SOURCES:
-            raise ValueError(f"odom_source is '{self._source}', must be one of "
-                             f"{', '.join(ODOM_SOURCES)}")
-        self._frames = get('odom_frame', 'odom'), get('base_frame', 'base_footprint')
+            raise ValueError(
+                f"odom_source is '{self._source}', must be one of {', '.join(ODOM_SOURCES)}"
+            )
+        self._frames = get("odom_frame", "odom"), get("base_frame", "base_footprint")
         self._time = self._measured = None  # stamps of the last and the last good joint states [s]
         self._heard, self._silent = None, False  # ROS time of their arrival [s]
-        self._lock = threading.Lock()   # joint states and timer come in threads of their own
+        self._lock = threading.Lock()  # joint states and timer come in threads of their own
         self._publish_to()
-        joy = get('joy', False)
+        joy = get("joy", False)
         if not isinstance(joy, bool):
-            raise ValueError(f'joy is {joy!r}, must be true or false')
+            raise ValueError(f"joy is {joy!r}, must be true or false")
         self._subscribe(JoyDrive.from_parameters(get) if joy else None)
-        rospy.Timer(rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch,
-                    reset=True)
+        rospy.Timer(
+            rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch, reset=True
+        )
 
     def _publish_to(self):
         def publisher(topic, kind):
             return rospy.Publisher(topic, kind, queue_size=10, tcp_nodelay=True)
-        self._steering_out = publisher(f'{ROBOT}/steering_controller/command', Float64MultiArray)
-        self._axle_out = publisher(f'{ROBOT}/axle_controller/command', Float64MultiArray)
-        self._joints_out = publisher('/joint_states', JointState)
-        self._odom_out = publisher('/odom', Odometry)
-        self._pose_out = publisher('/pose', PoseStamped)
-        self._encoders_out = {'front_left_wheel_joint': publisher('/odo_fl', Int32),
-                              'front_right_wheel_joint': publisher('/odo_fr', Int32)}
+
+        self._steering_out = publisher(f"{ROBOT}/steering_controller/command", Float64MultiArray)
+        self._axle_out = publisher(f"{ROBOT}/axle_controller/command", Float64MultiArray)
+        self._joints_out = publisher("/joint_states", JointState)
+        self._odom_out = publisher("/odom", Odometry)
+        self._pose_out = publisher("/pose", PoseStamped)
+        self._encoders_out = {
+            "front_left_wheel_joint": publisher("/odo_fl", Int32),
+            "front_right_wheel_joint": publisher("/odo_fr", Int32),
+        }
         self._broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, joy):
         # Of commands the newest counts; of measurements a few may wait: a hiccup loses none.
         for topic, kind, callback, waiting in (
-                ('/cmd_vel', Twist, self._twist, 1),
-                ('/cmd_cyberdrive', CyberDriveStamped, self._cyberdrive, 1),
-                ('/joy', Joy, lambda message: self._joy(joy, message), joy is not None and 1),
-                (f'{ROBOT}/joint_states', JointState, self._joints, 5),
-                ('/ground_truth/odom', Odometry, self._publish_odometry,
-                 self._source == 'ground_truth' and 5)):
+            ("/cmd_vel", Twist, self._twist, 1),
+            ("/cmd_cyberdrive", CyberDriveStamped, self._cyberdrive, 1),
+            ("/joy", Joy, lambda message: self._joy(joy, message), joy is not None and 1),
+            (f"{ROBOT}/joint_states", JointState, self._joints, 5),
+            (
+                "/ground_truth/odom",
+                Odometry,
+                self._publish_odometry,
+                self._source == "ground_truth" and 5,
+            ),
+        ):
             if waiting:
                 rospy.Subscriber(topic, kind, callback, queue_size=waiting, tcp_nodelay=True)
 
     # commands ---------------------------------------------------------------------------------
     def _twist(self, message):
         linear, angular = message.linear.x, message.angular.z
-        if not self._refused('/cmd_vel', refusal(**{'linear.x': linear, 'angular.z': angular})):
+        if not self._refused("/cmd_vel", refusal(**{"linear.x": linear, "angular.z": angular})):
             self._command.give(*self._model.from_twist(linear, angular), rospy.get_time())
 
     def _cyberdrive(self, message):
         drive = message.drive
-        if self._refused('/cmd_cyberdrive', refusal(steering_angle=drive.steering_angle,
-                                                    speed=drive.speed)):
+        if self._refused(
+            "/cmd_cyberdrive", refusal(steering_angle=drive.steering_angle, speed=drive.speed)
+        ):
             return
         now = rospy.get_time()
         given = min(message.header.stamp.to_sec() or now, now)
@@ -105,15 +117,16 @@ class Drive:
         try:
             steering, speed = joy.command(message.axes)
         except ValueError as error:
-            self._refused('/joy', str(error))
+            self._refused("/joy", str(error))
         else:
             self._command.give(*self._model.limit(steering, speed), rospy.get_time())
 
     def _refused(self, topic, reason):
         if reason:
             self._command.stop()
-            rospy.logerr_throttle(1.0, f'{topic} refused: {reason}. The truck stops until the '
-                                       'next good command.')
+            rospy.logerr_throttle(
+                1.0, f"{topic} refused: {reason}. The truck stops until the next good command."
+            )
         return bool(reason)
 
     # joint states -----------------------------------------------------------------------------
@@ -122,14 +135,15 @@ class Drive:
         try:
             measured, wheels = conversions.measured(message)
         except ValueError as error:
-            rospy.logerr_throttle(1.0, f'{ROBOT}/joint_states cannot be used: {error}. '
-                                       'The truck brakes.')
+            rospy.logerr_throttle(
+                1.0, f"{ROBOT}/joint_states cannot be used: {error}. The truck brakes."
+            )
         now = message.header.stamp.to_sec()
         with self._lock:
             self._heard, self._silent = rospy.get_time(), False
             reset = self._reset_reason(now, measured)
             if reset:
-                rospy.loginfo(f'{reset}: odometry starts afresh')
+                rospy.loginfo(f"{reset}: odometry starts afresh")
                 self._odometry.reset()
                 self._limiter.reset()
                 self._time = None
@@ -145,43 +159,50 @@ class Drive:
         self._joints_out.publish(message)
         for name, publisher in self._encoders_out.items():
             publisher.publish(ticks(wheels[name]))
-        if self._source == 'wheels':
-            self._publish_odometry(conversions.odometry(
-                message.header.stamp, self._frames, self._odometry))
+        if self._source == "wheels":
+            self._publish_odometry(
+                conversions.odometry(message.header.stamp, self._frames, self._odometry)
+            )
 
     def _reset_reason(self, now, measured):
         """How joint states stamped `now` [s] show that the simulation was reset, or ''."""
         if self._time is not None and now < self._time:
-            return f'time went back from {self._time:g} s to {now:g} s'
-        if measured is not None and self._measured is not None \
-                and self._odometry.jumped(measured, now - self._measured):
-            return 'the rear wheels jumped, the truck was put back'
-        return ''
+            return f"time went back from {self._time:g} s to {now:g} s"
+        if (
+            measured is not None
+            and self._measured is not None
+            and self._odometry.jumped(measured, now - self._measured)
+        ):
+            return "the rear wheels jumped, the truck was put back"
+        return ""
 
     def _watch(self, _event):
         """Stop the wheels when joint states have been silent for longer than command_timeout."""
         with self._lock:
             now = rospy.get_time()
-            if self._heard is None:     # nothing was told to the wheels yet
+            if self._heard is None:  # nothing was told to the wheels yet
                 return
-            self._heard = min(self._heard, now)     # time may have gone back
+            self._heard = min(self._heard, now)  # time may have gone back
             if now - self._heard <= self._command.timeout:
                 return
             if not self._silent:
-                rospy.logerr(f'{ROBOT}/joint_states has been silent for '
-                             f'{self._command.timeout:g} s: the truck stops')
+                rospy.logerr(
+                    f"{ROBOT}/joint_states has been silent for "
+                    f"{self._command.timeout:g} s: the truck stops"
+                )
             self._silent = True
-            self._limiter.speed = 0.0       # when they are back it pulls away from standstill
+            self._limiter.speed = 0.0  # when they are back it pulls away from standstill
             self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
 
     def _drive(self, now, period):
         """Send hinges and wheels where the limits let them be after a period [s]."""
         steering, speed, expired = self._command.target(now)
         if expired:
-            rospy.logwarn('the last command is older than command_timeout: the truck stops')
+            rospy.logwarn("the last command is older than command_timeout: the truck stops")
         targets = self._model.wheels(*self._limiter.advance(steering, speed, period))
-        self._steering_out.publish(Float64MultiArray(
-            data=(targets.left_steering, targets.right_steering)))
+        self._steering_out.publish(
+            Float64MultiArray(data=(targets.left_steering, targets.right_steering))
+        )
         self._axle_out.publish(Float64MultiArray(data=(targets.rear_left, targets.rear_right)))
 
     def _publish_odometry(self, message):
@@ -195,16 +216,16 @@ class Drive:
 def _number(get, name, default):
     value = get(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f'{name} is {value!r}, must be a finite number')
+        raise ValueError(f"{name} is {value!r}, must be a finite number")
     return float(value)
 
 
 def main():
     """Run the node until ROS shuts down; exit with 1 and the reason if it cannot start."""
-    rospy.init_node('drive')
+    rospy.init_node("drive")
     try:
         Drive()
     except ValueError as error:
-        rospy.logfatal('drive cannot start: %s', error)
+        rospy.logfatal("drive cannot start: %s", error)
         sys.exit(1)
     rospy.spin()

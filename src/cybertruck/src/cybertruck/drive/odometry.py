@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-TICKS_PER_TURN = 42             # of a front wheel's encoder
-SMALL_TURN = 1e-6               # [rad] below which an arc is taken as a line
-JUMP_PERIOD = 0.1               # [s] that a shorter time between measurements counts as
-RATE_FLOOR = 1e-6               # variance of speed and yaw rate at standstill
-STILL = (1e-6, 1e-6)            # variances of a truck at its start [m^2], [rad^2]
+TICKS_PER_TURN = 42  # of a front wheel's encoder
+SMALL_TURN = 1e-6  # [rad] below which an arc is taken as a line
+JUMP_PERIOD = 0.1  # [s] that a shorter time between measurements counts as
+RATE_FLOOR = 1e-6  # variance of speed and yaw rate at standstill
+STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,12 @@ class Errors:
 
     def __post_init__(self):
         for name, value in vars(self).items():
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f'{name} is {value!r}, must be a number, 0 or more')
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value >= 0.0)
+            ):
+                raise ValueError(f"{name} is {value!r}, must be a number, 0 or more")
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,12 @@ class WheelOdometry:
             return False
         shape, last = self._model.geometry, self._last[0]
         limit = 2.0 * shape.max_speed / shape.wheel_radius * max(period, JUMP_PERIOD)
-        return max(abs(measured.rear_left - last.rear_left),
-                   abs(measured.rear_right - last.rear_right)) > limit
+        return (
+            max(
+                abs(measured.rear_left - last.rear_left), abs(measured.rear_right - last.rear_right)
+            )
+            > limit
+        )
 
     def update(self, measured):
         """Take over a new measurement.
@@ -102,12 +109,14 @@ class WheelOdometry:
             measured: Measured.
         """
         radius = self._model.geometry.wheel_radius
-        curvature = self._model.curvature_of_hinges(measured.left_steering,
-                                                    measured.right_steering)
+        curvature = self._model.curvature_of_hinges(measured.left_steering, measured.right_steering)
         if self._last is not None:
             last, last_curvature = self._last
-            distance = radius * 0.5 * (measured.rear_left - last.rear_left
-                                       + measured.rear_right - last.rear_right)
+            distance = (
+                radius
+                * 0.5
+                * (measured.rear_left - last.rear_left + measured.rear_right - last.rear_right)
+            )
             self._move(distance, 0.5 * (curvature + last_curvature) * distance)
         self._last = measured, curvature
         self.speed = radius * 0.5 * (measured.rear_left_speed + measured.rear_right_speed)
@@ -115,8 +124,9 @@ class WheelOdometry:
 
     def _move(self, distance, turn):
         """Along an arc: distance [m], turn [rad]."""
-        chord = distance if abs(turn) < SMALL_TURN else \
-            distance * math.sin(turn / 2.0) / (turn / 2.0)
+        chord = (
+            distance if abs(turn) < SMALL_TURN else distance * math.sin(turn / 2.0) / (turn / 2.0)
+        )
         ahead = self.yaw + turn / 2.0
         cos, sin = math.cos(ahead), math.sin(ahead)
         self.x += chord * cos
@@ -128,9 +138,12 @@ class WheelOdometry:
         pose = np.array([[1.0, 0.0, -chord * sin], [0.0, 1.0, chord * cos], [0.0, 0.0, 1.0]])
         drive = np.array([[cos, -0.5 * chord * sin], [sin, 0.5 * chord * cos], [0.0, 1.0]])
         errors = self._errors
-        noise = np.diag((errors.distance_error ** 2 * abs(distance),
-                         errors.heading_error ** 2 * abs(turn)
-                         + errors.heading_drift ** 2 * abs(distance)))
+        noise = np.diag(
+            (
+                errors.distance_error**2 * abs(distance),
+                errors.heading_error**2 * abs(turn) + errors.heading_drift**2 * abs(distance),
+            )
+        )
         self.covariance = pose @ self.covariance @ pose.T + drive @ noise @ drive.T
 
     def twist_variances(self):
@@ -139,9 +152,12 @@ class WheelOdometry:
         A speed has the relative error of the distance driven in one second.
         """
         errors = self._errors
-        return (errors.distance_error ** 2 * abs(self.speed) + RATE_FLOOR,
-                errors.heading_error ** 2 * abs(self.yaw_rate)
-                + errors.heading_drift ** 2 * abs(self.speed) + RATE_FLOOR)
+        return (
+            errors.distance_error**2 * abs(self.speed) + RATE_FLOOR,
+            errors.heading_error**2 * abs(self.yaw_rate)
+            + errors.heading_drift**2 * abs(self.speed)
+            + RATE_FLOOR,
+        )
 
 
 def ticks(angle):

@@ -47,8 +47,10 @@ class GoalController:
         if distance > most:
             return f"the goal is {distance:.1f} m away; it must be within {most:g} m"
         if abs(position[2]) > self._settings.tolerance:
-            return (f"z of the goal is {position[2]:g} m; the truck drives on the ground, it must "
-                    f"be within {self._settings.tolerance:g} m of 0")
+            return (
+                f"z of the goal is {position[2]:g} m; the truck drives on the ground, it must "
+                f"be within {self._settings.tolerance:g} m of 0"
+            )
         return ""
 
     def start(self, x, y):
@@ -116,8 +118,8 @@ class GoalController:
         trace.append((time, x, y))
         while time - trace[0][0] > settings.stuck_time:
             old = trace.popleft()
-            if math.hypot(x - old[1], y - old[2]) < settings.stuck_distance and \
-                    all(math.hypot(x - item[1], y - item[2]) < settings.stuck_distance
-                        for item in trace):
+            if math.hypot(x - old[1], y - old[2]) < settings.stuck_distance and all(
+                math.hypot(x - item[1], y - item[2]) < settings.stuck_distance for item in trace
+            ):
                 return True
         return False

@@ -97,8 +97,9 @@ class ShortestLaw:
             radius = 0.5 * (planned + least)
             if circle_distance(forward, left, radius, self._away) >= radius:
                 self._away = 0
-        elif circle_distance(forward, left, planned if self._fresh else least, side) \
-                < (0.98 * planned if self._fresh else 0.98 * least):
+        elif circle_distance(forward, left, planned if self._fresh else least, side) < (
+            0.98 * planned if self._fresh else 0.98 * least
+        ):
             self._away = side
         self._fresh = False
         if self._away:

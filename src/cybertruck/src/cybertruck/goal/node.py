@@ -25,9 +25,13 @@ class GoalNode:
         Raises:
             ValueError: A parameter is wrong; the message names it.
         """
-        self._settings = GoalSettings(**{
-            item.name: rospy.get_param("~" + item.name) for item in fields(GoalSettings)
-            if rospy.has_param("~" + item.name)})
+        self._settings = GoalSettings(
+            **{
+                item.name: rospy.get_param("~" + item.name)
+                for item in fields(GoalSettings)
+                if rospy.has_param("~" + item.name)
+            }
+        )
         self._controller = GoalController(self._settings)
         self._lock = threading.RLock()  # service, odometry and timer come in threads of their own
         self._pose, self._frame, self._heard = None, "odom", None
@@ -41,8 +45,12 @@ class GoalNode:
         rospy.Timer(rospy.Duration(min(0.1, self._settings.odom_timeout)), self._watch, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         kind = "with trailer" if self._settings.trailer else "without trailer"
-        rospy.loginfo("goal: ready, %s gains, %s, turns of %.2f m", self._settings.gains, kind,
-                      self._settings.radius)
+        rospy.loginfo(
+            "goal: ready, %s gains, %s, turns of %.2f m",
+            self._settings.gains,
+            kind,
+            self._settings.radius,
+        )
 
     def _on_goal(self, request):
         position = request.pose.position
@@ -81,8 +89,9 @@ class GoalNode:
         q = pose.orientation
         heading = math.atan2(2.0 * (w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
         if not all(map(math.isfinite, (x, y, heading))):
-            rospy.logwarn_throttle(5.0, "goal: the odometry holds a number that is not finite; "
-                                        "it counts as silent")
+            rospy.logwarn_throttle(
+                5.0, "goal: the odometry holds a number that is not finite; it counts as silent"
+            )
             return
         with self._lock:
             self._pose, self._frame = (x, y, heading), message.header.frame_id or "odom"
@@ -94,22 +103,28 @@ class GoalNode:
             self._send(linear, angular)
             controller = self._controller
             if state == REACHED:
-                self._tell(GoalStatus.SUCCEEDED,
-                           f"arrived, {controller.distance:.3f} m from the goal, drove "
-                           f"{controller.driven:.2f} m, shortest {controller.shortest:.2f} m")
+                self._tell(
+                    GoalStatus.SUCCEEDED,
+                    f"arrived, {controller.distance:.3f} m from the goal, drove "
+                    f"{controller.driven:.2f} m, shortest {controller.shortest:.2f} m",
+                )
             elif state == STUCK:
-                self._tell(GoalStatus.ABORTED,
-                           f"stuck {controller.distance:.2f} m from the goal: moved less than "
-                           f"{self._settings.stuck_distance:g} m in "
-                           f"{self._settings.stuck_time:g} s")
+                self._tell(
+                    GoalStatus.ABORTED,
+                    f"stuck {controller.distance:.2f} m from the goal: moved less than "
+                    f"{self._settings.stuck_distance:g} m in "
+                    f"{self._settings.stuck_time:g} s",
+                )
             elif state == RESET:
                 self._tell(GoalStatus.ABORTED, "time went back: the simulation was reset")
 
     def _watch(self, _event):
         with self._lock:
             if self._controller.goal is not None and self._silent():
-                self._give_up(GoalStatus.ABORTED, "the odometry has been silent for "
-                                                  f"{self._settings.odom_timeout:g} s")
+                self._give_up(
+                    GoalStatus.ABORTED,
+                    f"the odometry has been silent for {self._settings.odom_timeout:g} s",
+                )
 
     def _silent(self):
         """Says whether there is no odometry, or none lately.

@@ -69,15 +69,20 @@ class GoalSettings:
             elif item.name == "trailer":
                 if not isinstance(value, bool):
                     raise ValueError(f"trailer is {value!r}; it must be true or false")
-            elif isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not math.isfinite(value):
+            elif (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not math.isfinite(value)
+            ):
                 raise ValueError(f"{item.name} is {value!r}; it must be a number")
             elif value < 0.0 or (value == 0.0 and item.name not in MAY_BE_ZERO):
                 raise ValueError(f"{item.name} is {value!r}; it must be above 0")
         if self.radius < self.least_radius:
             name = "trailer_min_radius" if self.trailer else "min_radius"
-            raise ValueError(f"{name} is {self.radius:g}; the truck turns on no less than "
-                             f"{self.least_radius:.3f} m")
+            raise ValueError(
+                f"{name} is {self.radius:g}; the truck turns on no less than "
+                f"{self.least_radius:.3f} m"
+            )
 
     @property
     def radius(self):
@@ -87,8 +92,9 @@ class GoalSettings:
     @property
     def least_radius(self):
         """Radius that corrections may use: full lock, or what a trailer follows [m]."""
-        geometry = Geometry(self.wheelbase, self.hitch_offset, self.tongue_length,
-                            self.max_steering)
+        geometry = Geometry(
+            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
+        )
         if self.trailer:
             return 1.0 / towing_limit(geometry, self.max_hitch_angle)
         return 1.0 / geometry.max_curvature

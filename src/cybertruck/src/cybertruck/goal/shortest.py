@@ -21,8 +21,7 @@ def shortest_length(forward, left, radius):
     """
     left = abs(left)  # the mirror image is as long
     outside = circle_distance(forward, left, radius, 1) >= radius
-    return turn_and_line(forward, left, radius) if outside \
-        else turn_and_turn(forward, left, radius)
+    return turn_and_line(forward, left, radius) if outside else turn_and_turn(forward, left, radius)
 
 
 def turn_and_line(forward, left, radius):
@@ -46,8 +45,9 @@ def turn_and_turn(forward, left, radius):
     dx, dy = forward, left + radius
     square = dx * dx + dy * dy
     phase = math.atan2(dx, dy)
-    swing = math.acos(min((3.0 * radius * radius + square) / (4.0 * radius * math.sqrt(square)),
-                          1.0))
+    swing = math.acos(
+        min((3.0 * radius * radius + square) / (4.0 * radius * math.sqrt(square)), 1.0)
+    )
     lengths = []
     for away in (phase - swing, phase + swing):
         away %= 2.0 * math.pi

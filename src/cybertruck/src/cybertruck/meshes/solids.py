@@ -1,4 +1,5 @@
 """Closed solids of flat faces with one true normal each, written as Wavefront OBJ."""
+
 import numpy as np
 
 
@@ -39,8 +40,13 @@ class Mesh:
 
     def triangles(self):
         """Corners of all triangles (N, 3, 3) [m]; slivers without area are left out."""
-        found = [triangle for solid in self.solids for face in solid
-                 for triangle in fan(face) if area_vector(triangle).any()]
+        found = [
+            triangle
+            for solid in self.solids
+            for face in solid
+            for triangle in fan(face)
+            if area_vector(triangle).any()
+        ]
         return np.array(found)
 
     def to_obj(self, name):
@@ -52,19 +58,26 @@ class Mesh:
             if length < 1e-10:
                 continue
             normal = normals.setdefault(_words(across / length, 4), len(normals) + 1)
-            corners = [points.setdefault(_words(corner, 5), len(points) + 1)
-                       for corner in triangle]
+            corners = [points.setdefault(_words(corner, 5), len(points) + 1) for corner in triangle]
             if len(set(corners)) == 3:
-                faces.append('f ' + ' '.join(f'{corner}//{normal}' for corner in corners))
-        head = ['# made by cybertruck make_meshes', f'mtllib {name}.mtl', f'o {name}',
-                f'usemtl {name}']
-        return '\n'.join(head + [f'v {text}' for text in points]
-                         + [f'vn {text}' for text in normals] + faces) + '\n'
+                faces.append("f " + " ".join(f"{corner}//{normal}" for corner in corners))
+        head = [
+            "# made by cybertruck make_meshes",
+            f"mtllib {name}.mtl",
+            f"o {name}",
+            f"usemtl {name}",
+        ]
+        return (
+            "\n".join(
+                head + [f"v {text}" for text in points] + [f"vn {text}" for text in normals] + faces
+            )
+            + "\n"
+        )
 
 
 def _words(vector, digits):
     # Adding 0.0 turns -0.0 into 0.0.
-    return ' '.join(f'{round(float(value), digits) + 0.0:g}' for value in vector)
+    return " ".join(f"{round(float(value), digits) + 0.0:g}" for value in vector)
 
 
 def fan(face):
@@ -80,16 +93,22 @@ def area_vector(triangle):
 
 def volume(faces):
     """Volume of a closed solid [m^3], negative if its faces point inwards (Gauss)."""
-    return sum(float(np.dot(a, np.cross(b, c))) / 6.0
-               for face in faces for a, b, c in fan(np.asarray(face)))
+    return sum(
+        float(np.dot(a, np.cross(b, c))) / 6.0
+        for face in faces
+        for a, b, c in fan(np.asarray(face))
+    )
 
 
 def tube(sections):
     """Solid through closed sections (S, P, 3) [m] of equally many corners, ends closed."""
     sections = np.asarray(sections, dtype=float)
     count = sections.shape[1]
-    faces = [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
-             for a, b in zip(sections[:-1], sections[1:]) for i in range(count)]
+    faces = [
+        (a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
+        for a, b in zip(sections[:-1], sections[1:])
+        for i in range(count)
+    ]
     return faces + [sections[0][::-1], sections[-1]]
 
 
@@ -100,8 +119,11 @@ def wall(outline, y0, y1):
 
 def block(low, high):
     """Box between two corners [m]."""
-    return wall([(low[0], low[2]), (high[0], low[2]), (high[0], high[2]), (low[0], high[2])],
-                low[1], high[1])
+    return wall(
+        [(low[0], low[2]), (high[0], low[2]), (high[0], high[2]), (low[0], high[2])],
+        low[1],
+        high[1],
+    )
 
 
 def turned(profile, flats):
@@ -114,8 +136,11 @@ def turned(profile, flats):
     angles = 2.0 * np.pi * np.arange(flats + 1) / flats
     rings = np.array([[(r * np.cos(a), y, r * np.sin(a)) for r, y in profile] for a in angles])
     count = len(profile)
-    return [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
-            for a, b in zip(rings[:-1], rings[1:]) for i in range(count)]
+    return [
+        (a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
+        for a, b in zip(rings[:-1], rings[1:])
+        for i in range(count)
+    ]
 
 
 def plate(corners, thickness):

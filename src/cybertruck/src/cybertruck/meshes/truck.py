@@ -3,16 +3,17 @@
 A few planes only: one line from the nose to the roof's ridge, one from there to the tail, sides
 that lean in above a shoulder crease, trapezoid arches.
 """
+
 import numpy as np
 
 from cybertruck.meshes.solids import Mesh, block, plate, tube, turned, wall
 
-AXLES = (0.0, 0.508)            # x of the rear and front axle
+AXLES = (0.0, 0.508)  # x of the rear and front axle
 NOSE, RIDGE, TAIL = 0.7302, 0.30, -0.235
 RADIUS, WIDTH = 0.1016, 0.0762  # of a wheel
-FLOOR, ARCH = 0.085, 0.222      # z of the underside, of the arches' tops
-HALF = 0.254                    # half width at the shoulder crease
-LEAN = 0.73                     # of the upper sides: inwards by this for each metre up
+FLOOR, ARCH = 0.085, 0.222  # z of the underside, of the arches' tops
+HALF = 0.254  # half width at the shoulder crease
+LEAN = 0.73  # of the upper sides: inwards by this for each metre up
 
 
 def _at(x, table):
@@ -53,19 +54,26 @@ def shell():
 
 def _skirt(outline):
     """Lower side panel: outline (4, 2) in x-z, leaning in towards the ground; both sides."""
+
     def half(z, x):
         return side_half(x) - 0.006 - 0.10 * (ARCH - z)
-    return tube([[(x, inner if inner is not None else half(z, x), z) for x, z in outline]
-                 for inner in (0.100, None)])
+
+    return tube(
+        [
+            [(x, inner if inner is not None else half(z, x), z) for x, z in outline]
+            for inner in (0.100, None)
+        ]
+    )
 
 
 def sides():
     """Lower side panels before, between and behind the arches."""
     mesh = Mesh()
-    for outline in (((0.140, FLOOR), (0.368, FLOOR), (0.413, ARCH), (0.095, ARCH)),
-                    ((0.648, FLOOR + 0.02), (0.705, FLOOR + 0.035), (NOSE, ARCH), (0.603, ARCH)),
-                    ((-0.205, FLOOR + 0.035), (-0.140, FLOOR + 0.01), (-0.095, ARCH),
-                     (TAIL, ARCH))):
+    for outline in (
+        ((0.140, FLOOR), (0.368, FLOOR), (0.413, ARCH), (0.095, ARCH)),
+        ((0.648, FLOOR + 0.02), (0.705, FLOOR + 0.035), (NOSE, ARCH), (0.603, ARCH)),
+        ((-0.205, FLOOR + 0.035), (-0.140, FLOOR + 0.01), (-0.095, ARCH), (TAIL, ARCH)),
+    ):
         mesh.add_both_sides(_skirt(outline))
     return mesh
 
@@ -75,8 +83,9 @@ def trim():
     mesh = Mesh(block((-0.200, -0.100, FLOOR), (0.700, 0.100, ARCH)))
     # bumpers between the side panels
     mesh.add(wall([(0.665, 0.105), (0.712, 0.120), (0.724, 0.190), (0.665, 0.190)], -0.205, 0.205))
-    mesh.add(wall([(-0.215, 0.125), (-0.165, 0.100), (-0.165, 0.215), (-0.229, 0.215)],
-                  -0.215, 0.215))
+    mesh.add(
+        wall([(-0.215, 0.125), (-0.165, 0.100), (-0.165, 0.215), (-0.229, 0.215)], -0.215, 0.215)
+    )
     # edges of the arches: three flat strips each
     for axle in AXLES:
         inner = ((-0.118, 0.150), (-0.078, 0.212), (0.078, 0.212), (0.118, 0.150))
@@ -87,9 +96,17 @@ def trim():
     # tow bar to the hitch at x = -0.30, z = 0.14
     mesh.add(block((-0.310, -0.020, 0.125), (-0.190, 0.020, 0.150)))
     # lidar's foot in the roof's ridge
-    mesh.add(tube([[(x, y, z) for x, y in ((RIDGE - a, -b), (RIDGE + a, -b), (RIDGE + a, b),
-                                           (RIDGE - a, b))]
-                   for z, a, b in ((0.335, 0.085, 0.080), (0.3685, 0.050, 0.055))]))
+    mesh.add(
+        tube(
+            [
+                [
+                    (x, y, z)
+                    for x, y in ((RIDGE - a, -b), (RIDGE + a, -b), (RIDGE + a, b), (RIDGE - a, b))
+                ]
+                for z, a, b in ((0.335, 0.085, 0.080), (0.3685, 0.050, 0.055))
+            ]
+        )
+    )
     return mesh
 
 
@@ -107,12 +124,30 @@ def _on_side(x, up):
 def glass():
     """Windscreen, roof glass and the wedge-shaped side windows, laid on the planes."""
     front, rear, low = RIDGE + 0.006, RIDGE - 0.006, 0.56
-    mesh = Mesh(plate([_on_roof(low, 0.90), _on_roof(front, 0.90), _on_roof(front, -0.90),
-                       _on_roof(low, -0.90)], 0.0025),
-                plate([_on_roof(rear, 0.90), _on_roof(0.09, 0.86), _on_roof(0.09, -0.86),
-                       _on_roof(rear, -0.90)], 0.0025))
-    for corners in (((0.575, 0.42), (RIDGE + 0.004, 0.34), (RIDGE + 0.004, 0.88)),
-                    ((RIDGE - 0.010, 0.33), (0.060, 0.30), (0.130, 0.84), (RIDGE - 0.010, 0.88))):
+    mesh = Mesh(
+        plate(
+            [
+                _on_roof(low, 0.90),
+                _on_roof(front, 0.90),
+                _on_roof(front, -0.90),
+                _on_roof(low, -0.90),
+            ],
+            0.0025,
+        ),
+        plate(
+            [
+                _on_roof(rear, 0.90),
+                _on_roof(0.09, 0.86),
+                _on_roof(0.09, -0.86),
+                _on_roof(rear, -0.90),
+            ],
+            0.0025,
+        ),
+    )
+    for corners in (
+        ((0.575, 0.42), (RIDGE + 0.004, 0.34), (RIDGE + 0.004, 0.88)),
+        ((RIDGE - 0.010, 0.33), (0.060, 0.30), (0.130, 0.84), (RIDGE - 0.010, 0.88)),
+    ):
         points = [_on_side(x, up) for x, up in corners]
         mesh.add_both_sides(_outward(points, 0.0025))
     return mesh
@@ -128,16 +163,36 @@ def _outward(points, thickness):
 
 def light_bar():
     """Thin lamp across the nose."""
-    return Mesh(tube([[(NOSE - 0.012, y, 0.2225), (NOSE + 0.004, y, 0.2225),
-                       (NOSE + 0.004, y, 0.2310), (NOSE - 0.012, y, 0.2335)]
-                      for y in (-0.221, 0.221)]))
+    return Mesh(
+        tube(
+            [
+                [
+                    (NOSE - 0.012, y, 0.2225),
+                    (NOSE + 0.004, y, 0.2225),
+                    (NOSE + 0.004, y, 0.2310),
+                    (NOSE - 0.012, y, 0.2335),
+                ]
+                for y in (-0.221, 0.221)
+            ]
+        )
+    )
 
 
 def tail_bar():
     """Thin lamp across the tail."""
-    return Mesh(tube([[(TAIL - 0.003, y, 0.252), (TAIL + 0.010, y, 0.252),
-                       (TAIL + 0.010, y, 0.266), (TAIL - 0.003, y, 0.266)]
-                      for y in (-0.236, 0.236)]))
+    return Mesh(
+        tube(
+            [
+                [
+                    (TAIL - 0.003, y, 0.252),
+                    (TAIL + 0.010, y, 0.252),
+                    (TAIL + 0.010, y, 0.266),
+                    (TAIL - 0.003, y, 0.266),
+                ]
+                for y in (-0.236, 0.236)
+            ]
+        )
+    )
 
 
 def tyre():
@@ -151,15 +206,30 @@ def tyre():
 def hub():
     """Hub cap: a seven-sided dish with straight spokes on both faces."""
     half = WIDTH / 2.0
-    dish = [(0.0005, half - 0.012), (0.070, half - 0.010), (0.070, 0.010 - half),
-            (0.0005, 0.012 - half)]
+    dish = [
+        (0.0005, half - 0.012),
+        (0.070, half - 0.010),
+        (0.070, 0.010 - half),
+        (0.0005, 0.012 - half),
+    ]
     mesh = Mesh(turned(dish, 21))
     for spoke in range(7):
         a = 2.0 * np.pi * spoke / 7.0
         along, across = np.array((np.cos(a), np.sin(a))), np.array((-np.sin(a), np.cos(a)))
-        outline = [along * r + across * w for r, w in (
-            (0.008, -0.006), (0.070, -0.013), (0.070, 0.013), (0.008, 0.006))]
+        outline = [
+            along * r + across * w
+            for r, w in ((0.008, -0.006), (0.070, -0.013), (0.070, 0.013), (0.008, 0.006))
+        ]
         mesh.add_both_sides(wall(outline, half - 0.013, half - 0.003))
-    mesh.add(turned([(0.0005, half - 0.001), (0.016, half - 0.003), (0.016, 0.003 - half),
-                     (0.0005, 0.001 - half)], 7))
+    mesh.add(
+        turned(
+            [
+                (0.0005, half - 0.001),
+                (0.016, half - 0.003),
+                (0.016, 0.003 - half),
+                (0.0005, 0.001 - half),
+            ],
+            7,
+        )
+    )
     return mesh

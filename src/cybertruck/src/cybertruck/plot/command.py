@@ -24,14 +24,19 @@ def heading_of(q):
 def add_odometry(trajectory, message):
     """Adds a nav_msgs/Odometry to a trajectory."""
     pose = message.pose.pose
-    trajectory.add(message.header.stamp.to_sec(), pose.position.x, pose.position.y,
-                   heading_of(pose.orientation))
+    trajectory.add(
+        message.header.stamp.to_sec(),
+        pose.position.x,
+        pose.position.y,
+        heading_of(pose.orientation),
+    )
 
 
 def add_goal(trajectory, message):
     """Adds a geometry_msgs/PoseStamped goal to a trajectory."""
-    trajectory.add_goal(message.header.stamp.to_sec(), message.pose.position.x,
-                        message.pose.position.y)
+    trajectory.add_goal(
+        message.header.stamp.to_sec(), message.pose.position.x, message.pose.position.y
+    )
 
 
 def from_bag(path, topic, goal_topic):
@@ -49,16 +54,24 @@ def from_bag(path, topic, goal_topic):
         ValueError: The file is no bag, or holds no odometry on the topic.
     """
     import rosbag
+
     trajectory = Trajectory(SPACING)
-    takers = {topic: ("nav_msgs/Odometry", add_odometry),
-              goal_topic: ("geometry_msgs/PoseStamped", add_goal)}
+    takers = {
+        topic: ("nav_msgs/Odometry", add_odometry),
+        goal_topic: ("geometry_msgs/PoseStamped", add_goal),
+    }
     try:
         with rosbag.Bag(path) as bag:
-            kinds = {name: item.msg_type
-                     for name, item in bag.get_type_and_topic_info().topics.items()}
+            kinds = {
+                name: item.msg_type for name, item in bag.get_type_and_topic_info().topics.items()
+            }
             if kinds.get(topic) != "nav_msgs/Odometry":
-                there = ", ".join(sorted(name for name, kind in kinds.items()
-                                         if kind == "nav_msgs/Odometry")) or "none"
+                there = (
+                    ", ".join(
+                        sorted(name for name, kind in kinds.items() if kind == "nav_msgs/Odometry")
+                    )
+                    or "none"
+                )
                 raise ValueError(f"{path}: no odometry on {topic}; topics with odometry: {there}")
             for name, message, _ in bag.read_messages(list(takers)):
                 kind, take = takers[name]
@@ -99,8 +112,11 @@ def record(topic, goal_topic, duration):
     rospy.on_shutdown(done.set)
     rospy.Subscriber(topic, Odometry, lambda message: take(add_odometry, message), queue_size=None)
     rospy.Subscriber(goal_topic, PoseStamped, lambda message: take(add_goal, message))
-    rospy.loginfo("plot_pose: recording %s%s", rospy.resolve_name(topic),
-                  f" for {duration:g} s" if duration else " until Ctrl-C")
+    rospy.loginfo(
+        "plot_pose: recording %s%s",
+        rospy.resolve_name(topic),
+        f" for {duration:g} s" if duration else " until Ctrl-C",
+    )
     while not done.wait(0.2):
         pass
     with lock:
@@ -127,14 +143,23 @@ def main():
         Exit status.
     """
     parser = argparse.ArgumentParser(prog="plot_pose", description=__doc__)
-    parser.add_argument("--output", default="pose.png", type=Path,
-                        help="the PNG; the CSV goes beside it (default: pose.png)")
+    parser.add_argument(
+        "--output",
+        default="pose.png",
+        type=Path,
+        help="the PNG; the CSV goes beside it (default: pose.png)",
+    )
     parser.add_argument("--bag", help="read this rosbag instead of recording")
     parser.add_argument("--topic", default="/odom", help="nav_msgs/Odometry (default: /odom)")
-    parser.add_argument("--goals", default="/goal/pose",
-                        help="geometry_msgs/PoseStamped (default: /goal/pose)")
-    parser.add_argument("--duration", default=0.0, type=non_negative,
-                        help="seconds of ROS time to record; 0: until Ctrl-C")
+    parser.add_argument(
+        "--goals", default="/goal/pose", help="geometry_msgs/PoseStamped (default: /goal/pose)"
+    )
+    parser.add_argument(
+        "--duration",
+        default=0.0,
+        type=non_negative,
+        help="seconds of ROS time to record; 0: until Ctrl-C",
+    )
     parser.add_argument("--title", default="")
     options = parser.parse_args(rospy.myargv()[1:])
     try:
@@ -145,11 +170,17 @@ def main():
         table = options.output.with_suffix(".csv")
         options.output.parent.mkdir(parents=True, exist_ok=True)
         trajectory.write_csv(table)
-        draw(trajectory, options.output, options.title,
-             (f"x in {options.topic} [m]", f"y in {options.topic} [m]"))
+        draw(
+            trajectory,
+            options.output,
+            options.title,
+            (f"x in {options.topic} [m]", f"y in {options.topic} [m]"),
+        )
     except (ValueError, OSError) as error:
         print(f"plot_pose: {error}", file=sys.stderr)
         return 1
-    print(f"plot_pose: {len(trajectory.rows)} poses, {trajectory.length:.2f} m in "
-          f"{trajectory.duration:.1f} s, {len(trajectory.goals)} goals: {options.output}, {table}")
+    print(
+        f"plot_pose: {len(trajectory.rows)} poses, {trajectory.length:.2f} m in "
+        f"{trajectory.duration:.1f} s, {len(trajectory.goals)} goals: {options.output}, {table}"
+    )
     return 0

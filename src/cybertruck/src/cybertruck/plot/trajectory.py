@@ -38,8 +38,11 @@ class Trajectory:
             return False
         self._last = row
         kept = self.rows[-1] if self.rows else None
-        if kept is None or math.hypot(x - kept[1], y - kept[2]) >= self._spacing \
-                or abs(math.remainder(heading - kept[3], 2.0 * math.pi)) > math.radians(1.0):
+        if (
+            kept is None
+            or math.hypot(x - kept[1], y - kept[2]) >= self._spacing
+            or abs(math.remainder(heading - kept[3], 2.0 * math.pi)) > math.radians(1.0)
+        ):
             self.rows.append(row)
         return True
 

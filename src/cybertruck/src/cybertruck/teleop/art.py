@@ -3,15 +3,17 @@
 WIDTH, HEIGHT = 25, 15  # of the picture, in characters
 FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # turn of the wheels -> a wheel from above
 TREAD = "-=~"  # characters of a rolling wheel, one after the other
-BODY = ("   ,-------.   ",
-        "  /_________\\  ",
-        "  |  ,---.  |  ",
-        "  | /_____\\ |  ",
-        "  | |     | |  ",
-        "  | |_____| |  ",
-        "  | |:::::| |  ",
-        "  | |:::::| |  ",
-        "  |_________|  ")
+BODY = (
+    "   ,-------.   ",
+    "  /_________\\  ",
+    "  |  ,---.  |  ",
+    "  | /_____\\ |  ",
+    "  | |     | |  ",
+    "  | |_____| |  ",
+    "  | |:::::| |  ",
+    "  | |:::::| |  ",
+    "  |_________|  ",
+)
 
 
 def truck(drive, turn, phase):
@@ -50,6 +52,9 @@ def truck(drive, turn, phase):
     side = 1 if drive >= 0 else len(lines) - 2
     if arrow and drive:
         line = arrow.strip()
-        lines[side] = (line + lines[side][len(line):]) if turn > 0 \
-            else (lines[side][:WIDTH - len(line)] + line)
+        lines[side] = (
+            (line + lines[side][len(line) :])
+            if turn > 0
+            else (lines[side][: WIDTH - len(line)] + line)
+        )
     return [line.rstrip() for line in lines]

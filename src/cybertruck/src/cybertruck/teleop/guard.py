@@ -20,8 +20,16 @@ PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 # leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
 LONGEST = 2.0  # wait for a listener before the zero is sent [s]
-VIOLENT = (signal.SIGKILL, signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL,
-           signal.SIGFPE, signal.SIGTRAP, signal.SIGSYS)
+VIOLENT = (
+    signal.SIGKILL,
+    signal.SIGSEGV,
+    signal.SIGABRT,
+    signal.SIGBUS,
+    signal.SIGILL,
+    signal.SIGFPE,
+    signal.SIGTRAP,
+    signal.SIGSYS,
+)
 
 
 def enter():
@@ -48,13 +56,16 @@ def send_zero(arguments):
         arguments: Its command line, for remappings.
     """
     import rosgraph
+
     if not rosgraph.is_master_online():
         return
     import rospy
     from geometry_msgs.msg import Twist
+
     remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
-    rospy.init_node("teleop_guard", argv=["guard", *remappings], anonymous=True,
-                    disable_signals=True)
+    rospy.init_node(
+        "teleop_guard", argv=["guard", *remappings], anonymous=True, disable_signals=True
+    )
     publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
     deadline = time.monotonic() + LONGEST
     while publisher.get_num_connections() == 0 and time.monotonic() < deadline:

@@ -44,13 +44,18 @@ class Limits:
                 if not isinstance(value, bool):
                     raise ValueError(f"trailer is {value!r}; it must be true or false")
                 continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not math.isfinite(value):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not math.isfinite(value)
+            ):
                 raise ValueError(f"{item.name} is {value!r}; it must be a number")
             may_be_zero = item.name in ("max_acceleration", "max_steering_rate", "hitch_offset")
             if value < 0.0 or (value == 0.0 and not may_be_zero):
-                raise ValueError(f"{item.name} is {value!r}; it must be "
-                                 + ("0 or more" if may_be_zero else "above 0"))
+                raise ValueError(
+                    f"{item.name} is {value!r}; it must be "
+                    + ("0 or more" if may_be_zero else "above 0")
+                )
         for name in ("max_steering", "max_hitch_angle"):
             if getattr(self, name) >= math.pi / 2:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be below pi/2")
@@ -58,8 +63,9 @@ class Limits:
     @property
     def max_curvature(self):
         """Greatest curvature of the rear axle's path [1/m]."""
-        geometry = Geometry(self.wheelbase, self.hitch_offset, self.tongue_length,
-                            self.max_steering)
+        geometry = Geometry(
+            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
+        )
         if self.trailer:
             return towing_limit(geometry, self.max_hitch_angle)
         return geometry.max_curvature

@@ -78,18 +78,24 @@ def render(view, width, height):
     width = max(width - 1, 0)
     mode = "continuous" if view.continuous else "held"
     if width + 1 < LEAST_WIDTH or height < LEAST_HEIGHT:
-        short = [f"{view.linear:+.2f} m/s {view.angular:+.2f} rad/s",
-                 f"{mode}, {motion_words(view.drive, view.turn)}",
-                 f"set {view.linear_speed:.2f} {view.angular_speed:.2f}",
-                 *view.notes, f"(the picture needs {LEAST_WIDTH}x{LEAST_HEIGHT})"]
+        short = [
+            f"{view.linear:+.2f} m/s {view.angular:+.2f} rad/s",
+            f"{mode}, {motion_words(view.drive, view.turn)}",
+            f"set {view.linear_speed:.2f} {view.angular_speed:.2f}",
+            *view.notes,
+            f"(the picture needs {LEAST_WIDTH}x{LEAST_HEIGHT})",
+        ]
         return [line[:width] for line in short][:height]
-    left = [f"linear.x  {view.linear:+7.3f} m/s   angular.z {view.angular:+7.3f} rad/s",
-            f"linear    {bar(view.linear, view.max_linear)}",
-            f"angular   {bar(view.angular, view.max_angular)}",
-            f"speeds    {view.linear_speed:7.3f} m/s             {view.angular_speed:7.3f} rad/s",
-            f"mode      {mode}",
-            f"motion    {motion_words(view.drive, view.turn)}",
-            "", *view.help]
+    left = [
+        f"linear.x  {view.linear:+7.3f} m/s   angular.z {view.angular:+7.3f} rad/s",
+        f"linear    {bar(view.linear, view.max_linear)}",
+        f"angular   {bar(view.angular, view.max_angular)}",
+        f"speeds    {view.linear_speed:7.3f} m/s             {view.angular_speed:7.3f} rad/s",
+        f"mode      {mode}",
+        f"motion    {motion_words(view.drive, view.turn)}",
+        "",
+        *view.help,
+    ]
     picture = art.truck(view.drive, view.turn, view.phase)
     column = max(width - art.WIDTH - 1, 0)
     if width > 100:
@@ -98,7 +104,7 @@ def render(view, width, height):
     for index in range(max(len(left), len(picture))):
         text = left[index] if index < len(left) else ""
         drawn = picture[index] if index < len(picture) else ""
-        rows.append(text[:column - 1].ljust(column) + drawn)
+        rows.append(text[: column - 1].ljust(column) + drawn)
     rows.append("-" * width)
     for note in view.notes:
         rows += textwrap.wrap(note, width)

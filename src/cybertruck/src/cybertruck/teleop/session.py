@@ -1,5 +1,6 @@
 """What both teleops share: ROS, signals, the terminal, and the one zero at the end."""
 
+import curses
 import io
 import logging
 import os
@@ -9,7 +10,6 @@ import sys
 import threading
 import time
 
-import curses
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
@@ -19,8 +19,18 @@ from cybertruck.teleop.limits import Limits, RateLimiter
 from cybertruck.teleop.screen import Screen
 
 FLUSH = 0.15  # wall time given to rospy's threads for sending the last message [s]
-LIMIT_NAMES = ("wheelbase", "max_speed", "max_angular", "max_steering", "max_acceleration",
-               "max_steering_rate", "trailer", "hitch_offset", "tongue_length", "max_hitch_angle")
+LIMIT_NAMES = (
+    "wheelbase",
+    "max_speed",
+    "max_angular",
+    "max_steering",
+    "max_acceleration",
+    "max_steering_rate",
+    "trailer",
+    "hitch_offset",
+    "tongue_length",
+    "max_hitch_angle",
+)
 
 
 class Ended(Exception):
@@ -47,8 +57,9 @@ class Session:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, self._on_signal)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck
-        self.limits = Limits(**{key: rospy.get_param("~" + key) for key in LIMIT_NAMES
-                                if rospy.has_param("~" + key)})
+        self.limits = Limits(
+            **{key: rospy.get_param("~" + key) for key in LIMIT_NAMES if rospy.has_param("~" + key)}
+        )
         self.rate = number_parameter("rate", 20.0)
         self._limiter = RateLimiter(self.limits)
         self.sent = (0.0, 0.0)  # the last command [m/s, rad/s]
@@ -66,8 +77,9 @@ class Session:
         try:
             self.screen = Screen()
         except curses.error as error:
-            raise Ended(f"TERM={os.environ.get('TERM', '')!r} is no terminal to draw on: {error}") \
-                from None
+            raise Ended(
+                f"TERM={os.environ.get('TERM', '')!r} is no terminal to draw on: {error}"
+            ) from None
         rosout = logging.getLogger("rosout")
         rosout.handlers = [item for item in rosout.handlers if "Stream" not in type(item).__name__]
         self._stderr, sys.stderr = sys.stderr, io.StringIO()
@@ -150,8 +162,12 @@ def number_parameter(name, default):
         ValueError: It is not; the message names it.
     """
     value = rospy.get_param("~" + name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0 \
-            or value == float("inf"):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not value > 0.0
+        or value == float("inf")
+    ):
         raise ValueError(f"{name} is {value!r}; it must be a number above 0")
     return float(value)
 
@@ -160,8 +176,9 @@ def terminal_gone():
     """Says whether the terminal hung up."""
     poll = select.poll()
     poll.register(0, select.POLLIN)
-    return any(event & (select.POLLHUP | select.POLLERR | select.POLLNVAL)
-               for _, event in poll.poll(0))
+    return any(
+        event & (select.POLLHUP | select.POLLERR | select.POLLNVAL) for _, event in poll.poll(0)
+    )
 
 
 def run(name, body):

@@ -21,12 +21,19 @@ class Speeds:
         Raises:
             ValueError: A default is no number within the limits.
         """
-        for name, value, most in (("linear_speed", linear, max_linear),
-                                  ("angular_speed", angular, max_angular)):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not math.isfinite(value) or not LEAST <= value <= most:
-                raise ValueError(f"{name} is {value!r}; it must be a number from {LEAST:g} to "
-                                 f"the limit {most:g}")
+        for name, value, most in (
+            ("linear_speed", linear, max_linear),
+            ("angular_speed", angular, max_angular),
+        ):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not math.isfinite(value)
+                or not LEAST <= value <= most
+            ):
+                raise ValueError(
+                    f"{name} is {value!r}; it must be a number from {LEAST:g} to the limit {most:g}"
+                )
         self._defaults = (float(linear), float(angular))
         self._most = (max_linear, max_angular)
         self.reset()
@@ -49,8 +56,10 @@ class Speeds:
         Args:
             action: "faster", "slower", "turn_faster", "turn_slower" or "reset".
         """
-        {"faster": lambda: self.scale_linear(STEP_UP),
-         "slower": lambda: self.scale_linear(STEP_DOWN),
-         "turn_faster": lambda: self.scale_angular(STEP_UP),
-         "turn_slower": lambda: self.scale_angular(STEP_DOWN),
-         "reset": self.reset}[action]()
+        {
+            "faster": lambda: self.scale_linear(STEP_UP),
+            "slower": lambda: self.scale_linear(STEP_DOWN),
+            "turn_faster": lambda: self.scale_angular(STEP_UP),
+            "turn_slower": lambda: self.scale_angular(STEP_DOWN),
+            "reset": self.reset,
+        }[action]()

@@ -25,7 +25,7 @@ def fit_circle(points):
     middle = points.mean(axis=0)
     local = points - middle
     matrix = np.column_stack((2.0 * local, np.ones(len(local))))
-    solution, _, rank, _ = np.linalg.lstsq(matrix, (local ** 2).sum(axis=1), rcond=1e-10)
+    solution, _, rank, _ = np.linalg.lstsq(matrix, (local**2).sum(axis=1), rcond=1e-10)
     if rank < 3:
         raise TrailerError("circle: the points lie on a line")
     start = np.append(solution[:2], np.sqrt(solution[2] + solution[:2] @ solution[:2]))
@@ -37,5 +37,4 @@ def fit_circle(points):
     radius = float(fit.x[2])
     arms = local - fit.x[:2]
     turning = np.sum(arms[:-1, 0] * arms[1:, 1] - arms[:-1, 1] * arms[1:, 0])
-    return middle + fit.x[:2], float(np.sign(turning) / radius), float(
-        np.sqrt(np.mean(fit.fun ** 2)))
+    return middle + fit.x[:2], float(np.sign(turning) / radius), float(np.sqrt(np.mean(fit.fun**2)))

@@ -32,9 +32,13 @@ class Geometry:
     hitch_stop: float = HITCH_STOP
 
     def __post_init__(self):
-        for name, low, high in (("wheelbase", 0.0, math.inf), ("hitch_offset", None, math.inf),
-                                ("tongue_length", 0.0, math.inf),
-                                ("max_steering", 0.0, math.pi / 2), ("hitch_stop", 0.0, math.pi)):
+        for name, low, high in (
+            ("wheelbase", 0.0, math.inf),
+            ("hitch_offset", None, math.inf),
+            ("tongue_length", 0.0, math.inf),
+            ("max_steering", 0.0, math.pi / 2),
+            ("hitch_stop", 0.0, math.pi),
+        ):
             value = getattr(self, name)
             ok = isinstance(value, (int, float, np.number)) and math.isfinite(value)
             if low is None:
@@ -151,11 +155,10 @@ def steady_trailer(trailer_curvature, geometry):
         (F [1/m], ψ [rad]); NaN where no circle of the truck leads the trailer's.
     """
     bend = np.asarray(trailer_curvature, dtype=float)
-    square = 1.0 + bend * bend * (geometry.tongue_length ** 2 - geometry.hitch_offset ** 2)
+    square = 1.0 + bend * bend * (geometry.tongue_length**2 - geometry.hitch_offset**2)
     with np.errstate(invalid="ignore", divide="ignore"):
         curvature = bend / np.sqrt(np.where(square > 0.0, square, np.nan))
-    angle = -np.arctan(geometry.tongue_length * bend) - np.arctan(
-        geometry.hitch_offset * curvature)
+    angle = -np.arctan(geometry.tongue_length * bend) - np.arctan(geometry.hitch_offset * curvature)
     return curvature, angle
 
 
@@ -170,8 +173,10 @@ def trailer_curvature_limit(hitch_angle, geometry):
         κ2 > 0 [1/m].
     """
     curvature = float(-towing_curvature(abs(hitch_angle), geometry))
-    square = 1.0 - curvature ** 2 * (geometry.tongue_length ** 2 - geometry.hitch_offset ** 2)
+    square = 1.0 - curvature**2 * (geometry.tongue_length**2 - geometry.hitch_offset**2)
     if not 0.0 < abs(hitch_angle) < math.pi / 2 or square <= 0.0:
-        raise TrailerError(f"hitch angle {math.degrees(hitch_angle):.1f} degrees: no trailer "
-                           "circles steadily there; it must lie between 0 and 90")
+        raise TrailerError(
+            f"hitch angle {math.degrees(hitch_angle):.1f} degrees: no trailer "
+            "circles steadily there; it must lie between 0 and 90"
+        )
     return curvature / math.sqrt(square)

@@ -37,11 +37,13 @@ class CurvatureHold:
         """
         limit = trailer_curvature_limit(tuning.reference_limit, geometry)
         if not abs(curvature) <= limit:
-            raise TrailerError(f"hold: curvature is {curvature:g} 1/m; it must be within "
-                               f"±{limit:.3f}")
+            raise TrailerError(
+                f"hold: curvature is {curvature:g} 1/m; it must be within ±{limit:.3f}"
+            )
         if not 0.0 < length <= LONGEST:
-            raise TrailerError(f"hold: length is {length:g} m; it must be above 0 and at most "
-                               f"{LONGEST:g}")
+            raise TrailerError(
+                f"hold: length is {length:g} m; it must be above 0 and at most {LONGEST:g}"
+            )
         self.wanted, self.length = -curvature, length
         self.geometry, self.steering, self.tuning = geometry, steering, tuning
         self.guard = backing_limit(geometry, tuning.guard_margin)
@@ -60,12 +62,16 @@ class CurvatureHold:
         if self.mode == BACKING and self.arc >= self.length - self.tuning.end_tolerance:
             self.mode = ARRIVED
         speed = backing_speed(self.length - self.arc, self.tuning) if self.mode == BACKING else 0.0
-        return Status(speed, self.steering_angle(hitch_angle), self.wanted, self.arc, 0.0, 0.0,
-                      self.mode)
+        return Status(
+            speed, self.steering_angle(hitch_angle), self.wanted, self.arc, 0.0, 0.0, self.mode
+        )
 
     def steering_angle(self, hitch_angle):
         """Gives φ [rad] for a hitch angle [rad], either of any shape."""
         curvature = hold_law(self.wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
         limit = self.steering.max_curvature
-        return np.clip(self.steering.steering(np.clip(curvature, -limit, limit)),
-                       -self.steering.max_steering, self.steering.max_steering)
+        return np.clip(
+            self.steering.steering(np.clip(curvature, -limit, limit)),
+            -self.steering.max_steering,
+            self.steering.max_steering,
+        )

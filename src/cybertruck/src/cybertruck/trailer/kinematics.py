@@ -10,8 +10,10 @@ import numpy as np
 
 def hitch_position(x, y, truck_heading, geometry):
     """Gives the hitch's place (x, y) in the frame of the rear axle's place [m]."""
-    return (x - geometry.hitch_offset * np.cos(truck_heading),
-            y - geometry.hitch_offset * np.sin(truck_heading))
+    return (
+        x - geometry.hitch_offset * np.cos(truck_heading),
+        y - geometry.hitch_offset * np.sin(truck_heading),
+    )
 
 
 def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
@@ -28,8 +30,11 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
     """
     hitch_x, hitch_y = hitch_position(x, y, truck_heading, geometry)
     heading = truck_heading + hitch_angle
-    return (hitch_x - geometry.tongue_length * np.cos(heading),
-            hitch_y - geometry.tongue_length * np.sin(heading), heading)
+    return (
+        hitch_x - geometry.tongue_length * np.cos(heading),
+        hitch_y - geometry.tongue_length * np.sin(heading),
+        heading,
+    )
 
 
 def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
@@ -39,29 +44,38 @@ def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
         (x, y, θ1) of C [m, m, rad].
     """
     heading = trailer_heading - hitch_angle
-    return (x + geometry.tongue_length * np.cos(trailer_heading)
-            + geometry.hitch_offset * np.cos(heading),
-            y + geometry.tongue_length * np.sin(trailer_heading)
-            + geometry.hitch_offset * np.sin(heading), heading)
+    return (
+        x
+        + geometry.tongue_length * np.cos(trailer_heading)
+        + geometry.hitch_offset * np.cos(heading),
+        y
+        + geometry.tongue_length * np.sin(trailer_heading)
+        + geometry.hitch_offset * np.sin(heading),
+        heading,
+    )
 
 
 def hitch_velocity(speed, truck_heading, curvature, geometry):
     """Gives the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
     turn = geometry.hitch_offset * curvature
-    return (speed * (np.cos(truck_heading) + turn * np.sin(truck_heading)),
-            speed * (np.sin(truck_heading) - turn * np.cos(truck_heading)))
+    return (
+        speed * (np.cos(truck_heading) + turn * np.sin(truck_heading)),
+        speed * (np.sin(truck_heading) - turn * np.cos(truck_heading)),
+    )
 
 
 def trailer_speed(speed, hitch_angle, curvature, geometry):
     """Gives the speed of Q along the trailer, v_T = v (cos ψ - L1 F sin ψ) [m/s]."""
-    return speed * (np.cos(hitch_angle)
-                    - geometry.hitch_offset * curvature * np.sin(hitch_angle))
+    return speed * (np.cos(hitch_angle) - geometry.hitch_offset * curvature * np.sin(hitch_angle))
 
 
 def trailer_yaw_rate(speed, hitch_angle, curvature, geometry):
     """Gives dθ2/dt = -v (sin ψ + L1 F cos ψ) / L2 [rad/s]; Q does not slip sideways."""
-    return -speed * (np.sin(hitch_angle) + geometry.hitch_offset * curvature
-                     * np.cos(hitch_angle)) / geometry.tongue_length
+    return (
+        -speed
+        * (np.sin(hitch_angle) + geometry.hitch_offset * curvature * np.cos(hitch_angle))
+        / geometry.tongue_length
+    )
 
 
 def trailer_curvature(hitch_angle, curvature, geometry):
@@ -70,15 +84,18 @@ def trailer_curvature(hitch_angle, curvature, geometry):
     Infinite where the trailer turns on the spot.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (trailer_yaw_rate(1.0, hitch_angle, curvature, geometry)
-                / trailer_speed(1.0, hitch_angle, curvature, geometry))
+        return trailer_yaw_rate(1.0, hitch_angle, curvature, geometry) / trailer_speed(
+            1.0, hitch_angle, curvature, geometry
+        )
 
 
 def hitch_rate(speed, hitch_angle, curvature, geometry):
     """Gives dψ/dt = -v (sin ψ / L2 + (L1/L2 cos ψ + 1) F) [rad/s]."""
     ratio = geometry.hitch_offset / geometry.tongue_length
-    return -speed * (np.sin(hitch_angle) / geometry.tongue_length
-                     + (ratio * np.cos(hitch_angle) + 1.0) * curvature)
+    return -speed * (
+        np.sin(hitch_angle) / geometry.tongue_length
+        + (ratio * np.cos(hitch_angle) + 1.0) * curvature
+    )
 
 
 def derivative(state, speed, curvature, geometry):
@@ -94,8 +111,12 @@ def derivative(state, speed, curvature, geometry):
         (..., 4) its time derivative.
     """
     heading, hitch_angle = state[..., 2], state[..., 3]
-    rates = (speed * np.cos(heading), speed * np.sin(heading), speed * curvature,
-             hitch_rate(speed, hitch_angle, curvature, geometry))
+    rates = (
+        speed * np.cos(heading),
+        speed * np.sin(heading),
+        speed * curvature,
+        hitch_rate(speed, hitch_angle, curvature, geometry),
+    )
     return np.stack(np.broadcast_arrays(*rates), axis=-1)
 
 

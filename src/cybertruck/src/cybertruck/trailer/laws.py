@@ -46,8 +46,9 @@ def hitch_law(wanted_angle, hitch_angle, decay_length, geometry):
     """
     wanted_rate = -(hitch_angle - wanted_angle) / decay_length
     ratio = geometry.hitch_offset / geometry.tongue_length
-    return ((wanted_rate - np.sin(hitch_angle) / geometry.tongue_length)
-            / (ratio * np.cos(hitch_angle) + 1.0))
+    return (wanted_rate - np.sin(hitch_angle) / geometry.tongue_length) / (
+        ratio * np.cos(hitch_angle) + 1.0
+    )
 
 
 def backing_law(wanted, hitch_angle, decay_length, geometry):

@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 
 from cybertruck.trailer.geometry import TrailerError
 
-SPACING = 0.01       # between the samples of a path [m]
-NEWTON_STEPS = 4     # of the projection; it starts from where it was last
-LONGEST = 1000.0     # a path longer than this is refused [m]
+SPACING = 0.01  # between the samples of a path [m]
+NEWTON_STEPS = 4  # of the projection; it starts from where it was last
+LONGEST = 1000.0  # a path longer than this is refused [m]
 
 
 class Path:
@@ -129,9 +129,17 @@ def from_curvature(curvature_of, length):
     simpson = step / 6.0 * (curvature[:-1] + 4.0 * middle + curvature[1:])
     headings = np.concatenate(([0.0], np.cumsum(simpson)))
     half = headings[:-1] + step / 24.0 * (5.0 * curvature[:-1] + 8.0 * middle - curvature[1:])
-    points = [np.concatenate(([0.0], np.cumsum(step / 6.0 * (
-        wave(headings[:-1]) + 4.0 * wave(half) + wave(headings[1:]))))) for wave in (np.cos,
-                                                                                    np.sin)]
+    points = [
+        np.concatenate(
+            (
+                [0.0],
+                np.cumsum(
+                    step / 6.0 * (wave(headings[:-1]) + 4.0 * wave(half) + wave(headings[1:]))
+                ),
+            )
+        )
+        for wave in (np.cos, np.sin)
+    ]
     return Path(np.column_stack(points)[::4], headings[::4], curvature[::4], length)
 
 
@@ -172,5 +180,6 @@ def from_points(points):
     parameter = np.interp(np.linspace(0.0, arc[-1], count), arc, fine)
     first, second = spline(parameter, 1), spline(parameter, 2)
     curvature = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / np.maximum(
-        np.hypot(*first.T), 1e-9) ** 3
+        np.hypot(*first.T), 1e-9
+    ) ** 3
     return Path(spline(parameter), np.arctan2(first[:, 1], first[:, 0]), curvature, arc[-1])

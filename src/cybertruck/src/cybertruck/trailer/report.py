@@ -7,11 +7,23 @@ import numpy as np
 
 from cybertruck.trailer.kinematics import rear_axle, trailer_axle
 
-COLUMNS = ("time", "arc", "lateral_error", "heading_error", "hitch_angle", "trailer_x",
-           "trailer_y", "trailer_heading", "truck_x", "truck_y", "truck_heading", "speed")
+COLUMNS = (
+    "time",
+    "arc",
+    "lateral_error",
+    "heading_error",
+    "hitch_angle",
+    "trailer_x",
+    "trailer_y",
+    "trailer_heading",
+    "truck_x",
+    "truck_y",
+    "truck_heading",
+    "speed",
+)
 UNITS = ("s", "m", "m", "rad", "rad", "m", "m", "rad", "m", "m", "rad", "m/s")
-TRUCK_BOX = (-0.225, 0.72, 0.48)    # rear end, front end from the rear axle, and width [m]
-TRAILER_BOX = (-0.34, 0.40, 0.50)   # the same from the trailer's axle [m]
+TRUCK_BOX = (-0.225, 0.72, 0.48)  # rear end, front end from the rear axle, and width [m]
+TRAILER_BOX = (-0.34, 0.40, 0.50)  # the same from the trailer's axle [m]
 
 
 def table(path, times, states, speeds, geometry):
@@ -34,8 +46,20 @@ def table(path, times, states, speeds, geometry):
     for number in range(1, len(states)):
         arc[number] = path.nearest(x[number], y[number], arc[number - 1])
     lateral, turn = path.errors(x, y, heading + math.pi, arc)
-    return np.column_stack((np.asarray(times) - times[0], arc, lateral, turn, states[:, 3], x, y,
-                            heading, states[:, :3], speeds))
+    return np.column_stack(
+        (
+            np.asarray(times) - times[0],
+            arc,
+            lateral,
+            turn,
+            states[:, 3],
+            x,
+            y,
+            heading,
+            states[:, :3],
+            speeds,
+        )
+    )
 
 
 def column(rows, name):
@@ -53,9 +77,9 @@ def summary(rows, path):
     lateral, arc = column(rows, "lateral_error"), column(rows, "arc")
     late = lateral[arc > path.length - 5.0]
     return {
-        "rms_lateral_error_m": float(np.sqrt(np.mean(lateral ** 2))),
+        "rms_lateral_error_m": float(np.sqrt(np.mean(lateral**2))),
         "max_lateral_error_m": float(np.max(np.abs(lateral))),
-        "rms_lateral_error_last_5_m": float(np.sqrt(np.mean(late ** 2))) if len(late) else None,
+        "rms_lateral_error_last_5_m": float(np.sqrt(np.mean(late**2))) if len(late) else None,
         "end_distance_m": float(math.hypot(arc[-1] - path.length, lateral[-1])),
         "end_heading_error_deg": float(math.degrees(column(rows, "heading_error")[-1])),
         "max_hitch_angle_deg": float(np.degrees(np.max(np.abs(column(rows, "hitch_angle"))))),
@@ -90,26 +114,46 @@ def draw_rig(axes, trailer, hitch_angle, geometry, alpha=1.0):
         alpha: Opacity of the lines.
     """
     truck = rear_axle(*trailer, hitch_angle, geometry)
-    hitch = (truck[0] - geometry.hitch_offset * math.cos(truck[2]),
-             truck[1] - geometry.hitch_offset * math.sin(truck[2]))
+    hitch = (
+        truck[0] - geometry.hitch_offset * math.cos(truck[2]),
+        truck[1] - geometry.hitch_offset * math.sin(truck[2]),
+    )
     axes.plot(*outline(*truck, TRUCK_BOX).T, color="#2f5d8a", linewidth=1.0, alpha=alpha)
     axes.plot(*outline(*trailer, TRAILER_BOX).T, color="#b5651d", linewidth=1.0, alpha=alpha)
-    axes.plot((truck[0], hitch[0], trailer[0]), (truck[1], hitch[1], trailer[1]), color="0.35",
-              linewidth=0.8, alpha=alpha)
+    axes.plot(
+        (truck[0], hitch[0], trailer[0]),
+        (truck[1], hitch[1], trailer[1]),
+        color="0.35",
+        linewidth=0.8,
+        alpha=alpha,
+    )
 
 
 def write_picture(file, rows, path, geometry, title):
     """Draws the path, the rig every metre, and the errors over arc length, into a PNG."""
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot
+
     figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
     above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
     above.plot(*path.points.T, color="0.6", linewidth=4.0, label="path")
-    above.plot(column(rows, "trailer_x"), column(rows, "trailer_y"), color="#b5651d",
-               linewidth=1.4, label="trailer's axle")
-    above.plot(column(rows, "truck_x"), column(rows, "truck_y"), color="#2f5d8a",
-               linewidth=0.8, linestyle="--", label="truck's rear axle")
+    above.plot(
+        column(rows, "trailer_x"),
+        column(rows, "trailer_y"),
+        color="#b5651d",
+        linewidth=1.4,
+        label="trailer's axle",
+    )
+    above.plot(
+        column(rows, "truck_x"),
+        column(rows, "truck_y"),
+        color="#2f5d8a",
+        linewidth=0.8,
+        linestyle="--",
+        label="truck's rear axle",
+    )
     steps = np.hypot(*np.diff(rows[:, [5, 6]], axis=0).T)
     driven = np.concatenate(([0.0], np.cumsum(steps)))
     for metre in np.arange(0.0, driven[-1], 1.0):
@@ -122,10 +166,13 @@ def write_picture(file, rows, path, geometry, title):
     above.set_adjustable("datalim")
     above.grid(alpha=0.3)
     above.legend(loc="best")
-    for number, (name, label, scale) in enumerate((
+    for number, (name, label, scale) in enumerate(
+        (
             ("lateral_error", "lateral error [cm]", 100.0),
             ("heading_error", "heading error [°]", 180.0 / math.pi),
-            ("hitch_angle", "hitch angle [°]", 180.0 / math.pi))):
+            ("hitch_angle", "hitch angle [°]", 180.0 / math.pi),
+        )
+    ):
         axes = pyplot.subplot2grid(grid, (number, 3), colspan=2, fig=figure)
         axes.plot(column(rows, "arc"), scale * column(rows, name), color="#b5651d", linewidth=1.2)
         axes.axhline(0.0, color="0.6", linewidth=0.6)

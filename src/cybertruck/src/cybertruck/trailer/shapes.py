@@ -27,7 +27,7 @@ class Shape:
 def smooth(share):
     """Rises from 0 to 1 with zero first and second derivative at both ends."""
     share = np.clip(share, 0.0, 1.0)
-    return share ** 3 * (10.0 - 15.0 * share + 6.0 * share * share)
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share * share)
 
 
 def line(length):
@@ -50,6 +50,7 @@ def arc(radius, angle, run_up=1.5):
 
     def curvature(at):
         return smooth(at / rise) * smooth((length - at) / rise) / radius
+
     return from_curvature(curvature, length)
 
 
@@ -85,15 +86,18 @@ def bends(offset, advance, before, after):
     Its heading is a smooth bump of one height over arc length; height and arc length follow from
     advance and offset by Newton's method.
     """
+
     def middle(height, length):
         def curvature(at):  # derivative of the bump 64 (u (1 - u))³, whose top is 1
             share = np.clip((at - before) / length, 0.0, 1.0)
             return height / length * 192.0 * (share * (1.0 - share)) ** 2 * (1.0 - 2.0 * share)
+
         return from_curvature(curvature, before + length + after)
 
     def ends(values):
         path = middle(*values)
         return path.points[-1] - (before + after, 0.0) - (advance, offset)
+
     values = np.array((math.atan2(offset, advance) * 1.8, math.hypot(offset, advance)))
     for _ in range(30):
         miss = ends(values)
@@ -112,13 +116,14 @@ def require(condition, what, value, valid):
 
 SHAPES = {
     "line": Shape(line, ("length [m]",), (10.0,)),
-    "arc": Shape(arc, ("radius [m], left positive", "angle [rad]", "run-up [m]"),
-                 (3.0, math.pi, 1.5)),
+    "arc": Shape(
+        arc, ("radius [m], left positive", "angle [rad]", "run-up [m]"), (3.0, math.pi, 1.5)
+    ),
     "s": Shape(s_curve, ("offset to the left [m]", "length [m]"), (3.0, 8.0)),
-    "lane-change": Shape(lane_change, ("offset to the left [m]", "length [m]", "straight [m]"),
-                         (1.5, 5.0, 2.0)),
-    "park": Shape(park, ("offset to the left [m]", "length [m]", "straight [m]"),
-                  (-1.2, 4.0, 2.0)),
+    "lane-change": Shape(
+        lane_change, ("offset to the left [m]", "length [m]", "straight [m]"), (1.5, 5.0, 2.0)
+    ),
+    "park": Shape(park, ("offset to the left [m]", "length [m]", "straight [m]"), (-1.2, 4.0, 2.0)),
 }
 
 
@@ -138,6 +143,10 @@ def make_shape(name, size=()):
     if len(size) > len(shape.names):
         raise TrailerError(f"{name}: {len(size)} numbers; it takes {', '.join(shape.names)}")
     for label, value in zip(shape.names, size):
-        require(math.isfinite(value) and abs(value) <= LONGEST, f"{name}: {label}", value,
-                f"finite and within ±{LONGEST:g}")
-    return shape.make(*(tuple(size) + shape.defaults[len(size):]))
+        require(
+            math.isfinite(value) and abs(value) <= LONGEST,
+            f"{name}: {label}",
+            value,
+            f"finite and within ±{LONGEST:g}",
+        )
+    return shape.make(*(tuple(size) + shape.defaults[len(size) :]))

@@ -44,8 +44,13 @@ def start_state(path, lateral, heading, hitch_angle, geometry):
     """
     x, y, direction, _ = path.place(0.0)
     lateral, heading, hitch_angle = np.broadcast_arrays(lateral, heading, hitch_angle)
-    rear = rear_axle(x - lateral * np.sin(direction), y + lateral * np.cos(direction),
-                     direction + heading - np.pi, hitch_angle, geometry)
+    rear = rear_axle(
+        x - lateral * np.sin(direction),
+        y + lateral * np.cos(direction),
+        direction + heading - np.pi,
+        hitch_angle,
+        geometry,
+    )
     return np.stack((*rear, hitch_angle), axis=-1)
 
 
@@ -74,8 +79,9 @@ def simulate(tracker, start, steering, geometry, time_limit, time_step=0.02, ste
         history.append((state, status.lateral, status.heading, status.arc, status.mode))
         if np.all((status.mode == ARRIVED) | (status.mode == FAILED)):
             break
-        angle = angle + np.clip(status.steering - angle, -steering_rate * time_step,
-                                steering_rate * time_step)
+        angle = angle + np.clip(
+            status.steering - angle, -steering_rate * time_step, steering_rate * time_step
+        )
         state = advance(state, status.speed, steering.curvature(angle), time_step, geometry)
         struck |= np.abs(state[..., 3]) >= geometry.hitch_stop
         state[..., 3] = np.clip(state[..., 3], -geometry.hitch_stop, geometry.hitch_stop)

@@ -48,15 +48,19 @@ class MeasuredSteering:
         """
         angles, curvatures = (np.asarray(value, dtype=float) for value in (angles, curvatures))
         if angles.ndim != 1 or angles.shape != curvatures.shape or len(angles) < 3:
-            raise TrailerError(f"steering map: {angles.size} angles and {curvatures.size} "
-                               "curvatures; it must be the same number, 3 or more")
+            raise TrailerError(
+                f"steering map: {angles.size} angles and {curvatures.size} "
+                "curvatures; it must be the same number, 3 or more"
+            )
         for name, values in (("angles", angles), ("curvatures", curvatures)):
             if not np.all(np.isfinite(values)):
                 raise TrailerError(f"steering map: {name} hold a value that is not finite")
             if not np.all(np.diff(values) > 0.0):
                 worst = int(np.argmin(np.diff(values)))
-                raise TrailerError(f"steering map: {name} must grow from entry to entry, but "
-                                   f"{values[worst]:g} is followed by {values[worst + 1]:g}")
+                raise TrailerError(
+                    f"steering map: {name} must grow from entry to entry, but "
+                    f"{values[worst]:g} is followed by {values[worst + 1]:g}"
+                )
         if not (math.isfinite(extrapolation) and extrapolation >= 0.0):
             raise TrailerError(f"steering map: extrapolation {extrapolation!r} must be 0 or more")
         self.angles, self.curvatures = angles, curvatures
@@ -67,10 +71,11 @@ class MeasuredSteering:
         self.highest = float(angles[-1]) + extrapolation
         self.max_steering = min(-self.lowest, self.highest)
         if self.max_steering <= 0.0:
-            raise TrailerError("steering map: the angles must lie on both sides of 0, "
-                               f"not from {angles[0]:g} to {angles[-1]:g}")
-        self.max_curvature = float(min(-self.curvature(self.lowest),
-                                       self.curvature(self.highest)))
+            raise TrailerError(
+                "steering map: the angles must lie on both sides of 0, "
+                f"not from {angles[0]:g} to {angles[-1]:g}"
+            )
+        self.max_curvature = float(min(-self.curvature(self.lowest), self.curvature(self.highest)))
 
     def curvature(self, steering):
         """Gives the curvature [1/m] of steering angles [rad], limited to the map first."""
@@ -124,12 +129,15 @@ def parse_map(data, source="steering map"):
         raise TrailerError(f"{source}: it must hold the lists angles and curvatures")
     unknown = sorted(str(key) for key in set(data) - known)
     if unknown:
-        raise TrailerError(f"{source}: unknown {', '.join(unknown)}; "
-                           f"there are: {', '.join(sorted(known))}")
+        raise TrailerError(
+            f"{source}: unknown {', '.join(unknown)}; there are: {', '.join(sorted(known))}"
+        )
     try:
-        return MeasuredSteering(np.array(data["angles"], dtype=float),
-                                np.array(data["curvatures"], dtype=float),
-                                float(data.get("extrapolation", EXTRAPOLATION)))
+        return MeasuredSteering(
+            np.array(data["angles"], dtype=float),
+            np.array(data["curvatures"], dtype=float),
+            float(data.get("extrapolation", EXTRAPOLATION)),
+        )
     except (TypeError, ValueError) as error:
         raise TrailerError(f"{source}: {error}") from None
 

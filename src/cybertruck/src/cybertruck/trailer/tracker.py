@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cybertruck.trailer.geometry import (TrailerError, backing_limit, towing_limit,
-                                         trailer_curvature_limit)
+from cybertruck.trailer.geometry import (
+    TrailerError,
+    backing_limit,
+    towing_limit,
+    trailer_curvature_limit,
+)
 from cybertruck.trailer.laws import backing_law
 
 START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
@@ -67,18 +71,28 @@ class Tuning:
     def __post_init__(self):
         for name in self.__dataclass_fields__:
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-                    math.isfinite(value) and value > 0.0):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0.0)
+            ):
                 raise TrailerError(f"{name} is {value!r}; it must be a number above 0")
         for name in ("speed", "recovery_speed", "creep_speed"):
             if getattr(self, name) >= TOP_SPEED:
-                raise TrailerError(f"{name} is {getattr(self, name):g} m/s; it must be above 0 "
-                                   f"and below {TOP_SPEED:g}")
-        for name, limit in (("approach_angle", 80.0), ("reference_limit", 80.0),
-                            ("lost_angle", 180.0)):
+                raise TrailerError(
+                    f"{name} is {getattr(self, name):g} m/s; it must be above 0 "
+                    f"and below {TOP_SPEED:g}"
+                )
+        for name, limit in (
+            ("approach_angle", 80.0),
+            ("reference_limit", 80.0),
+            ("lost_angle", 180.0),
+        ):
             if getattr(self, name) >= math.radians(limit):
-                raise TrailerError(f"{name} is {getattr(self, name):g} rad; it must be above 0 "
-                                   f"and below {math.radians(limit):.3f}")
+                raise TrailerError(
+                    f"{name} is {getattr(self, name):g} rad; it must be above 0 "
+                    f"and below {math.radians(limit):.3f}"
+                )
 
 
 @dataclass
@@ -124,13 +138,17 @@ class Tracker:
         self.guard = backing_limit(geometry, tuning.guard_margin)
         reference = min(tuning.reference_limit, self.guard - tuning.guard_margin)
         if reference <= 0.0:
-            raise TrailerError(f"guard_margin {tuning.guard_margin:g} rad leaves no hitch angle "
-                               f"to back with; the limit lies at {self.guard:g} rad")
+            raise TrailerError(
+                f"guard_margin {tuning.guard_margin:g} rad leaves no hitch angle "
+                f"to back with; the limit lies at {self.guard:g} rad"
+            )
         self.max_wanted = trailer_curvature_limit(reference, geometry)
         sharpest = float(np.max(np.abs(path.curvatures)))
         if sharpest > self.max_wanted:
-            raise TrailerError(f"path: it bends with a radius of {1.0 / sharpest:.2f} m, the "
-                               f"trailer can be backed at {1.0 / self.max_wanted:.2f} m or more")
+            raise TrailerError(
+                f"path: it bends with a radius of {1.0 / sharpest:.2f} m, the "
+                f"trailer can be backed at {1.0 / self.max_wanted:.2f} m or more"
+            )
         self.towing = min(towing_limit(geometry), steering.max_curvature)
         self.mode = np.full(shape, BACKING)
         self.recoveries = np.zeros(shape, dtype=int)
@@ -148,8 +166,9 @@ class Tracker:
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         if arc is None:
-            arc = [self.path.first_nearest(*point, START_WINDOW)
-                   for point in zip(x.ravel(), y.ravel())]
+            arc = [
+                self.path.first_nearest(*point, START_WINDOW) for point in zip(x.ravel(), y.ravel())
+            ]
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
     def step(self, x, y, trailer_heading, hitch_angle):
@@ -172,14 +191,21 @@ class Tracker:
         self._change_mode(hitch_angle, heading)
         wanted = self.wanted_curvature(lateral, heading)
         backing = backing_law(wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
-        pulling = np.clip((hitch_angle - heading) / self.tuning.recovery_length,
-                          -self.towing, self.towing)
+        pulling = np.clip(
+            (hitch_angle - heading) / self.tuning.recovery_length, -self.towing, self.towing
+        )
         is_pulling = self.mode == PULLING
-        curvature = np.where(is_pulling, pulling, np.clip(
-            backing, -self.steering.max_curvature, self.steering.max_curvature))
+        curvature = np.where(
+            is_pulling,
+            pulling,
+            np.clip(backing, -self.steering.max_curvature, self.steering.max_curvature),
+        )
         gain = np.where(is_pulling, 1.0, self.tuning.steering_gain)
-        steering = np.clip(gain * self.steering.steering(curvature),
-                           -self.steering.max_steering, self.steering.max_steering)
+        steering = np.clip(
+            gain * self.steering.steering(curvature),
+            -self.steering.max_steering,
+            self.steering.max_steering,
+        )
         return Status(self._speed(), steering, wanted, self.arc, lateral, heading, self.mode)
 
     def wanted_curvature(self, lateral, heading):
@@ -203,8 +229,11 @@ class Tracker:
         approach = -tuning.approach_angle * ratio
         approach_rate = -(1.0 - ratio * ratio) / tuning.lateral_length * np.sin(heading)
         shrink = np.maximum(1.0 - path_curvature * lateral, 0.3)
-        driven = (path_curvature * np.cos(heading) / shrink + approach_rate
-                  - (heading - approach) / tuning.heading_length)
+        driven = (
+            path_curvature * np.cos(heading) / shrink
+            + approach_rate
+            - (heading - approach) / tuning.heading_length
+        )
         return np.clip(-driven, -self.max_wanted, self.max_wanted)
 
     def _change_mode(self, hitch_angle, heading):
@@ -215,8 +244,11 @@ class Tracker:
         self.recoveries = self.recoveries + starts
         self._pull_start = np.where(starts, self.arc, self._pull_start)
         pulled = (mode == PULLING) & (np.abs(self.arc - self._pull_start) > tuning.max_pull)
-        straight = (mode == PULLING) & (np.abs(hitch_angle) < tuning.resume_hitch) & (
-            np.abs(heading) < tuning.resume_heading)
+        straight = (
+            (mode == PULLING)
+            & (np.abs(hitch_angle) < tuning.resume_hitch)
+            & (np.abs(heading) < tuning.resume_heading)
+        )
         arrived = (mode == BACKING) & (self.arc >= self.path.length - tuning.end_tolerance)
         mode = np.where(arrived, ARRIVED, mode)
         mode = np.where(starts & ~arrived, PULLING, mode)

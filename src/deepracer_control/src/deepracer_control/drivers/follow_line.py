@@ -1,4 +1,5 @@
 """The node `follow_line`: drives along the dashed centre line by the camera's picture alone."""
+
 import math
 
 import rospy
@@ -23,8 +24,11 @@ class LineFollower:
 
     def __init__(self, vision, speed=0.6, grip=0.8, patience=1.0):
         for name, value in (("speed", speed), ("grip", grip), ("patience", patience)):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not (math.isfinite(value) and value > 0.0):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0.0)
+            ):
                 raise ValueError(f"{name} is {value!r}; it must be a number above 0")
         self.vision, self.speed, self.grip, self.patience = vision, speed, grip, patience
         self._curvature, self._seen = 0.0, None
@@ -32,7 +36,7 @@ class LineFollower:
     def command(self, time, picture, matrix):
         """Gives (speed [m/s], curvature [1/m]) for a picture taken at a time [s]."""
         if self._seen is not None and time < self._seen:
-            self._seen = None       # the simulation was reset
+            self._seen = None  # the simulation was reset
             self.vision.restart()
         goal = self.vision.look(picture, matrix)
         if goal is not None:
@@ -52,20 +56,28 @@ class FollowLine:
         Raises:
             ValueError: A parameter is not valid.
         """
-        mount = Mount(*(number("camera_" + name, getattr(Mount, name))
-                        for name in ("ahead", "height", "pitch")))
+        mount = Mount(
+            *(
+                number("camera_" + name, getattr(Mount, name))
+                for name in ("ahead", "height", "pitch")
+            )
+        )
         vision = LineVision(mount, lookahead=number("lookahead", 0.55))
-        self._follower = LineFollower(vision, number("speed", 0.6), number("grip", 0.8),
-                                      number("patience", 1.0))
+        self._follower = LineFollower(
+            vision, number("speed", 0.6), number("grip", 0.8), number("patience", 1.0)
+        )
         self._wheel, self._bridge = Wheel(), CvBridge()
         self._matrix = None
         rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
-        rospy.Subscriber(topics.CAMERA_TOPIC, Image, self._drive, queue_size=1, buff_size=2 ** 24)
+        rospy.Subscriber(topics.CAMERA_TOPIC, Image, self._drive, queue_size=1, buff_size=2**24)
 
     def _take_info(self, message):
         if message.K[0] <= 0.0 or message.K[4] <= 0.0:
-            rospy.logerr_throttle(5.0, "follow_line: camera_info has focal lengths "
-                                  f"{message.K[0]}, {message.K[4]}; they must be above 0")
+            rospy.logerr_throttle(
+                5.0,
+                "follow_line: camera_info has focal lengths "
+                f"{message.K[0]}, {message.K[4]}; they must be above 0",
+            )
             return
         self._matrix = tuple(message.K)
 
@@ -78,8 +90,9 @@ class FollowLine:
             rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
             return
         with self._wheel.lock:
-            self._wheel.send(*self._follower.command(message.header.stamp.to_sec(), picture,
-                                                     self._matrix))
+            self._wheel.send(
+                *self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
+            )
 
 
 def main():

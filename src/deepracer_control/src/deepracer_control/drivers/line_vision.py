@@ -3,16 +3,17 @@
 In a hairpin the line leaves the picture; then the lane's white border, half a lane beside it, says
 where it must be.
 """
+
 import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-FARTHEST = 1.6      # of points that count [m] from the rear axle
-RINGS = 0.09        # spacing of the rings in which the line is looked for [m]
-WINDOW = 0.22       # how far from the expected place a line's point may be [m]
-FEWEST = 6          # pixels in a ring that make a sighting
+FARTHEST = 1.6  # of points that count [m] from the rear axle
+RINGS = 0.09  # spacing of the rings in which the line is looked for [m]
+WINDOW = 0.22  # how far from the expected place a line's point may be [m]
+FEWEST = 6  # pixels in a ring that make a sighting
 WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255), np.uint8)
 
 
@@ -31,10 +32,17 @@ class Mount:
     pitch: float = 0.2375
 
     def __post_init__(self):
-        if not (math.isfinite(self.ahead) and math.isfinite(self.height) and self.height > 0.0
-                and math.isfinite(self.pitch) and abs(self.pitch) < 1.5):
-            raise ValueError(f"camera mount is {self}; height must be above 0 m, pitch within "
-                             "1.5 rad, all finite")
+        if not (
+            math.isfinite(self.ahead)
+            and math.isfinite(self.height)
+            and self.height > 0.0
+            and math.isfinite(self.pitch)
+            and abs(self.pitch) < 1.5
+        ):
+            raise ValueError(
+                f"camera mount is {self}; height must be above 0 m, pitch within "
+                "1.5 rad, all finite"
+            )
 
 
 def ground_points(width, height, matrix, mount, scale=1):
@@ -50,11 +58,12 @@ def ground_points(width, height, matrix, mount, scale=1):
         (H, W, 2) x ahead of the rear axle, y to the left [m]; nan at and above the horizon.
     """
     fx, cx, fy, cy = matrix[0], matrix[2], matrix[4], matrix[5]
-    u, v = np.meshgrid(np.arange(0, width, scale) + 0.5 * scale,
-                       np.arange(0, height, scale) + 0.5 * scale)
+    u, v = np.meshgrid(
+        np.arange(0, width, scale) + 0.5 * scale, np.arange(0, height, scale) + 0.5 * scale
+    )
     right, down = (u - cx) / fx, (v - cy) / fy
     cosine, sine = math.cos(mount.pitch), math.sin(mount.pitch)
-    sinking = sine + down * cosine          # of the ray, per unit along the optical axis
+    sinking = sine + down * cosine  # of the ray, per unit along the optical axis
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(sinking > 1e-3, mount.height / sinking, np.nan)
     return np.stack([mount.ahead + reach * (cosine - down * sine), -reach * right], axis=2)
@@ -77,7 +86,7 @@ def ring_chain(points, expected, lookahead, first=0.15):
     for radius in np.arange(0.36, FARTHEST, RINGS):
         if not chain:
             place = expected(radius)
-        else:           # straight on along what was seen
+        else:  # straight on along what was seen
             way = chain[-1] - chain[-2] if len(chain) > 1 else chain[-1]
             place = chain[-1] + way / max(np.hypot(*way), 1e-6) * (radius - np.hypot(*chain[-1]))
         near = points[np.abs(distance - radius) < RINGS / 2.0]
@@ -107,20 +116,26 @@ class LineVision:
         half_lane: Line to border [m], until both have been seen together.
     """
 
-    def __init__(self, mount=Mount(), hue=(8, 25), saturation=(120, 255), value=(90, 255),
-                 lookahead=0.55, half_lane=0.365):
+    def __init__(
+        self,
+        mount=Mount(),
+        hue=(8, 25),
+        saturation=(120, 255),
+        value=(90, 255),
+        lookahead=0.55,
+        half_lane=0.365,
+    ):
         if not (math.isfinite(lookahead) and 0.4 <= lookahead <= FARTHEST):
             raise ValueError(f"lookahead is {lookahead!r}; it must be 0.4 to {FARTHEST} m")
         self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
-        self._low, self._high = (np.array(ends, np.uint8)
-                                 for ends in zip(hue, saturation, value))
+        self._low, self._high = (np.array(ends, np.uint8) for ends in zip(hue, saturation, value))
         self._ground = self._key = None
         self.restart()
 
     def restart(self):
         """Forget where the line was."""
-        self._side = 0.0        # of the line at the nearest ring in the last picture [m]
-        self._curvature = 0.0   # of the arc to the last goal [1/m]
+        self._side = 0.0  # of the line at the nearest ring in the last picture [m]
+        self._curvature = 0.0  # of the arc to the last goal [1/m]
         self._half = self._first_half
 
     def look(self, picture, matrix):
@@ -139,13 +154,17 @@ class LineVision:
         key = (width, height, tuple(matrix))
         if key != self._key:
             ground = ground_points(width, height, matrix, self._mount, scale)
-            rows = np.nonzero(np.nanmin(np.where(np.isnan(ground[:, :, 0]), np.inf,
-                                                 ground[:, :, 0]), axis=1) < FARTHEST)[0]
+            rows = np.nonzero(
+                np.nanmin(np.where(np.isnan(ground[:, :, 0]), np.inf, ground[:, :, 0]), axis=1)
+                < FARTHEST
+            )[0]
             self._top = int(rows[0]) if len(rows) else 0
-            self._ground, self._key = ground[self._top:], key
-        hsv = cv2.cvtColor(picture[::scale, ::scale][self._top:], cv2.COLOR_BGR2HSV)
-        goal = self._goal(self._points(cv2.inRange(hsv, self._low, self._high)),
-                          self._points(cv2.inRange(hsv, WHITE_LOW, WHITE_HIGH)))
+            self._ground, self._key = ground[self._top :], key
+        hsv = cv2.cvtColor(picture[::scale, ::scale][self._top :], cv2.COLOR_BGR2HSV)
+        goal = self._goal(
+            self._points(cv2.inRange(hsv, self._low, self._high)),
+            self._points(cv2.inRange(hsv, WHITE_LOW, WHITE_HIGH)),
+        )
         if goal is None:
             return None
         self._curvature = 2.0 * goal[1] / (goal[0] ** 2 + goal[1] ** 2)
@@ -158,7 +177,7 @@ class LineVision:
     def _goal(self, orange, white):
         def start(radius):
             side = max(-radius, min(radius, self._side))
-            return np.array((math.sqrt(radius ** 2 - side ** 2), side))
+            return np.array((math.sqrt(radius**2 - side**2), side))
 
         chain = ring_chain(orange, start, self._lookahead)
         borders = [self._border(white, side) for side in (1.0, -1.0)]
@@ -166,8 +185,11 @@ class LineVision:
             self._side = float(chain[0][1])
             self._learn(chain, borders)
             return chain[-1]
-        goals = [goal for border, side in zip(borders, (1.0, -1.0))
-                 if (goal := self._beside(border, side)) is not None]
+        goals = [
+            goal
+            for border, side in zip(borders, (1.0, -1.0))
+            if (goal := self._beside(border, side)) is not None
+        ]
         if not goals:
             return None
         self._side = 0.0

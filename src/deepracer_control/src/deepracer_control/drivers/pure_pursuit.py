@@ -1,4 +1,5 @@
 """The node `pure_pursuit`: the reference driver, from odometry and a path."""
+
 import math
 
 import rospy
@@ -8,7 +9,7 @@ from nav_msgs.msg import Path as PathMessage
 from deepracer_control.drivers.pursuit import Path, Pursuit
 from deepracer_control.drivers.running import Wheel, run
 
-REAR_AXLE = -0.081663   # x of the rear axle from base_link [m]
+REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
 
 
 class PurePursuit:
@@ -20,10 +21,16 @@ class PurePursuit:
         Raises:
             ValueError: A parameter is not valid.
         """
-        self._limits = {name: rospy.get_param("~" + name, default) for name, default in
-                        (("lookahead", 0.4), ("max_speed", 1.0), ("max_lateral_acceleration", 2.0))}
+        self._limits = {
+            name: rospy.get_param("~" + name, default)
+            for name, default in (
+                ("lookahead", 0.4),
+                ("max_speed", 1.0),
+                ("max_lateral_acceleration", 2.0),
+            )
+        }
         self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
-        Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)     # checks the limits
+        Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)  # checks the limits
         self._wheel, self._pursuit = Wheel(), None
         rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
         rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
@@ -49,7 +56,9 @@ class PurePursuit:
             else:
                 speed, curvature = self._pursuit.command(
                     place.x + self._rear_axle * math.cos(yaw),
-                    place.y + self._rear_axle * math.sin(yaw), yaw)
+                    place.y + self._rear_axle * math.sin(yaw),
+                    yaw,
+                )
             self._wheel.send(speed, curvature)
 
 

@@ -3,12 +3,13 @@
 Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm",
 CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
 """
+
 import math
 
 import numpy as np
 
-CLOSED_GAP = 0.01       # first and last point nearer than this: a circuit [m]
-WINDOW = 1.0            # way around the last place that is searched first [m]
+CLOSED_GAP = 0.01  # first and last point nearer than this: a circuit [m]
+WINDOW = 1.0  # way around the last place that is searched first [m]
 
 
 def towards(x, y):
@@ -54,8 +55,9 @@ class Path:
         else:
             reach = int(WINDOW / self.step)
             pick = np.arange(near - reach, near + reach + 1)
-            pick = pick % len(self.points) if self.closed \
-                else np.clip(pick, 0, len(self.points) - 1)
+            pick = (
+                pick % len(self.points) if self.closed else np.clip(pick, 0, len(self.points) - 1)
+            )
         return int(pick[np.argmin(np.hypot(self.points[pick, 0] - x, self.points[pick, 1] - y))])
 
     def at(self, index):
@@ -76,8 +78,11 @@ class Path:
         def heading(i):
             if self.closed:
                 turns = self.headings[-1] - self.headings[0]
-                turns = 2.0 * math.pi * round((turns + 1e-9) / (2.0 * math.pi)) \
-                    if abs(turns) > 1.0 else 0.0
+                turns = (
+                    2.0 * math.pi * round((turns + 1e-9) / (2.0 * math.pi))
+                    if abs(turns) > 1.0
+                    else 0.0
+                )
                 return self.headings[i % count] + turns * (i // count)
             return self.headings[np.clip(i, 0, count - 1)]
 
@@ -99,10 +104,16 @@ class Pursuit:
         Raises:
             ValueError: A number is not above 0.
         """
-        for name, value in (("lookahead", lookahead), ("max_speed", max_speed),
-                            ("max_lateral_acceleration", max_lateral_acceleration)):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not (math.isfinite(value) and value > 0.0):
+        for name, value in (
+            ("lookahead", lookahead),
+            ("max_speed", max_speed),
+            ("max_lateral_acceleration", max_lateral_acceleration),
+        ):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0.0)
+            ):
                 raise ValueError(f"{name} is {value!r}; it must be a number above 0")
         self.path, self.lookahead = path, lookahead
         self.max_speed, self.grip = max_speed, max_lateral_acceleration
@@ -115,7 +126,7 @@ class Pursuit:
         """
         index = self.path.nearest(x, y, self._index)
         if math.dist(self.path.points[index], (x, y)) > 1.0:
-            index = self.path.nearest(x, y)     # it was put somewhere else
+            index = self.path.nearest(x, y)  # it was put somewhere else
         self._index = index
         if self.path.left_to_go(index) < 0.03:
             return 0.0, 0.0

@@ -1,4 +1,5 @@
 """What the driver nodes share: number parameters, the last word on /cmd_vel, the node's life."""
+
 import sys
 import threading
 import time

@@ -1,4 +1,5 @@
 """Speed and curvature as the Twist that the car's control understands in either mode."""
+
 import math
 from dataclasses import dataclass
 

@@ -10,17 +10,17 @@ import sys
 import time
 
 import rospy
-from PyQt5.QtCore import QTimer
-from sensor_msgs.msg import CameraInfo
-
 from deepracer_control.drivers.line_vision import LineVision, Mount
 from deepracer_control.drivers.pursuit import towards
 from deepracer_control.drivers.running import number
+from PyQt5.QtCore import QTimer
+from sensor_msgs.msg import CameraInfo
+
 from deepracer_teleop.drivers.hands import Hands
 from deepracer_teleop.window.window import connect
 
-LOOK_MS = 20        # how often the driver looks whether there is something to do [ms]
-PATIENCE = 1.5      # how long the last steering is kept with nothing in sight [s] of ROS time
+LOOK_MS = 20  # how often the driver looks whether there is something to do [ms]
+PATIENCE = 1.5  # how long the last steering is kept with nothing in sight [s] of ROS time
 
 
 class Eyes:
@@ -33,9 +33,14 @@ class Eyes:
     def __init__(self, window):
         self._window = window
         self._vision = LineVision(
-            Mount(*(number("camera_" + name, getattr(Mount, name))
-                    for name in ("ahead", "height", "pitch"))),
-            lookahead=number("lookahead", 0.5))
+            Mount(
+                *(
+                    number("camera_" + name, getattr(Mount, name))
+                    for name in ("ahead", "height", "pitch")
+                )
+            ),
+            lookahead=number("lookahead", 0.5),
+        )
         self._matrix, self._looked = None, None
         rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
 
@@ -70,15 +75,17 @@ class SliderDriver:
         self._window, self._hands, self._eyes = window, Hands(window), Eyes(window)
         self._rate = float(rospy.get_param("~changes_per_second", 5.0))
         if not 0.0 < self._rate <= 5.0:
-            raise ValueError(f"parameter ~changes_per_second is {self._rate}; it must be above 0 "
-                             "and at most 5, as a person's")
+            raise ValueError(
+                f"parameter ~changes_per_second is {self._rate}; it must be above 0 "
+                "and at most 5, as a person's"
+            )
         self._changed = self._seen = -math.inf
         self._driving = False
 
     def act(self):
         """Moves the slider if it is time and the picture says so."""
         now = rospy.get_time()
-        if now < max(self._changed, self._seen):        # the simulation was reset
+        if now < max(self._changed, self._seen):  # the simulation was reset
             self._changed, self._seen = -math.inf, now
             self._eyes.restart()
         if now - self._changed < 1.0 / self._rate:
@@ -122,7 +129,7 @@ class ButtonsDriver:
         """Clicks the button that leads towards the line, when the last move is over."""
         now = rospy.get_time()
         if self._window.isMoving():
-            self._rest_until = now + 0.3        # the car comes to a stand, the picture is new
+            self._rest_until = now + 0.3  # the car comes to a stand, the picture is new
             return
         if self._rest_until - 1.0 < now < self._rest_until or not self._eyes.news():
             return
@@ -131,8 +138,9 @@ class ButtonsDriver:
             self._hands.click("Backwards")
             return
         bearing = math.atan2(goal[1], goal[0])
-        self._hands.click("Forward" if abs(bearing) < self._wide
-                          else "Left" if bearing > 0.0 else "Right")
+        self._hands.click(
+            "Forward" if abs(bearing) < self._wide else "Left" if bearing > 0.0 else "Right"
+        )
 
     def rest(self):
         """Clicks Stop."""

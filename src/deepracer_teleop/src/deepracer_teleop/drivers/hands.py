@@ -2,13 +2,12 @@
 
 import math
 
+from deepracer_control.ackermann import Geometry
+from deepracer_control.control import DEGREES_PER_UNIT
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QStyle
-
-from deepracer_control.ackermann import Geometry
-from deepracer_control.control import DEGREES_PER_UNIT
 
 
 class Hands:
@@ -40,20 +39,30 @@ class Hands:
 
     def grab_slider(self):
         """Presses the mouse on the slider's handle."""
-        QTest.mousePress(self._window.slider, Qt.LeftButton,
-                         pos=self.slider_place(self._window.slider.value()))
+        QTest.mousePress(
+            self._window.slider, Qt.LeftButton, pos=self.slider_place(self._window.slider.value())
+        )
 
     def pull_slider(self, value):
         """Moves the pressed mouse to a value's place."""
         slider, place = self._window.slider, QPointF(self.slider_place(value))
-        QApplication.sendEvent(slider, QMouseEvent(
-            QEvent.MouseMove, place, QPointF(slider.mapToGlobal(place.toPoint())), Qt.NoButton,
-            Qt.LeftButton, Qt.NoModifier))
+        QApplication.sendEvent(
+            slider,
+            QMouseEvent(
+                QEvent.MouseMove,
+                place,
+                QPointF(slider.mapToGlobal(place.toPoint())),
+                Qt.NoButton,
+                Qt.LeftButton,
+                Qt.NoModifier,
+            ),
+        )
 
     def release_slider(self):
         """Lets go of the slider."""
-        QTest.mouseRelease(self._window.slider, Qt.LeftButton,
-                           pos=self.slider_place(self._window.slider.value()))
+        QTest.mouseRelease(
+            self._window.slider, Qt.LeftButton, pos=self.slider_place(self._window.slider.value())
+        )
 
     def slider_value(self, curvature, geometry=Geometry()):
         """Gives the slider's value for a curvature [1/m, left positive]; right is positive.

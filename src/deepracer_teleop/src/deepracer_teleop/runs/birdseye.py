@@ -20,9 +20,14 @@ class View:
     def pixels(self, points):
         """Gives (N, 2) int32 pixels of (N, 2) metres."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
-        return np.round(np.column_stack([
-            MARGIN + (points[:, 0] - self.xmin) * self.scale,
-            MARGIN + (self.ymax - points[:, 1]) * self.scale])).astype(np.int32)
+        return np.round(
+            np.column_stack(
+                [
+                    MARGIN + (points[:, 0] - self.xmin) * self.scale,
+                    MARGIN + (self.ymax - points[:, 1]) * self.scale,
+                ]
+            )
+        ).astype(np.int32)
 
 
 def draw(track, samples, width=1200, names=("buttons", "cruise + slider")):
@@ -55,11 +60,15 @@ def _draw_ground(picture, view, track):
     (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
     texture = cv2.imread(track.texture)
     if texture is not None:
-        picture[top:bottom, left:right] = cv2.resize(texture, (right - left, bottom - top),
-                                                     interpolation=cv2.INTER_AREA)
+        picture[top:bottom, left:right] = cv2.resize(
+            texture, (right - left, bottom - top), interpolation=cv2.INTER_AREA
+        )
         return
-    for line, colour in ((track.outer, (90, 90, 90)), (track.inner, (90, 90, 90)),
-                         (track.centreline, (20, 140, 245))):
+    for line, colour in (
+        (track.outer, (90, 90, 90)),
+        (track.inner, (90, 90, 90)),
+        (track.centreline, (20, 140, 245)),
+    ):
         cv2.polylines(picture, [view.pixels(line)], True, colour, 2, cv2.LINE_AA)
 
 
@@ -83,8 +92,15 @@ def _draw_ends(picture, view, samples):
     start = view.pixels([(first.x, first.y)])[0]
     tip = view.pixels([(first.x + 0.35 * np.cos(first.yaw), first.y + 0.35 * np.sin(first.yaw))])[0]
     for colour, width in (((0, 0, 0), 6), ((90, 230, 90), 3)):
-        cv2.arrowedLine(picture, tuple(map(int, start)), tuple(map(int, tip)), colour, width,
-                        cv2.LINE_AA, tipLength=0.4)
+        cv2.arrowedLine(
+            picture,
+            tuple(map(int, start)),
+            tuple(map(int, tip)),
+            colour,
+            width,
+            cv2.LINE_AA,
+            tipLength=0.4,
+        )
         cv2.circle(picture, tuple(map(int, start)), 7 + width // 3, colour, -1, cv2.LINE_AA)
     end = tuple(map(int, view.pixels([(last.x, last.y)])[0]))
     cv2.circle(picture, end, 9, (0, 0, 0), -1, cv2.LINE_AA)

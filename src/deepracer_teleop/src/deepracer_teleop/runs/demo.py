@@ -12,15 +12,15 @@ import time
 
 import cv2
 import rospy
+from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from nav_msgs.msg import Odometry
 from PyQt5.QtTest import QTest
+from track_model.track import load_track
 
-from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
-from deepracer_teleop.runs import birdseye
 from deepracer_teleop.drivers.hands import Hands
+from deepracer_teleop.runs import birdseye
 from deepracer_teleop.runs.recorder import Pursuit, Recorder, along
 from deepracer_teleop.window.window import connect
-from track_model.track import load_track
 
 FILES = ("window.png", "camera.png", "birdseye.png", "path.csv", "result.json")
 WHEEL_RADIUS = 0.03  # [m]
@@ -100,12 +100,25 @@ class Demo:
     def check(self, what, measured, low, high, unit):
         """Prints and keeps one check: low <= measured <= high."""
         passed = bool(low <= measured <= high)
-        self.checks.append({"what": what, "measured": round(measured, 5), "low": low, "high": high,
-                            "unit": unit, "ok": passed})
-        ends = ["-inf" if low == -math.inf else f"{low:.3f}", f"{high:.3f}" if high < math.inf
-                else "inf"]
-        print(f"demo: {what:<38} {measured:+8.3f} {unit:<5} expected {ends[0]} .. {ends[1]}  "
-              f"{'ok' if passed else 'FAILED'}", flush=True)
+        self.checks.append(
+            {
+                "what": what,
+                "measured": round(measured, 5),
+                "low": low,
+                "high": high,
+                "unit": unit,
+                "ok": passed,
+            }
+        )
+        ends = [
+            "-inf" if low == -math.inf else f"{low:.3f}",
+            f"{high:.3f}" if high < math.inf else "inf",
+        ]
+        print(
+            f"demo: {what:<38} {measured:+8.3f} {unit:<5} expected {ends[0]} .. {ends[1]}  "
+            f"{'ok' if passed else 'FAILED'}",
+            flush=True,
+        )
 
     # Manoeuvres
     def wait_for_car(self):
@@ -113,12 +126,16 @@ class Demo:
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=100)
         self.recorder.phase = "start"
         self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.recorder.last is not None)
-        self.wait(f"picture on {CAMERA_TOPIC}",
-                  lambda: self.window.cameraLabel.pixmap() is not None)
-        self.wait(f"car on {ODOMETRY_TOPIC} that stands still",
-                  lambda: abs(self.recorder.last.v) < STILL)
-        self.wait("listener to the window's commands",
-                  lambda: self.window.publisher().get_num_connections() > 0)
+        self.wait(
+            f"picture on {CAMERA_TOPIC}", lambda: self.window.cameraLabel.pixmap() is not None
+        )
+        self.wait(
+            f"car on {ODOMETRY_TOPIC} that stands still", lambda: abs(self.recorder.last.v) < STILL
+        )
+        self.wait(
+            "listener to the window's commands",
+            lambda: self.window.publisher().get_num_connections() > 0,
+        )
         self.run_for(0.5)
 
     def drive_buttons(self):
@@ -169,14 +186,19 @@ class Demo:
         next_print = 5.0
         while self.recorder.last.t - begin.t < self.drive_time:
             car = self.recorder.last
-            curvature = self.pursuit.curvature(car.x + REAR_AXLE * math.cos(car.yaw),
-                                               car.y + REAR_AXLE * math.sin(car.yaw), car.yaw)
+            curvature = self.pursuit.curvature(
+                car.x + REAR_AXLE * math.cos(car.yaw),
+                car.y + REAR_AXLE * math.sin(car.yaw),
+                car.yaw,
+            )
             self.hands.pull_slider(self.hands.slider_value(curvature))
             if car.t > settled:  # it comes from the side after the turns before
                 worst = max(worst, self.pursuit.nearest(car.x, car.y)[1])
             if car.t - begin.t > next_print:
-                print(f"demo: following the track, {next_print:.0f} of {self.drive_time:g} s",
-                      flush=True)
+                print(
+                    f"demo: following the track, {next_print:.0f} of {self.drive_time:g} s",
+                    flush=True,
+                )
                 next_print += 5.0
             if self._frame is None and car.t - begin.t > self.drive_time / 2.0:
                 self._frame = self.window.lastPicture()
@@ -185,8 +207,13 @@ class Demo:
         end = self.recorder.last
         finish, _ = self.pursuit.nearest(end.x, end.y)
         way = self.speed * (end.t - begin.t)
-        self.check("Track: way along the centre line", self.pursuit.progress(start, finish),
-                   0.85 * way, 1.1 * way, "m")
+        self.check(
+            "Track: way along the centre line",
+            self.pursuit.progress(start, finish),
+            0.85 * way,
+            1.1 * way,
+            "m",
+        )
         self.check("Track: largest distance from it", worst, 0.0, self.track.width / 2.0, "m")
 
     # Results
@@ -199,8 +226,10 @@ class Demo:
     def write(self):
         """Writes camera frame, bird's-eye picture and path."""
         self.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
-        for name, picture in (("camera.png", self._frame),
-                              ("birdseye.png", birdseye.draw(self.track, self.recorder.samples))):
+        for name, picture in (
+            ("camera.png", self._frame),
+            ("birdseye.png", birdseye.draw(self.track, self.recorder.samples)),
+        ):
             path = os.path.join(self.out_dir, name)
             if picture is None or not cv2.imwrite(path, picture):
                 raise DemoError(f"cannot write {path}")
@@ -209,8 +238,9 @@ class Demo:
         """Does it all; returns whether every check passed."""
         self.window.start()
         self.wait_for_car()
-        print(f"demo: driving on track {self.track.name}, {self.track.length:.1f} m round",
-              flush=True)
+        print(
+            f"demo: driving on track {self.track.name}, {self.track.length:.1f} m round", flush=True
+        )
         self.drive_buttons()
         self.drive_cruise()
         self.write()
@@ -234,9 +264,13 @@ def main():
         window = connect("demo")
         out_dir = os.path.abspath(rospy.get_param("~out_dir", "out"))
         clean(out_dir)
-        demo = Demo(window, load_track(rospy.get_param("~track", "default")), out_dir,
-                    float(rospy.get_param("~drive_time", 30.0)),
-                    float(rospy.get_param("~patience", 60.0)))
+        demo = Demo(
+            window,
+            load_track(rospy.get_param("~track", "default")),
+            out_dir,
+            float(rospy.get_param("~drive_time", 30.0)),
+            float(rospy.get_param("~patience", 60.0)),
+        )
         passed = demo.run()
     except (DemoError, OSError, ValueError) as problem:
         passed, error = False, str(problem)
@@ -246,14 +280,21 @@ def main():
             window.close()  # sends one zero
             window.finish()
     if out_dir is not None:
-        result = {"ok": passed, "error": error, "checks": demo.checks if demo else [],
-                  "wall_seconds": round(time.monotonic() - begin, 1)}
+        result = {
+            "ok": passed,
+            "error": error,
+            "checks": demo.checks if demo else [],
+            "wall_seconds": round(time.monotonic() - begin, 1),
+        }
         with open(os.path.join(out_dir, "result.json"), "w", encoding="utf-8") as stream:
             json.dump(result, stream, indent=2)
             stream.write("\n")
         good = sum(check["ok"] for check in result["checks"])
-        print(f"demo: {good} of {len(result['checks'])} checks passed, files in {out_dir}: "
-              f"{'OK' if passed else 'FAILED'}", flush=True)
+        print(
+            f"demo: {good} of {len(result['checks'])} checks passed, files in {out_dir}: "
+            f"{'OK' if passed else 'FAILED'}",
+            flush=True,
+        )
     time.sleep(0.1)
     return 0 if passed else 1
 

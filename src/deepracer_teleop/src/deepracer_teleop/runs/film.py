@@ -51,19 +51,30 @@ class Film:
         rate = self._frame_rate.update(time)
         if self._next is not None and self._next - 1.0 < time < self._next - 1e-6:
             return None
-        self._next = (time if self._next is None or time - self._next > 1.0 or time < self._next
-                      else self._next) + 1.0 / self._rate
+        self._next = (
+            time
+            if self._next is None or time - self._next > 1.0 or time < self._next
+            else self._next
+        ) + 1.0 / self._rate
         frame = draw_frame_rate(picture.copy(), rate)
         height, width = frame.shape[:2]
         scale = max(0.35, width / 900.0)
         for colour, thickness in (((0, 0, 0), 4), ((255, 255, 255), 2)):
-            cv2.putText(frame, words, (int(14 * scale), height - int(16 * scale)),
-                        cv2.FONT_HERSHEY_SIMPLEX, scale, colour,
-                        max(1, round(thickness * scale)), cv2.LINE_AA)
+            cv2.putText(
+                frame,
+                words,
+                (int(14 * scale), height - int(16 * scale)),
+                cv2.FONT_HERSHEY_SIMPLEX,
+                scale,
+                colour,
+                max(1, round(thickness * scale)),
+                cv2.LINE_AA,
+            )
         if self._writer is None:
             self._size = (width, height)
-            self._writer = cv2.VideoWriter(self.path, cv2.VideoWriter_fourcc(*CODEC), self._rate,
-                                           self._size)
+            self._writer = cv2.VideoWriter(
+                self.path, cv2.VideoWriter_fourcc(*CODEC), self._rate, self._size
+            )
             if not self._writer.isOpened():
                 raise OSError(f"{self.path} cannot be written")
         if (width, height) == self._size:

@@ -49,9 +49,17 @@ class Recorder:
             if self._samples:  # the nearest turn to the last heading
                 last = self._samples[-1].yaw
                 yaw += 2.0 * math.pi * round((last - yaw) / (2.0 * math.pi))
-            self._samples.append(Sample(message.header.stamp.to_sec(), pose.position.x,
-                                        pose.position.y, yaw, twist.linear.x, twist.angular.z,
-                                        self.phase))
+            self._samples.append(
+                Sample(
+                    message.header.stamp.to_sec(),
+                    pose.position.x,
+                    pose.position.y,
+                    yaw,
+                    twist.linear.x,
+                    twist.angular.z,
+                    self.phase,
+                )
+            )
 
     @property
     def samples(self):
@@ -75,8 +83,12 @@ class Recorder:
             writer = csv.writer(stream)
             writer.writerow(["t", "x", "y", "yaw", "v"])
             for sample in self.samples:
-                writer.writerow([f"{value:.6f}" for value in
-                                 (sample.t, sample.x, sample.y, sample.yaw, sample.v)])
+                writer.writerow(
+                    [
+                        f"{value:.6f}"
+                        for value in (sample.t, sample.x, sample.y, sample.yaw, sample.v)
+                    ]
+                )
 
 
 class Pursuit:

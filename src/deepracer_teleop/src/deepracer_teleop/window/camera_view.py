@@ -51,8 +51,16 @@ def draw_frame_rate(picture, rate):
     place = (int(12 * scale), int(32 * scale))
     words = frame_rate_text(rate)
     for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
-        cv2.putText(picture, words, place, cv2.FONT_HERSHEY_SIMPLEX, scale, colour,
-                    max(1, round(width * scale)), cv2.LINE_AA)
+        cv2.putText(
+            picture,
+            words,
+            place,
+            cv2.FONT_HERSHEY_SIMPLEX,
+            scale,
+            colour,
+            max(1, round(width * scale)),
+            cv2.LINE_AA,
+        )
     return picture
 
 
@@ -122,8 +130,9 @@ class CameraView(QLabel):
         if self._picture is None or self._picture.isNull():
             self.setText(self.message)
             return
-        shown = self._picture.scaled(self.contentsRect().size(), Qt.KeepAspectRatio,
-                                     Qt.SmoothTransformation)
+        shown = self._picture.scaled(
+            self.contentsRect().size(), Qt.KeepAspectRatio, Qt.SmoothTransformation
+        )
         self.setPixmap(self._with_message(shown) if self.message else shown)
 
     def _with_message(self, shown):
@@ -131,7 +140,10 @@ class CameraView(QLabel):
         painter = QPainter(shown)
         painter.fillRect(shown.rect(), QColor(20, 22, 26, 190))
         painter.setPen(QColor("#ffd166"))
-        painter.drawText(QRect(shown.rect()).adjusted(12, 12, -12, -12),
-                         Qt.AlignCenter | Qt.TextWordWrap, self.message)
+        painter.drawText(
+            QRect(shown.rect()).adjusted(12, 12, -12, -12),
+            Qt.AlignCenter | Qt.TextWordWrap,
+            self.message,
+        )
         painter.end()
         return shown

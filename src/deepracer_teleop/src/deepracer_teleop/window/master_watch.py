@@ -1,7 +1,6 @@
 """Watches whether the ROS master answers, without ever making the window wait."""
 
 import http.client
-import socket
 import threading
 import time
 import xmlrpc.client
@@ -34,7 +33,7 @@ def run_id(uri, timeout=1.0):
         with xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout)) as master:
             code, _, value = master.getParam("/paddock_teleop", "/run_id")
             return str(value) if code == 1 else ""
-    except (OSError, socket.timeout, http.client.HTTPException, xmlrpc.client.Error, ValueError):
+    except (TimeoutError, OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError):
         return None
 
 
@@ -84,12 +83,16 @@ class MasterWatch:
         """
         silence = self._clock() - self._answered
         if self._replaced:
-            return (f"Another ROS master now runs at {self.uri}; it does not know this window. "
-                    "Close the window and start it again.")
+            return (
+                f"Another ROS master now runs at {self.uri}; it does not know this window. "
+                "Close the window and start it again."
+            )
         if silence <= timeout:
             return ""
-        return (f"The ROS master at {self.uri} has not answered for {silence:.0f} s. "
-                "Stop still reaches a car that is connected. Start roscore and this window again.")
+        return (
+            f"The ROS master at {self.uri} has not answered for {silence:.0f} s. "
+            "Stop still reaches a car that is connected. Start roscore and this window again."
+        )
 
     def _watch(self):
         while not self._stop.is_set():

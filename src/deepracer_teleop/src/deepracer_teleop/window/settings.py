@@ -41,13 +41,18 @@ class Settings:
     def __post_init__(self):
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not math.isfinite(value):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not math.isfinite(value)
+            ):
                 raise ValueError(f"{item.name} is {value!r}; it must be a number")
             if item.name == "angular_sign":
                 if value not in (1, -1):
-                    raise ValueError(f"angular_sign is {value!r}; it must be 1 (positive is right) "
-                                     "or -1 (positive is left)")
+                    raise ValueError(
+                        f"angular_sign is {value!r}; it must be 1 (positive is right) "
+                        "or -1 (positive is left)"
+                    )
             elif value <= 0:
                 raise ValueError(f"{item.name} is {value!r}; it must be above 0")
         if self.slider_limit != int(self.slider_limit):
@@ -70,5 +75,6 @@ def settings_from_parameters(get_param):
     Raises:
         ValueError: A value is no number or out of range; the message names it.
     """
-    return Settings(**{item.name: get_param("~" + item.name, item.default)
-                       for item in fields(Settings)})
+    return Settings(
+        **{item.name: get_param("~" + item.name, item.default) for item in fields(Settings)}
+    )

@@ -13,14 +13,22 @@ import cv2
 import rosgraph
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
+from deepracer_control.topics import CAMERA_TOPIC, COMMANDED_DATA_TOPIC
 from geometry_msgs.msg import Twist
 from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QImage, QPixmap
-from PyQt5.QtWidgets import (QApplication, QCheckBox, QGridLayout, QLabel, QPushButton, QSizePolicy,
-                             QSlider, QWidget)
+from PyQt5.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QGridLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSlider,
+    QWidget,
+)
 from sensor_msgs.msg import Image
 
-from deepracer_control.topics import CAMERA_TOPIC, COMMANDED_DATA_TOPIC
 from deepracer_teleop.window.camera_view import CameraView, FrameRate, Mailbox, draw_frame_rate
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
 from deepracer_teleop.window.mover import Mover
@@ -68,14 +76,20 @@ def bwdFunct():
 
 def leftFunct():
     """Turns left, driving, for a while."""
-    _mover.move(_settings.default_speed,
-                -_settings.angular_sign * _settings.default_angular_speed, _settings.turn_wait)
+    _mover.move(
+        _settings.default_speed,
+        -_settings.angular_sign * _settings.default_angular_speed,
+        _settings.turn_wait,
+    )
 
 
 def rightFunct():
     """Turns right, driving, for a while."""
-    _mover.move(_settings.default_speed,
-                _settings.angular_sign * _settings.default_angular_speed, _settings.turn_wait)
+    _mover.move(
+        _settings.default_speed,
+        _settings.angular_sign * _settings.default_angular_speed,
+        _settings.turn_wait,
+    )
 
 
 def stopFunct():
@@ -95,8 +109,9 @@ def ccFunct(butt):
 
 
 def _follow_slider(value):
-    _mover.hold(_settings.default_speed if sliderControl else 0.0,
-                _settings.slider_to_angular(value))
+    _mover.hold(
+        _settings.default_speed if sliderControl else 0.0, _settings.slider_to_angular(value)
+    )
 
 
 def convertCVtoQT(window, cv_img):
@@ -112,8 +127,11 @@ def convertCVtoQT(window, cv_img):
     rgb = cv2.cvtColor(cv_img, cv2.COLOR_BGR2RGB)
     height, width, channels = rgb.shape
     image = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
-    return QPixmap.fromImage(image.scaled(window.cameraLabel.contentsRect().size(),
-                                          Qt.KeepAspectRatio, Qt.SmoothTransformation))
+    return QPixmap.fromImage(
+        image.scaled(
+            window.cameraLabel.contentsRect().size(), Qt.KeepAspectRatio, Qt.SmoothTransformation
+        )
+    )
 
 
 class InterfaceWindow(QWidget):
@@ -169,7 +187,8 @@ class InterfaceWindow(QWidget):
             ("Left", 1, 0, lambda: leftFunct(), "turn left for {0.turn_wait:g} s"),
             ("Stop", 1, 1, lambda: stopFunct(), "stop at once"),
             ("Right", 1, 2, lambda: rightFunct(), "turn right for {0.turn_wait:g} s"),
-            ("Backwards", 2, 1, lambda: bwdFunct(), "backwards for {0.linear_wait:g} s"))
+            ("Backwards", 2, 1, lambda: bwdFunct(), "backwards for {0.linear_wait:g} s"),
+        )
         self.buttons = {}
         for name, row, column, handler, hint in table:
             button = QPushButton(name, self)
@@ -210,8 +229,9 @@ class InterfaceWindow(QWidget):
         self.troubleLabel.setObjectName("trouble")
         self.troubleLabel.setWordWrap(True)
         self.troubleLabel.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Minimum)
-        self.troubleLabel.setStyleSheet("#trouble { background: #b3261e; color: white; "
-                                        "padding: 8px; border-radius: 6px; }")
+        self.troubleLabel.setStyleSheet(
+            "#trouble { background: #b3261e; color: white; padding: 8px; border-radius: 6px; }"
+        )
         self.troubleLabel.hide()
         self.grid.addWidget(self.troubleLabel, 4, 0, 1, 4)
         self.grid.setRowStretch(3, 1)
@@ -231,8 +251,9 @@ class InterfaceWindow(QWidget):
         if movementPublisher is None:
             movementPublisher = rospy.Publisher(COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         self._started = time.monotonic()
-        self._subscriber = rospy.Subscriber(CAMERA_TOPIC, Image, self.imageCb, queue_size=1,
-                                            buff_size=2 ** 24)
+        self._subscriber = rospy.Subscriber(
+            CAMERA_TOPIC, Image, self.imageCb, queue_size=1, buff_size=2**24
+        )
         if self._watch is not None:
             self._watch.start()
         rospy.on_shutdown(self._ros_goes)
@@ -326,21 +347,25 @@ class InterfaceWindow(QWidget):
         except (CvBridgeError, cv2.error, ValueError, TypeError) as error:
             self.cameraLabel.show_message(
                 f"A picture on {CAMERA_TOPIC} cannot be shown (encoding {message.encoding!r}, "
-                f"{message.width}x{message.height}): {error}")
+                f"{message.width}x{message.height}): {error}"
+            )
 
     def _check_health(self):
         now = time.monotonic()
         if self._last_frame is None:
             if now - self._started > self.settings.camera_timeout:
-                self.cameraLabel.show_message(f"No camera: nothing has come on {CAMERA_TOPIC}.\n"
-                                              "Does the simulator (or the car) run?")
+                self.cameraLabel.show_message(
+                    f"No camera: nothing has come on {CAMERA_TOPIC}.\n"
+                    "Does the simulator (or the car) run?"
+                )
             else:
                 self.cameraLabel.show_message(f"Waiting for {CAMERA_TOPIC} ...")
         elif now - self._last_frame[0] > self.settings.camera_timeout:
             paused = abs(rospy.get_time() - self._last_frame[1]) < 0.1
-            self.cameraLabel.show_message(f"The camera has stopped: no picture since "
-                                          f"{self._last_frame[2]}."
-                                          + ("\nThe clock stands still, too." if paused else ""))
+            self.cameraLabel.show_message(
+                f"The camera has stopped: no picture since "
+                f"{self._last_frame[2]}." + ("\nThe clock stands still, too." if paused else "")
+            )
         problem = "" if self._watch is None else self._watch.problem(self.settings.master_timeout)
         if bool(problem) != bool(self.exitCode):
             print(f"teleop: {problem or 'the ROS master answers again'}", file=sys.stderr)
@@ -364,8 +389,10 @@ def connect(name):
     """
     uri = rosgraph.get_master_uri()
     if run_id(uri, 5.0) is None:
-        raise ConnectionError(f"no ROS master answers at {uri}; start roscore (or a launch file), "
-                              "or set ROS_MASTER_URI")
+        raise ConnectionError(
+            f"no ROS master answers at {uri}; start roscore (or a launch file), "
+            "or set ROS_MASTER_URI"
+        )
     rospy.init_node(name, disable_signals=True)
     window = InterfaceWindow(settings_from_parameters(rospy.get_param), MasterWatch(uri))
     for number in (signal.SIGINT, signal.SIGTERM):

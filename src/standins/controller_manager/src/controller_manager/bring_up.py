@@ -33,7 +33,7 @@ class Spawner:
             if self._manager.load(name):
                 self.loaded.append(name)
             else:
-                self.warn("Controller '%s' did not load; the simulator's log says why" % name)
+                self.warn(f"Controller '{name}' did not load; the simulator's log says why")
         complete = len(self.loaded) == len(controllers)
         if not start or not self.loaded:
             return complete
@@ -42,8 +42,11 @@ class Spawner:
             self._manager.switch(start=self.loaded, strict=False)
             running = self._manager.running()
             self.started = [name for name in self.loaded if name in running]
-            self.warn("Controllers did not start: %s; the simulator's log says why" % ', '.join(
-                name for name in self.loaded if name not in running))
+            self.warn(
+                "Controllers did not start: {}; the simulator's log says why".format(
+                    ", ".join(name for name in self.loaded if name not in running)
+                )
+            )
         return complete and len(self.started) == len(self.loaded)
 
     def take_down(self):
@@ -51,8 +54,8 @@ class Spawner:
         names, self.loaded = self.loaded, []
         if not names:
             return
-        self._log('Stopping and unloading %s' % ', '.join(names))
+        self._log("Stopping and unloading {}".format(", ".join(names)))
         self._manager.switch(stop=names, strict=False)
         for name in reversed(names):
             if not self._manager.unload(name):
-                self.warn("Controller '%s' did not unload" % name)
+                self.warn(f"Controller '{name}' did not unload")

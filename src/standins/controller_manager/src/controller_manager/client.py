@@ -1,4 +1,5 @@
 """The services of one controller manager."""
+
 import socket
 import threading
 import time
@@ -10,12 +11,12 @@ from controller_manager_msgs import srv
 from controller_manager import waiting
 
 SERVICES = {
-    'list_controllers': srv.ListControllers,
-    'list_controller_types': srv.ListControllerTypes,
-    'load_controller': srv.LoadController,
-    'unload_controller': srv.UnloadController,
-    'switch_controller': srv.SwitchController,
-    'reload_controller_libraries': srv.ReloadControllerLibraries,
+    "list_controllers": srv.ListControllers,
+    "list_controller_types": srv.ListControllerTypes,
+    "load_controller": srv.LoadController,
+    "unload_controller": srv.UnloadController,
+    "switch_controller": srv.SwitchController,
+    "reload_controller_libraries": srv.ReloadControllerLibraries,
 }
 
 
@@ -30,13 +31,13 @@ class ManagerClient:
         namespace: namespace of the manager; relative to the node's, '' for the node's own.
     """
 
-    def __init__(self, namespace=''):
-        prefix = namespace.rstrip('/') + '/' if namespace else ''
-        self._names = {name: rospy.resolve_name('%scontroller_manager/%s' % (prefix, name))
-                       for name in SERVICES}
+    def __init__(self, namespace=""):
+        prefix = namespace.rstrip("/") + "/" if namespace else ""
+        self._names = {
+            name: rospy.resolve_name(f"{prefix}controller_manager/{name}") for name in SERVICES
+        }
 
-    def wait(self, timeout, services=('load_controller', 'switch_controller',
-                                      'unload_controller')):
+    def wait(self, timeout, services=("load_controller", "switch_controller", "unload_controller")):
         """Waits until services answer.
 
         Args:
@@ -49,13 +50,13 @@ class ManagerClient:
         deadline = time.monotonic() + timeout
         for name in services:
             try:
-                waiting.wait_for_service(self._names[name],
-                                         max(0.0, deadline - time.monotonic()))
+                waiting.wait_for_service(self._names[name], max(0.0, deadline - time.monotonic()))
             except waiting.WaitTimeout:
                 raise ManagerError(
-                    'service %s did not come within %g s. Is the simulator running, and does its '
-                    'robot bring a controller manager (libgazebo_ros_control.so) in this namespace?'
-                    % (self._names[name], timeout)) from None
+                    f"service {self._names[name]} did not come within {timeout:g} s. Is the "
+                    "simulator running, and does its robot bring a controller manager "
+                    "(libgazebo_ros_control.so) in this namespace?"
+                ) from None
 
     def call(self, name, *args, **fields):
         """Calls a service of SERVICES and returns its response.
@@ -66,12 +67,12 @@ class ManagerClient:
         try:
             return rospy.ServiceProxy(self._names[name], SERVICES[name])(*args, **fields)
         except rospy.ServiceException as error:
-            raise ManagerError('%s failed: %s' % (self._names[name], error)) from None
+            raise ManagerError(f"{self._names[name]} failed: {error}") from None
 
     def is_there(self):
         """Whether the manager's services still answer; works during the node's own end, too."""
         try:
-            uri = rosgraph.Master(rospy.get_name()).lookupService(self._names['switch_controller'])
+            uri = rosgraph.Master(rospy.get_name()).lookupService(self._names["switch_controller"])
             host, port = rospy.core.parse_rosrpc_uri(uri)
             socket.create_connection((host, port), 0.5).close()
         except (rosgraph.MasterException, OSError, rospy.exceptions.ROSException):
@@ -80,11 +81,11 @@ class ManagerClient:
 
     def load(self, controller):
         """Loads a controller; returns whether that worked."""
-        return bool(self.call('load_controller', controller).ok)
+        return bool(self.call("load_controller", controller).ok)
 
     def unload(self, controller):
         """Unloads a stopped controller; returns whether that worked."""
-        return bool(self.call('unload_controller', controller).ok)
+        return bool(self.call("unload_controller", controller).ok)
 
     def switch(self, start=(), stop=(), strict=True):
         """Stops and starts controllers in one control step.
@@ -98,27 +99,33 @@ class ManagerClient:
             Whether that worked.
         """
         request = srv.SwitchControllerRequest
-        return bool(self.call('switch_controller', start_controllers=list(start),
-                              stop_controllers=list(stop),
-                              strictness=request.STRICT if strict else request.BEST_EFFORT,
-                              start_asap=False, timeout=0.0).ok)
+        return bool(
+            self.call(
+                "switch_controller",
+                start_controllers=list(start),
+                stop_controllers=list(stop),
+                strictness=request.STRICT if strict else request.BEST_EFFORT,
+                start_asap=False,
+                timeout=0.0,
+            ).ok
+        )
 
     def list(self):
         """Returns the loaded controllers, a list of ControllerState."""
-        return self.call('list_controllers').controller
+        return self.call("list_controllers").controller
 
     def running(self):
         """Returns the names of the running controllers."""
-        return [state.name for state in self.list() if state.state == 'running']
+        return [state.name for state in self.list() if state.state == "running"]
 
     def list_types(self):
         """Returns (type, base class) pairs."""
-        response = self.call('list_controller_types')
+        response = self.call("list_controller_types")
         return list(zip(response.types, response.base_classes))
 
     def reload_libraries(self, force_kill):
         """Reloads the controller types; returns whether that worked."""
-        return bool(self.call('reload_controller_libraries', force_kill).ok)
+        return bool(self.call("reload_controller_libraries", force_kill).ok)
 
 
 def run_bounded(work, timeout):
@@ -134,7 +141,7 @@ def run_bounded(work, timeout):
     Returns:
         None when it worked, else the reason as a str.
     """
-    reason = ['no answer within %g s' % timeout]
+    reason = [f"no answer within {timeout:g} s"]
 
     def _run():
         try:

@@ -1,4 +1,5 @@
 """The controller_manager command: one table row a sub-command."""
+
 import sys
 
 import rospy
@@ -10,9 +11,11 @@ TIMEOUT = 5.0  # [s], wall clock
 
 def format_controller(state):
     """Returns one line about a ControllerState."""
-    claims = '; '.join('%s: %s' % (c.hardware_interface, ', '.join(c.resources))
-                       for c in state.claimed_resources)
-    return '%s - %s ( %s )' % (state.name, claims or 'no joints', state.state)
+    claims = "; ".join(
+        "{}: {}".format(c.hardware_interface, ", ".join(c.resources))
+        for c in state.claimed_resources
+    )
+    return "{} - {} ( {} )".format(state.name, claims or "no joints", state.state)
 
 
 def _list(manager, _):
@@ -20,7 +23,7 @@ def _list(manager, _):
     for state in controllers:
         print(format_controller(state))
     if not controllers:
-        print('No controllers are loaded')
+        print("No controllers are loaded")
     return True
 
 
@@ -31,82 +34,86 @@ def _list_types(manager, _):
 
 
 def _reload(manager, names):
-    before = manager.list() if '--restore' in names else []
-    done = _say(manager.reload_libraries(True), 'reload', 'the libraries')
+    before = manager.list() if "--restore" in names else []
+    done = _say(manager.reload_libraries(True), "reload", "the libraries")
     for state in before:
-        done = _say(manager.load(state.name), 'load', state.name) and done
-    running = [state.name for state in before if state.state == 'running']
+        done = _say(manager.load(state.name), "load", state.name) and done
+    running = [state.name for state in before if state.state == "running"]
     if running:
-        done = _say(manager.switch(start=running, strict=False), 'start',
-                    ', '.join(running)) and done
+        done = (
+            _say(manager.switch(start=running, strict=False), "start", ", ".join(running)) and done
+        )
     return done
 
 
 def _say(done, verb, what):
-    print('%s %s %s' % ('Did' if done else 'Could not', verb, what),
-          file=sys.stdout if done else sys.stderr)
+    print(
+        "{} {} {}".format("Did" if done else "Could not", verb, what),
+        file=sys.stdout if done else sys.stderr,
+    )
     return done
 
 
 def _load(manager, names):
-    return all([_say(manager.load(n), 'load', n) for n in names])
+    return all([_say(manager.load(n), "load", n) for n in names])
 
 
 def _unload(manager, names):
-    return all([_say(manager.unload(n), 'unload', n) for n in names])
+    return all([_say(manager.unload(n), "unload", n) for n in names])
 
 
 def _start(manager, names):
-    return _say(manager.switch(start=names), 'start', ', '.join(names))
+    return _say(manager.switch(start=names), "start", ", ".join(names))
 
 
 def _stop(manager, names):
-    return _say(manager.switch(stop=names), 'stop', ', '.join(names))
+    return _say(manager.switch(stop=names), "stop", ", ".join(names))
 
 
 # name: (function, needs controller names, help)
 COMMANDS = {
-    'list': (_list, False, 'list loaded controllers'),
-    'list-types': (_list_types, False, 'list the types that can be loaded'),
-    'reload-libraries': (_reload, False, 'reload the types [--restore: and the controllers]'),
-    'load': (_load, True, 'load controllers'),
-    'unload': (_unload, True, 'unload controllers'),
-    'start': (_start, True, 'start loaded controllers'),
-    'stop': (_stop, True, 'stop controllers'),
-    'spawn': (lambda m, n: _load(m, n) and _start(m, n), True, 'load and start controllers'),
-    'kill': (lambda m, n: _stop(m, n) and _unload(m, n), True, 'stop and unload controllers'),
+    "list": (_list, False, "list loaded controllers"),
+    "list-types": (_list_types, False, "list the types that can be loaded"),
+    "reload-libraries": (_reload, False, "reload the types [--restore: and the controllers]"),
+    "load": (_load, True, "load controllers"),
+    "unload": (_unload, True, "unload controllers"),
+    "start": (_start, True, "start loaded controllers"),
+    "stop": (_stop, True, "stop controllers"),
+    "spawn": (lambda m, n: _load(m, n) and _start(m, n), True, "load and start controllers"),
+    "kill": (lambda m, n: _stop(m, n) and _unload(m, n), True, "stop and unload controllers"),
 }
-SHORT = {'lc': 'list', 'lt': 'list-types', 'sp': 'spawn', 'kl': 'kill'}
+SHORT = {"lc": "list", "lt": "list-types", "sp": "spawn", "kl": "kill"}
 
 
 def usage():
     """Returns the help text."""
-    rows = ['  %-28s %s' % (name + (' <name> ...' if row[1] else ''), row[2])
-            for name, row in COMMANDS.items()]
-    return '\n'.join(['usage: controller_manager <command>', *rows])
+    rows = [
+        f"  {name + (' <name> ...' if row[1] else ''):<28} {row[2]}"
+        for name, row in COMMANDS.items()
+    ]
+    return "\n".join(["usage: controller_manager <command>", *rows])
 
 
 def main():
     """Runs one command; returns 0 when it worked, 1 when not, 2 for a wrong command line."""
     argv = rospy.myargv()[1:]
-    if not argv or argv[0] in ('-h', '--help'):
+    if not argv or argv[0] in ("-h", "--help"):
         print(usage())
         return 0 if argv else 2
-    function, needs_names, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ''))
+    function, needs_names, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ""))
     if function is None:
-        print("controller_manager: no command '%s'\n%s" % (argv[0], usage()), file=sys.stderr)
+        print(f"controller_manager: no command '{argv[0]}'\n{usage()}", file=sys.stderr)
         return 2
     if needs_names and not argv[1:]:
-        print('controller_manager %s: names of controllers are missing' % argv[0],
-              file=sys.stderr)
+        print(f"controller_manager {argv[0]}: names of controllers are missing", file=sys.stderr)
         return 2
-    rospy.init_node('controller_manager_command', anonymous=True, disable_rosout=True)
+    rospy.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
     manager = ManagerClient()
     try:
-        manager.wait(TIMEOUT, ['list_controllers'])
+        manager.wait(TIMEOUT, ["list_controllers"])
         return 0 if function(manager, argv[1:]) else 1
     except rospy.ROSInterruptException:
         return 1
     except ManagerError as error:
-        print('controller_manager: %s' % error, file=sys.stderr)
+        print(f"controller_manager: {error}", file=sys.stderr)
         return 1

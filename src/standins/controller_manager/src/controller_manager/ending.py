@@ -4,6 +4,7 @@ rospy's own handler runs all of a shutdown inside the handler: when the signal c
 thread holds a lock (logging has some), whatever needs that lock waits for ever. Here the handler
 leaves a note, and the main thread ends when it sees it.
 """
+
 import signal
 
 import rospy

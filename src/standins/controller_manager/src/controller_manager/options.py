@@ -1,4 +1,5 @@
 """Command lines of spawner and unspawner, and the controller names in them."""
+
 import argparse
 import os
 
@@ -12,32 +13,54 @@ def parse_spawner(argv):
         argv: arguments without the program's name and without ROS remappings.
     """
     parser = argparse.ArgumentParser(
-        prog='spawner', description='Load and start controllers; stop and unload them on exit.')
-    parser.add_argument('--stopped', action='store_true', help='load, but do not start')
-    parser.add_argument('--wait-for', metavar='TOPIC',
-                        help='first wait for "true" on this topic (std_msgs/Bool)')
+        prog="spawner", description="Load and start controllers; stop and unload them on exit."
+    )
+    parser.add_argument("--stopped", action="store_true", help="load, but do not start")
+    parser.add_argument(
+        "--wait-for", metavar="TOPIC", help='first wait for "true" on this topic (std_msgs/Bool)'
+    )
     _common(parser)
-    parser.add_argument('--shutdown-timeout', metavar='T', type=float, default=2.0,
-                        help='wall-clock limit for stopping and unloading on exit [s] (default: 2)')
-    parser.add_argument('controllers', nargs='+', metavar='CONTROLLER',
-                        help='name, or YAML file whose top-level keys are controllers')
+    parser.add_argument(
+        "--shutdown-timeout",
+        metavar="T",
+        type=float,
+        default=2.0,
+        help="wall-clock limit for stopping and unloading on exit [s] (default: 2)",
+    )
+    parser.add_argument(
+        "controllers",
+        nargs="+",
+        metavar="CONTROLLER",
+        help="name, or YAML file whose top-level keys are controllers",
+    )
     return parser.parse_args(argv)
 
 
 def parse_unspawner(argv):
     """Parses the unspawner's arguments, see parse_spawner."""
     parser = argparse.ArgumentParser(
-        prog='unspawner', description='Stop controllers; start them again on exit.')
+        prog="unspawner", description="Stop controllers; start them again on exit."
+    )
     _common(parser)
-    parser.add_argument('controllers', nargs='+', metavar='CONTROLLER')
+    parser.add_argument("controllers", nargs="+", metavar="CONTROLLER")
     return parser.parse_args(argv)
 
 
 def _common(parser):
-    parser.add_argument('-n', '--namespace', metavar='NS', default='',
-                        help="namespace of the controller manager (default: this node's)")
-    parser.add_argument('--timeout', metavar='T', type=float, default=30.0,
-                        help='wall-clock limit for the services to come [s] (default: 30)')
+    parser.add_argument(
+        "-n",
+        "--namespace",
+        metavar="NS",
+        default="",
+        help="namespace of the controller manager (default: this node's)",
+    )
+    parser.add_argument(
+        "--timeout",
+        metavar="T",
+        type=float,
+        default=30.0,
+        help="wall-clock limit for the services to come [s] (default: 30)",
+    )
 
 
 def expand(names):
@@ -58,14 +81,16 @@ def expand(names):
         if not os.path.isfile(name):
             found = [name]
         else:
-            with open(name, encoding='utf-8') as stream:
+            with open(name, encoding="utf-8") as stream:
                 try:
                     content = yaml.safe_load(stream)
                 except yaml.YAMLError as error:
-                    raise ValueError('file %s is not YAML: %s' % (name, error)) from None
+                    raise ValueError(f"file {name} is not YAML: {error}") from None
             if not isinstance(content, dict) or not content:
-                raise ValueError('file %s: expected a mapping of controller names to their '
-                                 'parameters, found %s' % (name, type(content).__name__))
+                raise ValueError(
+                    f"file {name}: expected a mapping of controller names to their "
+                    f"parameters, found {type(content).__name__}"
+                )
             parameters.update(content)
             found = list(content)
         controllers.extend(c for c in found if c not in controllers)

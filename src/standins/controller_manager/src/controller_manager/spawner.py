@@ -1,4 +1,5 @@
 """The spawner node: bring controllers up, keep them, take them down on exit."""
+
 import time
 
 import rospy
@@ -19,10 +20,10 @@ def wait_for_true(topic):
 
     def _true():
         if not heard and time.monotonic() - start > 10.0:
-            rospy.logwarn_once('Nothing heard yet on %s (--wait-for)' % subscriber.resolved_name)
+            rospy.logwarn_once(f"Nothing heard yet on {subscriber.resolved_name} (--wait-for)")
         return True in heard
 
-    waiting.wait_until(_true, None, 'topic ' + subscriber.resolved_name)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name)
     subscriber.unregister()
 
 
@@ -40,7 +41,7 @@ def end_quietly(spawner, manager, timeout):
     spawner.warn = failures.append
     reason = run_bounded(spawner.take_down, timeout)
     if reason:
-        failures.append('Controllers were not taken down: %s' % reason)
+        failures.append(f"Controllers were not taken down: {reason}")
     deadline = time.monotonic() + LEAVING_TIME
     while failures and manager.is_there():
         if time.monotonic() > deadline:
@@ -53,7 +54,7 @@ def end_quietly(spawner, manager, timeout):
 def main():
     """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
     opts = options.parse_spawner(rospy.myargv()[1:])
-    rospy.init_node('spawner', anonymous=True, disable_signals=True)
+    rospy.init_node("spawner", anonymous=True, disable_signals=True)
     ending.watch()
     manager = ManagerClient(opts.namespace)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
@@ -64,11 +65,11 @@ def main():
     except (ManagerError, ValueError, OSError) as error:
         if ending.over():
             return 0
-        rospy.logfatal('spawner: %s', error)
+        rospy.logfatal("spawner: %s", error)
         return 1
     finally:
         end_quietly(spawner, manager, opts.shutdown_timeout)
-        rospy.signal_shutdown('the spawner has ended')
+        rospy.signal_shutdown("the spawner has ended")
 
 
 def run(opts, manager, spawner):
@@ -88,12 +89,17 @@ def run(opts, manager, spawner):
         wait_for_true(opts.wait_for)
     spawner.bring_up(controllers, start=not opts.stopped)
     if not spawner.loaded and not ending.over():
-        rospy.logfatal('spawner: none of the controllers loaded: %s', ', '.join(controllers))
+        rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
         return 1
     done = spawner.started or spawner.loaded
-    rospy.loginfo('%s %d of %d controllers in %.2f s: %s',
-                  'Started' if spawner.started else 'Loaded', len(done), len(controllers),
-                  time.monotonic() - begin, ', '.join(done))
+    rospy.loginfo(
+        "%s %d of %d controllers in %.2f s: %s",
+        "Started" if spawner.started else "Loaded",
+        len(done),
+        len(controllers),
+        time.monotonic() - begin,
+        ", ".join(done),
+    )
     while not ending.over():
         time.sleep(waiting.POLL_PERIOD)
     return 0

@@ -1,4 +1,5 @@
 """The unspawner node: stop controllers while it runs, start them again on exit."""
+
 import time
 
 import rospy
@@ -12,24 +13,25 @@ SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 def main():
     """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
     opts = options.parse_unspawner(rospy.myargv()[1:])
-    rospy.init_node('unspawner', anonymous=True, disable_signals=True)
+    rospy.init_node("unspawner", anonymous=True, disable_signals=True)
     ending.watch()
     manager = ManagerClient(opts.namespace)
     try:
-        manager.wait(opts.timeout, ['switch_controller'])
+        manager.wait(opts.timeout, ["switch_controller"])
         if not manager.switch(stop=opts.controllers):
-            raise ManagerError('controllers did not stop: %s' % ', '.join(opts.controllers))
+            raise ManagerError("controllers did not stop: {}".format(", ".join(opts.controllers)))
     except rospy.ROSInterruptException:
         return 0
     except ManagerError as error:
-        rospy.logfatal('unspawner: %s', error)
+        rospy.logfatal("unspawner: %s", error)
         return 1
-    rospy.loginfo('Stopped %s', ', '.join(opts.controllers))
+    rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
     while not ending.over():
         time.sleep(waiting.POLL_PERIOD)
-    reason = run_bounded(lambda: manager.switch(start=opts.controllers, strict=False),
-                         SHUTDOWN_TIMEOUT)
+    reason = run_bounded(
+        lambda: manager.switch(start=opts.controllers, strict=False), SHUTDOWN_TIMEOUT
+    )
     if reason and manager.is_there():
-        rospy.logwarn('Controllers were not started again: %s' % reason)
-    rospy.signal_shutdown('the unspawner has ended')
+        rospy.logwarn(f"Controllers were not started again: {reason}")
+    rospy.signal_shutdown("the unspawner has ended")
     return 0

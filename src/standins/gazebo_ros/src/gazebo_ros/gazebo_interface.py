@@ -1,10 +1,12 @@
 """Functions of upstream's module of this name, for nodes that spawn models themselves."""
+
 import rospy
 from gazebo_msgs.srv import SetModelConfiguration, SpawnModel
 
 
-def spawn_sdf_model_client(model_name, model_xml, robot_namespace, initial_pose, reference_frame,
-                           gazebo_namespace):
+def spawn_sdf_model_client(
+    model_name, model_xml, robot_namespace, initial_pose, reference_frame, gazebo_namespace
+):
     """Spawns an SDF model.
 
     Args:
@@ -18,42 +20,74 @@ def spawn_sdf_model_client(model_name, model_xml, robot_namespace, initial_pose,
     Returns:
         Whether it was spawned; the log says why not.
     """
-    return _spawn('spawn_sdf_model', gazebo_namespace, model_name, model_xml, robot_namespace,
-                  initial_pose, reference_frame)
+    return _spawn(
+        "spawn_sdf_model",
+        gazebo_namespace,
+        model_name,
+        model_xml,
+        robot_namespace,
+        initial_pose,
+        reference_frame,
+    )
 
 
-def spawn_urdf_model_client(model_name, model_xml, robot_namespace, initial_pose, reference_frame,
-                            gazebo_namespace):
+def spawn_urdf_model_client(
+    model_name, model_xml, robot_namespace, initial_pose, reference_frame, gazebo_namespace
+):
     """Spawns a URDF model; arguments and result as for spawn_sdf_model_client."""
-    return _spawn('spawn_urdf_model', gazebo_namespace, model_name, model_xml, robot_namespace,
-                  initial_pose, reference_frame)
+    return _spawn(
+        "spawn_urdf_model",
+        gazebo_namespace,
+        model_name,
+        model_xml,
+        robot_namespace,
+        initial_pose,
+        reference_frame,
+    )
 
 
-def set_model_configuration_client(model_name, model_param_name, joint_names, joint_positions,
-                                   gazebo_namespace):
+def set_model_configuration_client(
+    model_name, model_param_name, joint_names, joint_positions, gazebo_namespace
+):
     """Puts joints of a model at positions [rad, m].
 
     Returns:
         Whether they were put there; the log says why not.
     """
-    return _call(gazebo_namespace, 'set_model_configuration', SetModelConfiguration, model_name,
-                 model_param_name, joint_names, joint_positions)
+    return _call(
+        gazebo_namespace,
+        "set_model_configuration",
+        SetModelConfiguration,
+        model_name,
+        model_param_name,
+        joint_names,
+        joint_positions,
+    )
 
 
-def _spawn(service, gazebo_namespace, model_name, model_xml, robot_namespace, initial_pose,
-           reference_frame):
-    return _call(gazebo_namespace, service, SpawnModel, model_name, model_xml, robot_namespace,
-                 initial_pose, reference_frame)
+def _spawn(
+    service, gazebo_namespace, model_name, model_xml, robot_namespace, initial_pose, reference_frame
+):
+    return _call(
+        gazebo_namespace,
+        service,
+        SpawnModel,
+        model_name,
+        model_xml,
+        robot_namespace,
+        initial_pose,
+        reference_frame,
+    )
 
 
 def _call(namespace, service, kind, *values):
-    name = '%s/%s' % (namespace.rstrip('/'), service)
-    rospy.loginfo('Waiting for service %s', name)
+    name = "{}/{}".format(namespace.rstrip("/"), service)
+    rospy.loginfo("Waiting for service %s", name)
     rospy.wait_for_service(name)
     try:
         response = rospy.ServiceProxy(name, kind)(*values)
     except rospy.ServiceException as error:
-        rospy.logerr('%s failed: %s', name, error)
+        rospy.logerr("%s failed: %s", name, error)
         return False
-    (rospy.loginfo if response.success else rospy.logerr)('%s: %s', name, response.status_message)
+    (rospy.loginfo if response.success else rospy.logerr)("%s: %s", name, response.status_message)
     return response.success

@@ -1,10 +1,13 @@
 """Model text and poses: what spawn_model sends, worked out without ROS."""
+
 import math
 import xml.etree.ElementTree as ElementTree
 from xml.sax.saxutils import escape
 
-DATABASE_TEMPLATE = ('<sdf version="1.4"><world name="default"><include><uri>model://%s</uri>'
-                     '</include></world></sdf>')
+DATABASE_TEMPLATE = (
+    '<sdf version="1.4"><world name="default"><include><uri>model://%s</uri>'
+    "</include></world></sdf>"
+)
 
 
 class ModelTextError(ValueError):
@@ -31,24 +34,24 @@ def checked(text, source, package_to_model=False):
         ModelTextError: the text is empty or is not XML.
     """
     if not text.strip():
-        raise ModelTextError('%s is empty, expected URDF or SDF' % source)
+        raise ModelTextError(f"{source} is empty, expected URDF or SDF")
     try:
-        raw = text if isinstance(text, bytes) else _without_declaration(text).encode('utf-8')
+        raw = text if isinstance(text, bytes) else _without_declaration(text).encode("utf-8")
         root = ElementTree.fromstring(raw)
     except ElementTree.ParseError as error:
-        raise ModelTextError('%s is not valid XML: %s' % (source, error)) from None
+        raise ModelTextError(f"{source} is not valid XML: {error}") from None
     if package_to_model:
-        for mesh in root.iter('mesh'):
-            name = mesh.get('filename', '')
-            if name.startswith('package://'):
-                mesh.set('filename', 'model://' + name[len('package://'):])
-    return ElementTree.tostring(root, encoding='unicode')
+        for mesh in root.iter("mesh"):
+            name = mesh.get("filename", "")
+            if name.startswith("package://"):
+                mesh.set("filename", "model://" + name[len("package://") :])
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _without_declaration(text):
-    text = text.lstrip('\ufeff \t\r\n')
-    if text.startswith('<?xml'):
-        text = text[text.index('?>') + 2:] if '?>' in text else text
+    text = text.lstrip("\ufeff \t\r\n")
+    if text.startswith("<?xml"):
+        text = text[text.index("?>") + 2 :] if "?>" in text else text
     return text
 
 
@@ -57,7 +60,9 @@ def quaternion_from_rpy(roll, pitch, yaw):
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )

@@ -1,4 +1,5 @@
 """gzserver, gazebo and their debugging forms: start the bridge with Gazebo's command line."""
+
 import os
 import sys
 
@@ -7,7 +8,7 @@ import rospy
 
 from gazebo_ros import server_options
 
-BRIDGE = ('bullet_bridge', 'bridge')
+BRIDGE = ("bullet_bridge", "bridge")
 
 
 def command(argv, gui, program):
@@ -31,11 +32,11 @@ def main(program, gui=False):
     """Becomes the bridge; returns 1 when there is none."""
     words, said = command(sys.argv[1:], gui, program)
     for sentence in said:
-        print('%s: %s' % (program, sentence), file=sys.stderr)
+        print(f"{program}: {sentence}", file=sys.stderr)
     found = roslib.packages.find_node(*BRIDGE)
     if not found:
-        print('%s: package %s has no executable %s' % (program, *BRIDGE), file=sys.stderr)
+        print("{}: package {} has no executable {}".format(program, *BRIDGE), file=sys.stderr)
         return 1
     sys.stdout.flush()
     os.execv(found[0], [found[0]] + words)
-    return 1    # not reached
+    return 1  # not reached

@@ -1,4 +1,5 @@
 """gzclient: asks the running simulator to open its viewer, and stays until the end."""
+
 import os
 import sys
 
@@ -7,7 +8,7 @@ from std_srvs.srv import Trigger
 
 from gazebo_ros import waiting
 
-SERVICE = '/gazebo/open_viewer'
+SERVICE = "/gazebo/open_viewer"
 TIMEOUT = 60.0  # [s] wall clock
 
 
@@ -25,21 +26,21 @@ def open_viewer(service=SERVICE, timeout=TIMEOUT):
         answer = rospy.ServiceProxy(service, Trigger)()
     except (waiting.WaitTimeout, rospy.ServiceException) as error:
         return str(error)
-    return '' if answer.success else answer.message
+    return "" if answer.success else answer.message
 
 
 def main():
     """Runs the node; returns 0 also without a viewer: the simulation does not need one."""
-    rospy.init_node('gazebo_gui', anonymous=True)
-    if not any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
-        print('gzclient: no display (DISPLAY is not set), so no viewer', file=sys.stderr)
+    rospy.init_node("gazebo_gui", anonymous=True)
+    if not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
+        print("gzclient: no display (DISPLAY is not set), so no viewer", file=sys.stderr)
         return 0
     try:
         problem = open_viewer()
     except rospy.ROSInterruptException:
         return 0
     if problem:
-        rospy.logwarn('no viewer: %s', problem)
+        rospy.logwarn("no viewer: %s", problem)
         return 0
     rospy.spin()
     return 0

@@ -1,4 +1,5 @@
 """Waiting in wall-clock time: the simulated clock may stand still."""
+
 import time
 
 import rosgraph
@@ -33,9 +34,9 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
         if result:
             return result
         if deadline is not None and time.monotonic() >= deadline:
-            raise WaitTimeout('%s did not come within %g s' % (what, timeout))
+            raise WaitTimeout(f"{what} did not come within {timeout:g} s")
         time.sleep(poll_period)
-    raise rospy.ROSInterruptException('shut down while waiting for %s' % what)
+    raise rospy.ROSInterruptException(f"shut down while waiting for {what}")
 
 
 def wait_for_service(name, timeout):
@@ -59,12 +60,11 @@ def wait_for_service(name, timeout):
         except (rosgraph.MasterException, OSError):
             return None
 
-    what = 'service %s' % resolved
+    what = f"service {resolved}"
     wait_until(_registered, timeout, what)
     try:
         rospy.wait_for_service(resolved, max(0.5, timeout - (time.monotonic() - start)))
     except rospy.ROSInterruptException:
         raise
     except rospy.ROSException:
-        raise WaitTimeout('%s is registered but did not answer within %g s'
-                          % (what, timeout)) from None
+        raise WaitTimeout(f"{what} is registered but did not answer within {timeout:g} s") from None

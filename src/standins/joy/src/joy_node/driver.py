@@ -1,4 +1,5 @@
 """The life of a joystick driver: look for the pad, read it, notice when it is gone."""
+
 import time
 
 RETRY_PERIOD = 1.0  # wall time between two looks for a missing pad [s]
@@ -20,7 +21,7 @@ class Driver:
     def __init__(self, open_pad, state, sending, send, log, clock=time.monotonic):
         self._open_pad, self._state, self._sending = open_pad, state, sending
         self._send, self._log, self._clock = send, log, clock
-        self._pad, self._next_look, self._said = None, float('-inf'), False
+        self._pad, self._next_look, self._said = None, float("-inf"), False
 
     def turn(self):
         """One round; returns whether there is a pad."""
@@ -42,18 +43,18 @@ class Driver:
         self._pad = self._open_pad()
         if self._pad is None:
             if not self._said:
-                self._log('no joystick yet; looking for one every %g s' % RETRY_PERIOD)
+                self._log(f"no joystick yet; looking for one every {RETRY_PERIOD:g} s")
             self._said = True
             return False
         self._said = False
         self._state.clear()
         self._sending.start(now)
-        self._log("joystick '%s'" % self._pad.name)
+        self._log(f"joystick '{self._pad.name}'")
         return True
 
     def _lose(self, now):
         """Whoever drives by this pad must not go on with its last numbers: send zeros, once."""
-        self._log("joystick '%s' is gone; sent zeros" % self._pad.name)
+        self._log(f"joystick '{self._pad.name}' is gone; sent zeros")
         self._pad.close()
         self._pad, self._next_look, self._said = None, now + RETRY_PERIOD, True
         self._state.zero()

@@ -1,6 +1,6 @@
 """What a pad's raw numbers mean in a sensor_msgs/Joy, as Linux' joystick driver orders them."""
 
-REST_NOISE = 0.02   # of the full way: an axis that moved less since the start has not been moved
+REST_NOISE = 0.02  # of the full way: an axis that moved less since the start has not been moved
 
 
 class PadState:
@@ -18,7 +18,7 @@ class PadState:
 
     def __init__(self, deadzone=0.05, default_trigger=False, sticky_buttons=False):
         if not 0.0 <= deadzone < 1.0:
-            raise ValueError('deadzone is %r, must be 0 or more and below 1' % (deadzone,))
+            raise ValueError(f"deadzone is {deadzone!r}, must be 0 or more and below 1")
         self._deadzone, self._default_trigger = deadzone, default_trigger
         self._sticky = sticky_buttons
         self.clear()
@@ -50,8 +50,11 @@ class PadState:
             raw += [float(x), -float(y)]
         if self._rest is None or len(self._rest) != len(raw):
             self._rest, self._moved = list(raw), set()
-        self._moved |= {number for number, value in enumerate(raw)
-                        if abs(value - self._rest[number]) > REST_NOISE}
+        self._moved |= {
+            number
+            for number, value in enumerate(raw)
+            if abs(value - self._rest[number]) > REST_NOISE
+        }
         axes = [self._axis(number, value) for number, value in enumerate(raw)]
         buttons = self._pressed([int(bool(value)) for value in raw_buttons])
         changed = axes != self.axes, buttons != self.buttons
@@ -70,5 +73,6 @@ class PadState:
         before = self._raw_buttons + [0] * (len(raw) - len(self._raw_buttons))
         held = self.buttons + [0] * (len(raw) - len(self.buttons))
         self._raw_buttons = raw
-        return [int(not old) if now and not was else old
-                for old, was, now in zip(held, before, raw)]
+        return [
+            int(not old) if now and not was else old for old, was, now in zip(held, before, raw)
+        ]

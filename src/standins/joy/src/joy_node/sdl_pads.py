@@ -1,12 +1,13 @@
 """Pads through SDL (pygame), without a window."""
+
 import os
 import re
 
-os.environ.setdefault('PYGAME_HIDE_SUPPORT_PROMPT', '1')
-os.environ.setdefault('SDL_VIDEODRIVER', 'dummy')
-os.environ.setdefault('SDL_AUDIODRIVER', 'dummy')
-os.environ.setdefault('SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS', '1')
-os.environ.setdefault('SDL_JOYSTICK_HIDAPI', '0')   # Linux' own order of axes and buttons
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
+os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
+os.environ.setdefault("SDL_JOYSTICK_HIDAPI", "0")  # Linux' own order of axes and buttons
 
 import pygame  # noqa: E402  the variables above count when it is imported
 
@@ -19,11 +20,10 @@ def number_of(device):
     Raises:
         ValueError: the text has no such number.
     """
-    text = os.path.realpath(device) if str(device).startswith('/') else str(device)
-    found = re.fullmatch(r'(?:.*js)?(\d+)', text)
+    text = os.path.realpath(device) if str(device).startswith("/") else str(device)
+    found = re.fullmatch(r"(?:.*js)?(\d+)", text)
     if found is None:
-        raise ValueError("dev is '%s', must end in js and a number, such as /dev/input/js0"
-                         % (device,))
+        raise ValueError(f"dev is '{device}', must end in js and a number, such as /dev/input/js0")
     return int(found.group(1))
 
 
@@ -46,9 +46,11 @@ class SdlPad:
     def read(self):
         """(axes, buttons, hats) as PadState.update takes them."""
         pad = self._joystick
-        return ([pad.get_axis(i) for i in range(pad.get_numaxes())],
-                [pad.get_button(i) for i in range(pad.get_numbuttons())],
-                [pad.get_hat(i) for i in range(pad.get_numhats())])
+        return (
+            [pad.get_axis(i) for i in range(pad.get_numaxes())],
+            [pad.get_button(i) for i in range(pad.get_numbuttons())],
+            [pad.get_hat(i) for i in range(pad.get_numhats())],
+        )
 
     def close(self):
         """Let go of it."""
@@ -63,7 +65,7 @@ class SdlPads:
         name: part of a pad's name; the first that has it is taken.
     """
 
-    def __init__(self, device='/dev/input/js0', name=''):
+    def __init__(self, device="/dev/input/js0", name=""):
         self._number, self._name = number_of(device), name
         self._away = set()
         pygame.display.init()

@@ -10,16 +10,20 @@ class Sending:
     """
 
     def __init__(self, autorepeat_rate=0.0, coalesce_interval=0.001):
-        for name, value in (('autorepeat_rate', autorepeat_rate),
-                            ('coalesce_interval', coalesce_interval)):
-            if not 0.0 <= value < float('inf'):
-                raise ValueError('%s is %r, must be 0 or more' % (name, value))
+        for name, value in (
+            ("autorepeat_rate", autorepeat_rate),
+            ("coalesce_interval", coalesce_interval),
+        ):
+            if not 0.0 <= value < float("inf"):
+                raise ValueError(f"{name} is {value!r}, must be 0 or more")
         if autorepeat_rate and coalesce_interval > 1.0 / autorepeat_rate:
-            raise ValueError('coalesce_interval is %g s, must be at most %g s, one period of '
-                             'autorepeat_rate' % (coalesce_interval, 1.0 / autorepeat_rate))
-        self._repeat = 1.0 / autorepeat_rate if autorepeat_rate else float('inf')
+            raise ValueError(
+                f"coalesce_interval is {coalesce_interval:g} s, must be at most "
+                f"{1.0 / autorepeat_rate:g} s, one period of autorepeat_rate"
+            )
+        self._repeat = 1.0 / autorepeat_rate if autorepeat_rate else float("inf")
         self._coalesce = coalesce_interval
-        self._due, self._last = float('inf'), float('-inf')
+        self._due, self._last = float("inf"), float("-inf")
 
     def note(self, now, axis, button):
         """Something changed at wall time [s]."""
@@ -32,13 +36,13 @@ class Sending:
         """Whether to send now; then it counts as sent."""
         if now < self._due and now - self._last < self._repeat:
             return False
-        self._due, self._last = float('inf'), now
+        self._due, self._last = float("inf"), now
         return True
 
     def stop(self):
         """Nothing is to be sent until something changes."""
-        self._due, self._last = float('inf'), float('inf')
+        self._due, self._last = float("inf"), float("inf")
 
     def start(self, now):
         """Autorepeat counts from here."""
-        self._due, self._last = float('inf'), now
+        self._due, self._last = float("inf"), now

@@ -1,4 +1,5 @@
 """Where generated tracks live: one folder per content hash, written atomically. No numpy."""
+
 import hashlib
 import os
 import pathlib
@@ -7,17 +8,25 @@ import tempfile
 
 from track_model import source
 
-FILES = ('track.png', 'track.obj', 'track.mtl', 'track.sdf', 'track.world', 'preview.png')
-GENERATORS = ("spec.py", "source.py", "routes.py", "geometry.py", "region.py", "files/texture.py", "files/writer.py")
+FILES = ("track.png", "track.obj", "track.mtl", "track.sdf", "track.world", "preview.png")
+GENERATORS = (
+    "spec.py",
+    "source.py",
+    "routes.py",
+    "geometry.py",
+    "region.py",
+    "files/texture.py",
+    "files/writer.py",
+)
 
 
 def root():
     """Return the cache's folder: ${XDG_CACHE_HOME:-~/.cache}/paddock/tracks."""
-    base = os.environ.get('XDG_CACHE_HOME', '')
+    base = os.environ.get("XDG_CACHE_HOME", "")
     # The XDG base directory specification: relative paths are to be ignored.
     if not os.path.isabs(base):
-        base = os.path.join(os.path.expanduser('~'), '.cache')
-    return os.path.join(base, 'paddock', 'tracks')
+        base = os.path.join(os.path.expanduser("~"), ".cache")
+    return os.path.join(base, "paddock", "tracks")
 
 
 def key(path, content):
@@ -27,17 +36,17 @@ def key(path, content):
     for name in GENERATORS:
         digest.update((package / name).read_bytes())
     stem = os.path.splitext(os.path.basename(path))[0]
-    safe = ''.join(c if c.isascii() and c.isalnum() or c in '-_' else '_' for c in stem)
-    return '%s-%s' % (safe[:40], digest.hexdigest()[:20])
+    safe = "".join(c if c.isascii() and c.isalnum() or c in "-_" else "_" for c in stem)
+    return f"{safe[:40]}-{digest.hexdigest()[:20]}"
 
 
 def _complete(directory):
     try:
         if not all(os.path.getsize(os.path.join(directory, name)) for name in FILES):
             return False
-        with open(os.path.join(directory, 'track.sdf'), encoding='utf-8') as stream:
+        with open(os.path.join(directory, "track.sdf"), encoding="utf-8") as stream:
             # Moved caches hold URIs of their old place.
-            return pathlib.Path(directory, 'track.obj').as_uri() in stream.read()
+            return pathlib.Path(directory, "track.obj").as_uri() in stream.read()
     except OSError:
         return False
 
@@ -47,7 +56,8 @@ def _generate(path, content, parent, final):
     os.makedirs(parent, exist_ok=True)
     parsed = source.load(path, content)
     from track_model.files import writer as files  # numpy and OpenCV only to make something
-    temporary = tempfile.mkdtemp(prefix='.making-', dir=parent)
+
+    temporary = tempfile.mkdtemp(prefix=".making-", dir=parent)
     try:
         files.write(parsed, temporary, final)
         os.chmod(temporary, 0o755)
@@ -84,7 +94,7 @@ def ensure(path):
                 if not os.path.isdir(final):
                     raise
                 shutil.rmtree(final)
-        raise OSError('cannot replace %s' % final)
+        raise OSError(f"cannot replace {final}")
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 

@@ -1,16 +1,17 @@
 """The picture on the ground: grass, asphalt, borders, dashes, start line."""
+
 import cv2
 import numpy as np
 
-from track_model.geometry import left_normals, length, tangents
+from track_model.geometry import left_normals, tangents
 from track_model.region import lane_area, rings
 
-RESOLUTION = 0.005      # [m/px], coarser if the picture would be larger than MAX_PIXELS
-MAX_PIXELS = 2048       # a side; tracks that this makes coarser than COARSE get LARGE_PIXELS
-COARSE = 0.008          # [m/px]
+RESOLUTION = 0.005  # [m/px], coarser if the picture would be larger than MAX_PIXELS
+MAX_PIXELS = 2048  # a side; tracks that this makes coarser than COARSE get LARGE_PIXELS
+COARSE = 0.008  # [m/px]
 LARGE_PIXELS = 4096
-MARGIN = 0.5            # grass beyond the outermost border [m]
-SHIFT = 4               # fractional bits of OpenCV's polygon corners
+MARGIN = 0.5  # grass beyond the outermost border [m]
+SHIFT = 4  # fractional bits of OpenCV's polygon corners
 
 
 def extent(lane):
@@ -34,8 +35,9 @@ def whole_pixels(area):
     PyBullet's EGL renderer draws any other width as coloured stripes.
     """
     pixel = resolution(area)
-    rows, columns = (int(np.ceil(side / pixel - 1e-6))
-                     for side in (area[3] - area[2], area[1] - area[0]))
+    rows, columns = (
+        int(np.ceil(side / pixel - 1e-6)) for side in (area[3] - area[2], area[1] - area[0])
+    )
     columns = -(-columns // 4) * 4
     return (area[0], area[0] + columns * pixel, area[3] - rows * pixel, area[3]), (rows, columns)
 
@@ -56,8 +58,10 @@ def to_pixels(points, area):
 
 def _fill(image, polygons, area, colour):
     # OpenCV's integer corner positions are pixel centres, hence the half.
-    corners = [np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
-               for points in polygons]
+    corners = [
+        np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
+        for points in polygons
+    ]
     cv2.fillPoly(image, corners, colour, cv2.LINE_AA, SHIFT)
 
 
@@ -90,8 +94,9 @@ def cross_lines(lane, spec):
 
 def _noise(shape, generator, cell, strength):
     small = generator.standard_normal((shape[0] // cell + 2, shape[1] // cell + 2))
-    large = cv2.resize(small.astype(np.float32), (shape[1], shape[0]),
-                       interpolation=cv2.INTER_LINEAR)
+    large = cv2.resize(
+        small.astype(np.float32), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
+    )
     return large * strength
 
 
@@ -108,20 +113,24 @@ def paint(lane, spec):
     area, shape = whole_pixels(extent(lane))
     bgr = {name: tuple(rgb[::-1]) for name, rgb in spec.colours.items()}
     image = np.empty((*shape, 3), np.uint8)
-    image[:] = bgr['grass']
+    image[:] = bgr["grass"]
     # lines that would be thinner than a pixel and a half are drawn that wide
     least = 1.5 * resolution(area)
-    _fill(image, rings(lane_area(lane)), area, bgr['border'])
-    _fill(image, rings(lane_area(lane, max(spec.border_width, least))), area, bgr['asphalt'])
+    _fill(image, rings(lane_area(lane)), area, bgr["border"])
+    _fill(image, rings(lane_area(lane, max(spec.border_width, least))), area, bgr["asphalt"])
     line = max(spec.centre_line_width, least) / 2.0
     for piece in dashes(lane, spec):
         direction = np.gradient(piece, axis=0)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        _fill(image, [_strip(piece, direction[:, ::-1] * (-1.0, 1.0), -line, line)], area,
-              bgr['centre_line'])
+        _fill(
+            image,
+            [_strip(piece, direction[:, ::-1] * (-1.0, 1.0), -line, line)],
+            area,
+            bgr["centre_line"],
+        )
     if spec.start_line:
         for corners in cross_lines(lane, spec):
-            _fill(image, [corners], area, bgr['border'])
+            _fill(image, [corners], area, bgr["border"])
     generator = np.random.Generator(np.random.PCG64(spec.seed))
     grain = _noise(shape, generator, 2, 3.0) + _noise(shape, generator, 40, 2.5)
     return np.clip(image + grain[:, :, None], 0, 255).astype(np.uint8), area

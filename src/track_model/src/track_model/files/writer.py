@@ -1,4 +1,5 @@
 """A track's files: texture, ground mesh, walls, SDF model, SDF world, preview."""
+
 import os
 import pathlib
 
@@ -8,9 +9,9 @@ import numpy as np
 from track_model import geometry
 from track_model.files import texture
 
-SURROUNDINGS = 30.0     # plain grass beyond the picture [m]
+SURROUNDINGS = 30.0  # plain grass beyond the picture [m]
 
-GROUND_LINK = '''    <link name="ground">
+GROUND_LINK = """    <link name="ground">
       <collision name="plane">
         <geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
         <surface><friction><ode><mu>{mu:g}</mu><mu2>{mu:g}</mu2></ode></friction></surface>
@@ -19,13 +20,13 @@ GROUND_LINK = '''    <link name="ground">
         <geometry><mesh><uri>{uri}</uri></mesh></geometry>
       </visual>
     </link>
-'''
-WALL = '''      <{kind} name="wall_{index}">
+"""
+WALL = """      <{kind} name="wall_{index}">
         <pose>{x:.4f} {y:.4f} {z:.4f} 0 0 {yaw:.5f}</pose>
         <geometry><box><size>{length:.4f} {thickness:g} {height:g}</size></box></geometry>
 {extra}      </{kind}>
-'''
-WORLD = '''<?xml version="1.0"?>
+"""
+WORLD = """<?xml version="1.0"?>
 <sdf version="1.6">
   <world name="{name}">
     <physics type="ode">
@@ -36,7 +37,7 @@ WORLD = '''<?xml version="1.0"?>
     <include><uri>model://sun</uri></include>
 {model}  </world>
 </sdf>
-'''
+"""
 
 
 def ground_obj(area):
@@ -47,20 +48,26 @@ def ground_obj(area):
     """
     xs = (area[0] - SURROUNDINGS, area[0], area[1], area[1] + SURROUNDINGS)
     ys = (area[2] - SURROUNDINGS, area[2], area[3], area[3] + SURROUNDINGS)
-    lines = ['mtllib track.mtl', 'o track', 'usemtl track', 'vn 0 0 1', 'vt 0.002 0.002']
+    lines = ["mtllib track.mtl", "o track", "usemtl track", "vn 0 0 1", "vt 0.002 0.002"]
     faces = []
     for i in range(3):
         for j in range(3):
-            corners = ((xs[i], ys[j]), (xs[i + 1], ys[j]), (xs[i + 1], ys[j + 1]),
-                       (xs[i], ys[j + 1]))
+            corners = (
+                (xs[i], ys[j]),
+                (xs[i + 1], ys[j]),
+                (xs[i + 1], ys[j + 1]),
+                (xs[i], ys[j + 1]),
+            )
             first = 4 * len(faces) // 2 + 1
-            lines += ['v %.5f %.5f 0' % corner for corner in corners]
+            lines += ["v {:.5f} {:.5f} 0".format(*corner) for corner in corners]
             # Only the middle tile shows the picture; the others repeat its grassy corner.
             uv = (2, 3, 4, 5) if i == j == 1 else (1, 1, 1, 1)
-            faces += ['f ' + ' '.join('%d/%d/1' % (first + k, uv[k]) for k in order)
-                      for order in ((0, 1, 2), (0, 2, 3))]
-    lines += ['vt 0 0', 'vt 1 0', 'vt 1 1', 'vt 0 1']
-    return '\n'.join(lines + faces) + '\n'
+            faces += [
+                "f " + " ".join(f"{first + k}/{uv[k]}/1" for k in order)
+                for order in ((0, 1, 2), (0, 2, 3))
+            ]
+    lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    return "\n".join(lines + faces) + "\n"
 
 
 def wall_boxes(lane, spec):
@@ -70,36 +77,52 @@ def wall_boxes(lane, spec):
         line = lane.edge(side, -away)
         # An inner wall behind a tight bend folds over: leave out what came too close to the lane.
         reach = np.minimum(lane.left, lane.right) if spec.imported else sides
-        near = (np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
-                < reach[None, ::4] + away - 0.02).any(axis=1)
+        near = (
+            np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
+            < reach[None, ::4] + away - 0.02
+        ).any(axis=1)
         if np.count_nonzero(~near) < 2:
-            continue        # there is no room for a wall on this side
+            continue  # there is no room for a wall on this side
         corners = cv2.approxPolyDP((line * 1000.0).astype(np.int32)[~near], 10, lane.closed)
         corners = corners[:, 0].astype(float) / 1000.0
         ends = np.roll(corners, -1, axis=0) if lane.closed else corners[1:]
         for a, b in zip(corners, ends):
-            yield ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0,
-                   float(np.arctan2(b[1] - a[1], b[0] - a[0])),
-                   float(np.hypot(*(b - a))) + spec.walls.thickness / 2.0)
+            yield (
+                (a[0] + b[0]) / 2.0,
+                (a[1] + b[1]) / 2.0,
+                float(np.arctan2(b[1] - a[1], b[0] - a[0])),
+                float(np.hypot(*(b - a))) + spec.walls.thickness / 2.0,
+            )
 
 
 def model_sdf(lane, spec, directory):
     """Return the `<model name="track">` element; mesh URIs point into a directory."""
     text = '  <model name="track">\n    <static>true</static>\n'
-    uri = pathlib.Path(directory, 'track.obj').as_uri()
+    uri = pathlib.Path(directory, "track.obj").as_uri()
     text += GROUND_LINK.format(mu=spec.friction, uri=uri)
     if spec.walls.enabled:
-        colour = ' '.join('%.3f' % (channel / 255.0) for channel in spec.colours['wall'])
-        paint = '        <material><ambient>%s 1</ambient><diffuse>%s 1</diffuse></material>\n' % (
-            colour, colour)
+        colour = " ".join("%.3f" % (channel / 255.0) for channel in spec.colours["wall"])
+        paint = (
+            f"        <material><ambient>{colour} 1</ambient>"
+            f"<diffuse>{colour} 1</diffuse></material>\n"
+        )
         text += '    <link name="walls">\n'
         for index, (x, y, yaw, length) in enumerate(wall_boxes(lane, spec)):
-            for kind, extra in (('collision', ''), ('visual', paint)):
-                text += WALL.format(kind=kind, index=index, x=x, y=y, z=spec.walls.height / 2.0,
-                                    yaw=yaw, length=length, thickness=spec.walls.thickness,
-                                    height=spec.walls.height, extra=extra)
-        text += '    </link>\n'
-    return text + '  </model>\n'
+            for kind, extra in (("collision", ""), ("visual", paint)):
+                text += WALL.format(
+                    kind=kind,
+                    index=index,
+                    x=x,
+                    y=y,
+                    z=spec.walls.height / 2.0,
+                    yaw=yaw,
+                    length=length,
+                    thickness=spec.walls.thickness,
+                    height=spec.walls.height,
+                    extra=extra,
+                )
+        text += "    </link>\n"
+    return text + "  </model>\n"
 
 
 def preview(image, area):
@@ -115,8 +138,16 @@ def preview(image, area):
     cv2.arrowedLine(small, at(0, 0), at(0, 0.6), (80, 255, 80), 2, cv2.LINE_AA, 0, 0.3)
     x, y = area[0] + 0.2, area[2] + 0.15
     cv2.line(small, at(x, y), at(x + 1.0, y), (255, 255, 255), 2)
-    cv2.putText(small, '1 m', at(x + 0.35, y + 0.08), cv2.FONT_HERSHEY_SIMPLEX, 0.45,
-                (255, 255, 255), 1, cv2.LINE_AA)
+    cv2.putText(
+        small,
+        "1 m",
+        at(x + 0.35, y + 0.08),
+        cv2.FONT_HERSHEY_SIMPLEX,
+        0.45,
+        (255, 255, 255),
+        1,
+        cv2.LINE_AA,
+    )
     return small
 
 
@@ -135,14 +166,14 @@ def write(spec, directory, final):
     image, area = texture.paint(lane, spec)
     model = model_sdf(lane, spec, final)
     texts = {
-        'track.obj': ground_obj(area),
-        'track.mtl': 'newmtl track\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd track.png\n',
-        'track.sdf': '<?xml version="1.0"?>\n<sdf version="1.6">\n%s</sdf>\n' % model,
-        'track.world': WORLD.format(name='track_world', model=model),
+        "track.obj": ground_obj(area),
+        "track.mtl": "newmtl track\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd track.png\n",
+        "track.sdf": f'<?xml version="1.0"?>\n<sdf version="1.6">\n{model}</sdf>\n',
+        "track.world": WORLD.format(name="track_world", model=model),
     }
     for name, text in texts.items():
-        with open(os.path.join(directory, name), 'w', encoding='utf-8') as stream:
+        with open(os.path.join(directory, name), "w", encoding="utf-8") as stream:
             stream.write(text)
-    for name, picture in (('track.png', image), ('preview.png', preview(image, area))):
+    for name, picture in (("track.png", image), ("preview.png", preview(image, area))):
         if not cv2.imwrite(os.path.join(directory, name), picture):
-            raise OSError('cannot write %s' % os.path.join(directory, name))
+            raise OSError(f"cannot write {os.path.join(directory, name)}")

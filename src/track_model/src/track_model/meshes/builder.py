@@ -1,4 +1,5 @@
 """Closed solids put together from quads: lofts, lathes, arches; written as Wavefront OBJ."""
+
 import numpy as np
 
 
@@ -15,8 +16,11 @@ class Mesh:
     def add(self, faces):
         """Add one closed solid; its faces are turned outwards together if they point inwards."""
         faces = [np.asarray(face, dtype=float) for face in faces]
-        volume = sum(np.dot(face[0], np.cross(face[i], face[i + 1])) / 6.0
-                     for face in faces for i in range(1, len(face) - 1))
+        volume = sum(
+            np.dot(face[0], np.cross(face[i], face[i + 1])) / 6.0
+            for face in faces
+            for i in range(1, len(face) - 1)
+        )
         self.faces += [face[::-1] for face in faces] if volume < 0.0 else faces
 
     def add_mirrored(self, faces):
@@ -41,22 +45,33 @@ class Mesh:
             if length < 1e-12:
                 continue
             n = normals.setdefault(_text(normal / length, 3), len(normals) + 1)
-            corners = [positions.setdefault(_text(corner, 5), len(positions) + 1)
-                       for corner in face]
+            corners = [
+                positions.setdefault(_text(corner, 5), len(positions) + 1) for corner in face
+            ]
             # PyBullet's loader wants triangles.
             for i in range(1, len(corners) - 1):
                 triangle = (corners[0], corners[i], corners[i + 1])
                 if len(set(triangle)) == 3:
-                    lines.append('f ' + ' '.join('%d//%d' % (corner, n) for corner in triangle))
-        return '\n'.join(['# made by track_model make_meshes', 'mtllib ' + name + '.mtl',
-                          'o ' + name, 'usemtl ' + name]
-                         + ['v ' + text for text in positions]
-                         + ['vn ' + text for text in normals] + lines) + '\n'
+                    lines.append("f " + " ".join(f"{corner}//{n}" for corner in triangle))
+        return (
+            "\n".join(
+                [
+                    "# made by track_model make_meshes",
+                    "mtllib " + name + ".mtl",
+                    "o " + name,
+                    "usemtl " + name,
+                ]
+                + ["v " + text for text in positions]
+                + ["vn " + text for text in normals]
+                + lines
+            )
+            + "\n"
+        )
 
 
 def _text(vector, digits):
     # Adding 0.0 turns -0.0 into 0.0.
-    return ' '.join('%g' % (round(float(value), digits) + 0.0) for value in vector)
+    return " ".join("%g" % (round(float(value), digits) + 0.0) for value in vector)
 
 
 def loft(sections):
@@ -67,8 +82,11 @@ def loft(sections):
     """
     sections = np.asarray(sections, dtype=float)
     count = sections.shape[1]
-    faces = [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
-             for a, b in zip(sections[:-1], sections[1:]) for i in range(count)]
+    faces = [
+        (a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
+        for a, b in zip(sections[:-1], sections[1:])
+        for i in range(count)
+    ]
     for cap, order in ((sections[0], -1), (sections[-1], 1)):
         centre = cap.mean(axis=0)
         ring = cap[::order]
@@ -92,8 +110,11 @@ def ring(sections):
     """Return the faces of a tube through closed sections whose last joins the first."""
     sections = np.asarray(sections, dtype=float)
     count = sections.shape[1]
-    return [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
-            for a, b in zip(sections, np.roll(sections, -1, axis=0)) for i in range(count)]
+    return [
+        (a[i], a[(i + 1) % count], b[(i + 1) % count], b[i])
+        for a, b in zip(sections, np.roll(sections, -1, axis=0))
+        for i in range(count)
+    ]
 
 
 def lathe(profile, steps):
@@ -120,8 +141,16 @@ def arch(centre, inner, outer, start, stop, y_inner, y_outer, steps):
     sections = []
     for a in np.linspace(start, stop, steps + 1):
         direction = np.array((np.cos(a), np.sin(a)))
-        sections.append([(*(np.array(centre) + radius * direction), y)
-                         for radius, y in ((inner, y_inner), (inner, y_outer),
-                                           (outer - 0.002, y_outer), (outer, y_outer - 0.004),
-                                           (outer, y_inner))])
+        sections.append(
+            [
+                (*(np.array(centre) + radius * direction), y)
+                for radius, y in (
+                    (inner, y_inner),
+                    (inner, y_outer),
+                    (outer - 0.002, y_outer),
+                    (outer, y_outer - 0.004),
+                    (outer, y_inner),
+                )
+            ]
+        )
     return loft(np.array(sections)[:, :, (0, 2, 1)])

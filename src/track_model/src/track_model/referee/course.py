@@ -1,10 +1,11 @@
 """A lane as a course: where along it and how far beside it a point is."""
+
 import numpy as np
 
 from track_model import geometry
 from track_model.region import Inside, lane_area
 
-WINDOW = 1.0        # arc length around the last place that is searched first [m]
+WINDOW = 1.0  # arc length around the last place that is searched first [m]
 
 
 class Course:
@@ -41,11 +42,16 @@ class Course:
             pick = np.arange(len(chords))
         else:
             reach = int(WINDOW / lengths[0]) + 1
-            centre = int(np.searchsorted(self._along, near % self.length if self.closed
-                                         else np.clip(near, 0, self.length)))
+            centre = int(
+                np.searchsorted(
+                    self._along,
+                    near % self.length if self.closed else np.clip(near, 0, self.length),
+                )
+            )
             pick = np.arange(centre - reach, centre + reach)
-            pick = pick % len(chords) if self.closed \
-                else np.unique(np.clip(pick, 0, len(chords) - 1))
+            pick = (
+                pick % len(chords) if self.closed else np.unique(np.clip(pick, 0, len(chords) - 1))
+            )
         offset = point - start[pick]
         share = np.sum(offset * chords[pick], axis=1) / lengths[pick] ** 2
         low = np.zeros(len(pick))
@@ -58,8 +64,10 @@ class Course:
         best = int(np.argmin(gap))
         k = int(pick[best])
         left = chords[k, 0] * offset[best, 1] - chords[k, 1] * offset[best, 0]
-        return (float(self._along[k] + share[best] * lengths[k]),
-                float(np.copysign(gap[best], left)))
+        return (
+            float(self._along[k] + share[best] * lengths[k]),
+            float(np.copysign(gap[best], left)),
+        )
 
     def difference(self, s, before):
         """Return the signed way [m] from one arc length to another, the short way round."""
@@ -69,7 +77,7 @@ class Course:
     def pose(self, s):
         """Return (x, y, yaw) of the centreline at an arc length [m]."""
         at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
-        k = min(int(np.searchsorted(self._along, at, side='right')) - 1, len(self._chords) - 1)
+        k = min(int(np.searchsorted(self._along, at, side="right")) - 1, len(self._chords) - 1)
         x, y = self._ends[k] + (at - self._along[k]) / self._lengths[k] * self._chords[k]
         tangents = geometry.tangents(self.lane.curve, self.closed)
         step = self.lane.curve.shape[0]

@@ -1,4 +1,5 @@
 """What rviz shows of a run: the lane, centreline, driven path, progress text."""
+
 import math
 import threading
 
@@ -7,9 +8,9 @@ from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Path
 from visualization_msgs.msg import Marker
 
-SPACING = 0.05      # of the driven path's poses [m]
-LONGEST = 4000      # poses of the driven path that are kept
-RATE = 5.0          # of path and text [Hz] of simulated time
+SPACING = 0.05  # of the driven path's poses [m]
+LONGEST = 4000  # poses of the driven path that are kept
+RATE = 5.0  # of path and text [Hz] of simulated time
 
 
 def pose_stamped(x, y, yaw):
@@ -22,13 +23,14 @@ def pose_stamped(x, y, yaw):
 
 def lane_marker(lane, frame):
     """The lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
-    marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns='lane')
+    marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns="lane")
     marker.header.frame_id = frame
     marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     marker.color.r = marker.color.g = marker.color.b = 0.6
     marker.color.a = 1.0
-    left, right = ([Point(float(x), float(y), -0.002) for x, y in lane.edge(side)]
-                   for side in (1, -1))
+    left, right = (
+        [Point(float(x), float(y), -0.002) for x, y in lane.edge(side)] for side in (1, -1)
+    )
     for k in range(len(left) if lane.closed else len(left) - 1):
         after = (k + 1) % len(left)
         marker.points += [left[k], right[k], left[after], left[after], right[k], right[after]]
@@ -50,10 +52,10 @@ class Display:
         self._driven = Path()
         self._driven.header.frame_id = frame
         self._due = 0.0
-        self._centreline = rospy.Publisher('~centreline', Path, queue_size=1, latch=True)
-        self._path = rospy.Publisher('~driven', Path, queue_size=1, latch=True)
-        self._text = rospy.Publisher('~text', Marker, queue_size=1)
-        self._lane = rospy.Publisher('~lane', Marker, queue_size=1, latch=True)
+        self._centreline = rospy.Publisher("~centreline", Path, queue_size=1, latch=True)
+        self._path = rospy.Publisher("~driven", Path, queue_size=1, latch=True)
+        self._text = rospy.Publisher("~text", Marker, queue_size=1)
+        self._lane = rospy.Publisher("~lane", Marker, queue_size=1, latch=True)
         self._lane.publish(lane_marker(lane, frame))
         line = Path()
         line.header.frame_id = frame
@@ -76,7 +78,7 @@ class Display:
         with self._lock:
             poses = self._driven.poses
             if poses and now < poses[-1].header.stamp.to_sec():
-                poses.clear()       # the simulation was reset
+                poses.clear()  # the simulation was reset
             last = poses[-1].pose.position if poses else None
             if last is None or math.dist((last.x, last.y), pose[:2]) >= SPACING:
                 poses.append(pose_stamped(*pose))
@@ -91,17 +93,20 @@ class Display:
         self._text.publish(self._marker(stamp, pose, status))
 
     def _marker(self, stamp, pose, status):
-        marker = Marker(type=Marker.TEXT_VIEW_FACING, action=Marker.ADD, ns='referee')
+        marker = Marker(type=Marker.TEXT_VIEW_FACING, action=Marker.ADD, ns="referee")
         marker.header.stamp, marker.header.frame_id = stamp, self._frame
         marker.pose.position.x, marker.pose.position.y = pose[0], pose[1]
         marker.pose.position.z = 0.6
         marker.pose.orientation.w = 1.0
         marker.scale.z = 0.14
         marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0
-        lines = ['lap %d  %.0f %%  %.1f s' % (status.laps + 1, status.progress, status.lap_time)]
+        lines = [f"lap {status.laps + 1}  {status.progress:.0f} %  {status.lap_time:.1f} s"]
         if status.best_lap_time:
-            lines.append('best %.2f s' % status.best_lap_time)
-        lines += [name.replace('_', ' ') for name in ('off_track', 'wrong_way', 'stuck', 'crashed')
-                  if getattr(status, name)]
-        marker.text = '\n'.join(lines)
+            lines.append(f"best {status.best_lap_time:.2f} s")
+        lines += [
+            name.replace("_", " ")
+            for name in ("off_track", "wrong_way", "stuck", "crashed")
+            if getattr(status, name)
+        ]
+        marker.text = "\n".join(lines)
         return marker

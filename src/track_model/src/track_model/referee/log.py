@@ -1,9 +1,23 @@
 """The referee's CSV file: one row per odometry message."""
+
 import csv
 import os
 
-COLUMNS = ('t', 'x', 'y', 'yaw', 'speed', 'arc_length', 'lateral_error', 'progress', 'laps',
-           'lap_time', 'penalty', 'wheels_off', 'events')
+COLUMNS = (
+    "t",
+    "x",
+    "y",
+    "yaw",
+    "speed",
+    "arc_length",
+    "lateral_error",
+    "progress",
+    "laps",
+    "lap_time",
+    "penalty",
+    "wheels_off",
+    "events",
+)
 
 
 class Log:
@@ -20,7 +34,7 @@ class Log:
         self._stream = self._writer = None
         if path:
             os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-            self._stream = open(path, 'w', newline='', encoding='utf-8')
+            self._stream = open(path, "w", newline="", encoding="utf-8")
             self._writer = csv.writer(self._stream)
             self._writer.writerow(COLUMNS)
 
@@ -34,13 +48,26 @@ class Log:
         """
         if self._writer is None:
             return
-        names = ('FL', 'FR', 'RL', 'RR')
-        off = ' '.join(name for name, gone in zip(names, status.wheels_off) if gone)
-        numbers = (status.time, *pose, status.speed, status.arc_length, status.lateral_error,
-                   status.progress)
-        self._writer.writerow([*('%.6f' % number for number in numbers), status.laps,
-                               '%.6f' % status.lap_time, '%g' % status.penalty, off,
-                               ' '.join(events)])
+        names = ("FL", "FR", "RL", "RR")
+        off = " ".join(name for name, gone in zip(names, status.wheels_off) if gone)
+        numbers = (
+            status.time,
+            *pose,
+            status.speed,
+            status.arc_length,
+            status.lateral_error,
+            status.progress,
+        )
+        self._writer.writerow(
+            [
+                *(f"{number:.6f}" for number in numbers),
+                status.laps,
+                f"{status.lap_time:.6f}",
+                f"{status.penalty:g}",
+                off,
+                " ".join(events),
+            ]
+        )
 
     def close(self):
         """Finish the file."""

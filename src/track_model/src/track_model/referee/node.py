@@ -1,4 +1,5 @@
 """The node `referee`: ground truth in, LapStatus, paths and a CSV out; puts the car back."""
+
 import math
 import sys
 import threading
@@ -19,7 +20,7 @@ from track_model.referee.referee import Referee, wall_polygons
 from track_model.referee.rules import Car, Rules
 from track_model.track import load_track
 
-SERVICE_TIMEOUT = 5.0       # wall time to wait for the simulator's service [s]
+SERVICE_TIMEOUT = 5.0  # wall time to wait for the simulator's service [s]
 
 
 def yaw_of(q):
@@ -33,8 +34,9 @@ def parameters(kind):
     Raises:
         ValueError: a value is not valid.
     """
-    return kind(**{field.name: rospy.get_param('~' + field.name, field.default)
-                   for field in fields(kind)})
+    return kind(
+        **{field.name: rospy.get_param("~" + field.name, field.default) for field in fields(kind)}
+    )
 
 
 class RefereeNode:
@@ -46,97 +48,101 @@ class RefereeNode:
     """
 
     def __init__(self):
-        track = load_track(str(rospy.get_param('~track', 'default')))
+        track = load_track(str(rospy.get_param("~track", "default")))
         rules, car = parameters(Rules), parameters(Car)
         walls = ()
         if track.spec.walls.enabled:
-            walls = wall_polygons(files.wall_boxes(track.lane, track.spec),
-                                  track.spec.walls.thickness)
+            walls = wall_polygons(
+                files.wall_boxes(track.lane, track.spec), track.spec.walls.thickness
+            )
         self._referee = Referee(Course(track.lane), walls, rules, car)
-        self._model = str(rospy.get_param('~model', 'racecar'))
-        self._log = Log(str(rospy.get_param('~csv', '')))
+        self._model = str(rospy.get_param("~model", "racecar"))
+        self._log = Log(str(rospy.get_param("~csv", "")))
         self._lock = threading.Lock()
         self._last_stamp = None
-        self._status = rospy.Publisher('~status', LapStatus, queue_size=50)
-        self._display = Display(track.lane, str(rospy.get_param('~frame', 'odom')))
-        self._move = rospy.ServiceProxy('/gazebo/set_model_state', SetModelState)
-        rospy.Service('~put_back', Trigger, self._put_back_asked)
-        rospy.Service('~restart', Trigger, self._restart_asked)
+        self._status = rospy.Publisher("~status", LapStatus, queue_size=50)
+        self._display = Display(track.lane, str(rospy.get_param("~frame", "odom")))
+        self._move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
+        rospy.Service("~put_back", Trigger, self._put_back_asked)
+        rospy.Service("~restart", Trigger, self._restart_asked)
         rospy.on_shutdown(self._log.close)
-        rospy.Subscriber('odom', Odometry, self._receive, queue_size=200)
+        rospy.Subscriber("odom", Odometry, self._receive, queue_size=200)
 
     def _receive(self, message):
         position, twist = message.pose.pose.position, message.twist.twist
         pose = (position.x, position.y, yaw_of(message.pose.pose.orientation))
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
-            rospy.logerr_throttle(1.0, 'referee: odometry holds %r; it is ignored' % (pose,))
+            rospy.logerr_throttle(1.0, f"referee: odometry holds {pose!r}; it is ignored")
             return
         if message.header.stamp == self._last_stamp:
             return
         self._last_stamp = message.header.stamp
         with self._lock:
-            status, events = self._referee.update(message.header.stamp.to_sec(), *pose,
-                                                  twist.linear.x)
+            status, events = self._referee.update(
+                message.header.stamp.to_sec(), *pose, twist.linear.x
+            )
             self._log.add(pose, status, events)
             self._publish(message.header, status)
         self._display.update(message.header.stamp, pose, status)
         for event in events:
             self._tell(event, status)
-        if self._referee.rules.auto_reset and {'off_track', 'crash', 'stuck'} & set(events):
+        if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
             threading.Thread(target=self._reset_car, daemon=True).start()
 
     def _publish(self, header, status):
-        message = LapStatus(**{name: getattr(status, name) for name in LapStatus.__slots__
-                               if name != 'header'})
+        message = LapStatus(
+            **{name: getattr(status, name) for name in LapStatus.__slots__ if name != "header"}
+        )
         message.header.stamp, message.header.frame_id = header.stamp, header.frame_id
         self._status.publish(message)
 
     @staticmethod
     def _tell(event, status):
-        if event == 'lap':
-            rospy.loginfo('lap %d: %.3f s, penalties %g s', status.laps, status.last_lap_time,
-                          status.penalty)
-        elif event == 'start':
-            rospy.loginfo('the lap has started')
+        if event == "lap":
+            rospy.loginfo(
+                "lap %d: %.3f s, penalties %g s", status.laps, status.last_lap_time, status.penalty
+            )
+        elif event == "start":
+            rospy.loginfo("the lap has started")
         else:
-            rospy.logwarn('%s at %.2f m', event.replace('_', ' '), status.arc_length)
+            rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
     def _put_back(self):
         """Put the car on the centreline, standing; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
-        state = ModelState(model_name=self._model, reference_frame='world')
+        state = ModelState(model_name=self._model, reference_frame="world")
         state.pose.position.x, state.pose.position.y = x, y
         state.pose.orientation.z, state.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
             answer = self._move(state)
         except (rospy.ROSException, rospy.ServiceException) as error:
-            return 'no answer from %s: %s' % (self._move.resolved_name, error)
-        return '' if answer.success else answer.status_message
+            return f"no answer from {self._move.resolved_name}: {error}"
+        return "" if answer.success else answer.status_message
 
     def _reset_car(self):
         error = self._put_back()
         if error:
-            rospy.logerr('referee: the car is not put back: %s', error)
+            rospy.logerr("referee: the car is not put back: %s", error)
 
     def _put_back_asked(self, _):
         error = self._put_back()
-        return TriggerResponse(success=not error, message=error or 'put on the centreline')
+        return TriggerResponse(success=not error, message=error or "put on the centreline")
 
     def _restart_asked(self, _):
         with self._lock:
             self._referee.restart()
         self._display.clear()
-        return TriggerResponse(success=True, message='laps and penalties are 0')
+        return TriggerResponse(success=True, message="laps and penalties are 0")
 
 
 def main():
     """Run the node until ROS shuts down."""
-    rospy.init_node('referee')
+    rospy.init_node("referee")
     try:
         RefereeNode()
     except (ValueError, OSError) as error:
-        rospy.logfatal('referee cannot start: %s', error)
+        rospy.logfatal("referee cannot start: %s", error)
         sys.exit(1)
     rospy.spin()

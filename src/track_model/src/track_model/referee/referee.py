@@ -1,4 +1,5 @@
 """The referee's logic: from poses over time to laps, progress and offences. No ROS."""
+
 import math
 from dataclasses import dataclass, replace
 
@@ -9,8 +10,8 @@ from shapely.prepared import prep
 
 from track_model.referee.rules import Car, Rules
 
-MOVING = 0.02       # speed that counts as moving [m/s]
-JUMP = 0.25         # way between two poses that no car drives [m]
+MOVING = 0.02  # speed that counts as moving [m/s]
+JUMP = 0.25  # way between two poses that no car drives [m]
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,11 @@ def wall_polygons(boxes, thickness):
     for x, y, yaw, length in boxes:
         along = np.array((math.cos(yaw), math.sin(yaw))) * length / 2.0
         across = np.array((-math.sin(yaw), math.cos(yaw))) * thickness / 2.0
-        polygons.append(Polygon([(x, y) + a * along + b * across
-                                 for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]))
+        polygons.append(
+            Polygon(
+                [(x, y) + a * along + b * across for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+            )
+        )
     return polygons
 
 
@@ -65,11 +69,11 @@ class Referee:
     def restart(self):
         """Forget the run, as after a reset of the simulation."""
         self.status = Status()
-        self._before = None         # (time, x, y, arc length)
+        self._before = None  # (time, x, y, arc length)
         self._standing = False
-        self._lap_start = None      # time [s]
-        self._way = self._best_way = 0.0    # along the course since the first start [m]
-        self._lap_way = 0.0         # of it, before this lap
+        self._lap_start = None  # time [s]
+        self._way = self._best_way = 0.0  # along the course since the first start [m]
+        self._lap_way = 0.0  # of it, before this lap
         self._stuck_since = self._stuck_way = None
 
     def update(self, time, x, y, yaw, speed):
@@ -88,7 +92,7 @@ class Referee:
             self.restart()
         s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
         if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
-            s, lateral = self.course.project(x, y)      # it was put somewhere else
+            s, lateral = self.course.project(x, y)  # it was put somewhere else
             self._before = None
         if self._before is None:
             self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
@@ -97,26 +101,39 @@ class Referee:
         self._before = (time, x, y, s)
         turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = ~self.course.contains(np.array(self.car.wheels) @ turn.T + (x, y))
-        off = bool(wheels.all() if self.rules.off_track == 'all' else wheels.any())
+        off = bool(wheels.all() if self.rules.off_track == "all" else wheels.any())
         crashed = self._touches(np.array(self.car.corners) @ turn.T + (x, y))
         old = self.status
         penalty = old.penalty
         for name, now, was, cost in (
-                ('off_track', off, old.off_track, self.rules.off_track_penalty),
-                ('crash', crashed, old.crashed, self.rules.collision_penalty)):
+            ("off_track", off, old.off_track, self.rules.off_track_penalty),
+            ("crash", crashed, old.crashed, self.rules.collision_penalty),
+        ):
             if now and not was:
                 events.append(name)
                 penalty += cost
         wrong, stuck = self._judge_way(time)
-        events += ['wrong_way'] * (wrong and not old.wrong_way) + ['stuck'] * (
-            stuck and not old.stuck)
+        events += ["wrong_way"] * (wrong and not old.wrong_way) + ["stuck"] * (
+            stuck and not old.stuck
+        )
         running = self._lap_start is not None
         self.status = replace(
-            old, time=time, arc_length=s, lateral_error=lateral, speed=speed, distance=self._way,
-            progress=self._progress() if running else 0.0, running=running,
-            lap_time=time - self._lap_start if running else 0.0, penalty=penalty,
-            wheels_off=tuple(map(bool, wheels)), off_track=off, wrong_way=wrong, stuck=stuck,
-            crashed=crashed)
+            old,
+            time=time,
+            arc_length=s,
+            lateral_error=lateral,
+            speed=speed,
+            distance=self._way,
+            progress=self._progress() if running else 0.0,
+            running=running,
+            lap_time=time - self._lap_start if running else 0.0,
+            penalty=penalty,
+            wheels_off=tuple(map(bool, wheels)),
+            off_track=off,
+            wrong_way=wrong,
+            stuck=stuck,
+            crashed=crashed,
+        )
         return self.status, events
 
     def _progress(self):
@@ -136,8 +153,9 @@ class Referee:
         elif crossing is not None and self._lap_start is None and not self.status.laps:
             self._start(crossing, events)
         if not self.course.closed and self._lap_start is not None:
-            finish = self._crossing(self.course.length, before_time, before_x, before_y, time, x,
-                                    y, step)
+            finish = self._crossing(
+                self.course.length, before_time, before_x, before_y, time, x, y, step
+            )
             if finish is not None:
                 self._finish(finish, events)
                 self._lap_start = None
@@ -168,14 +186,18 @@ class Referee:
         self._lap_start = time
         self._way = self._best_way = self._lap_way = 0.0
         self._standing = False
-        events.append('start')
+        events.append("start")
 
     def _finish(self, time, events):
         lap = time - self._lap_start
         best = self.status.best_lap_time
-        self.status = replace(self.status, laps=self.status.laps + 1, last_lap_time=lap,
-                              best_lap_time=min(best, lap) if best else lap)
-        events.append('lap')
+        self.status = replace(
+            self.status,
+            laps=self.status.laps + 1,
+            last_lap_time=lap,
+            best_lap_time=min(best, lap) if best else lap,
+        )
+        events.append("lap")
 
     def _touches(self, corners):
         return self._walls is not None and self._walls.intersects(Polygon(corners))
@@ -187,8 +209,10 @@ class Referee:
             return False, False
         self._best_way = max(self._best_way, self._way)
         wrong = self._best_way - self._way > self.rules.wrong_way_distance
-        if self._stuck_since is None \
-                or abs(self._way - self._stuck_way) > self.rules.stuck_distance:
+        if (
+            self._stuck_since is None
+            or abs(self._way - self._stuck_way) > self.rules.stuck_distance
+        ):
             self._stuck_since, self._stuck_way = time, self._way
         return bool(wrong), bool(time - self._stuck_since >= self.rules.stuck_time)
 

@@ -1,4 +1,5 @@
 """Rules and car of the referee: checked values."""
+
 import math
 from dataclasses import dataclass, fields
 
@@ -20,7 +21,7 @@ class Rules:
         auto_reset: put the car back on the track when it is off, crashed or stuck.
     """
 
-    off_track: str = 'all'
+    off_track: str = "all"
     off_track_penalty: float = 5.0
     collision_penalty: float = 5.0
     stuck_time: float = 5.0
@@ -30,16 +31,19 @@ class Rules:
     auto_reset: bool = False
 
     def __post_init__(self):
-        if self.off_track not in ('all', 'one'):
+        if self.off_track not in ("all", "one"):
             raise ValueError(f"off_track is '{self.off_track}', must be all or one")
         if not isinstance(self.auto_reset, bool):
-            raise ValueError(f'auto_reset is {self.auto_reset!r}, must be true or false')
+            raise ValueError(f"auto_reset is {self.auto_reset!r}, must be true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(field.default, float) and not (
-                    isinstance(value, (int, float)) and not isinstance(value, bool)
-                    and math.isfinite(value) and value >= 0):
-                raise ValueError(f'{field.name} is {value!r}, must be a number of 0 or more')
+                isinstance(value, (int, float))
+                and not isinstance(value, bool)
+                and math.isfinite(value)
+                and value >= 0
+            ):
+                raise ValueError(f"{field.name} is {value!r}, must be a number of 0 or more")
 
 
 @dataclass(frozen=True)
@@ -64,11 +68,19 @@ class Car:
     @property
     def wheels(self):
         """((x, y), ...) of front left, front right, rear left, rear right."""
-        return ((self.front, self.front_half_track), (self.front, -self.front_half_track),
-                (self.rear, self.rear_half_track), (self.rear, -self.rear_half_track))
+        return (
+            (self.front, self.front_half_track),
+            (self.front, -self.front_half_track),
+            (self.rear, self.rear_half_track),
+            (self.rear, -self.rear_half_track),
+        )
 
     @property
     def corners(self):
         """((x, y), ...) of the outline, counter-clockwise."""
-        return ((self.nose, self.half_width), (self.tail, self.half_width),
-                (self.tail, -self.half_width), (self.nose, -self.half_width))
+        return (
+            (self.nose, self.half_width),
+            (self.tail, self.half_width),
+            (self.tail, -self.half_width),
+            (self.nose, -self.half_width),
+        )

@@ -1,15 +1,17 @@
 """Configuration of diff_drive_controller and ackermann_steering_controller."""
 
 from dataclasses import dataclass
-from typing import Tuple
 
 from bullet_sim.controllers.drive.geometry import joint_position, wheel_radius
-from bullet_sim.errors import ControllerError
-from bullet_sim.controllers.settings import as_number
 from bullet_sim.controllers.drive.speed_limiter import SpeedLimiter, parse_limiter
+from bullet_sim.controllers.settings import as_number
+from bullet_sim.errors import ControllerError
 
-_WITHOUT_EFFECT = ('publish_wheel_joint_controller_state', 'preserve_turning_radius',
-                   'publish_joint_trajectory_controller_state')
+_WITHOUT_EFFECT = (
+    "publish_wheel_joint_controller_state",
+    "preserve_turning_radius",
+    "publish_joint_trajectory_controller_state",
+)
 
 
 @dataclass(frozen=True)
@@ -34,41 +36,43 @@ class DriveConfig:
         pose_covariance, twist_covariance: six diagonal elements each.
     """
 
-    left: Tuple[str, ...]
-    right: Tuple[str, ...]
+    left: tuple[str, ...]
+    right: tuple[str, ...]
     separation: float
-    radii: Tuple[float, float]
+    radii: tuple[float, float]
     steer_multiplier: float = 1.0
     linear: SpeedLimiter = SpeedLimiter()
     angular: SpeedLimiter = SpeedLimiter()
     timeout: float = 0.5
     open_loop: bool = False
     window: int = 10
-    base_frame: str = 'base_link'
-    odom_frame: str = 'odom'
+    base_frame: str = "base_link"
+    odom_frame: str = "odom"
     publish_tf: bool = True
     publish_command: bool = False
     single_publisher: bool = False
-    pose_covariance: Tuple[float, ...] = (0.0,) * 6
-    twist_covariance: Tuple[float, ...] = (0.0,) * 6
+    pose_covariance: tuple[float, ...] = (0.0,) * 6
+    twist_covariance: tuple[float, ...] = (0.0,) * 6
 
 
 def _common(settings):
     values = {
-        'linear': parse_limiter(settings.block('linear', 'x')),
-        'angular': parse_limiter(settings.block('angular', 'z')),
-        'timeout': settings.number('cmd_vel_timeout', 0.5),
-        'open_loop': settings.flag('open_loop', False),
-        'window': int(settings.number('velocity_rolling_window_size', 10, above=0)),
-        'base_frame': settings.text('base_frame_id', 'base_link'),
-        'odom_frame': settings.text('odom_frame_id', 'odom'),
-        'publish_tf': settings.flag('enable_odom_tf', True),
-        'publish_command': settings.flag('publish_cmd', False),
-        'single_publisher': not settings.flag('allow_multiple_cmd_vel_publishers', True),
-        'pose_covariance': _diagonal(settings, 'pose_covariance_diagonal'),
-        'twist_covariance': _diagonal(settings, 'twist_covariance_diagonal')}
-    notes = tuple(f"{settings.what}: {key} has no effect here"
-                  for key in settings.ignore(*_WITHOUT_EFFECT))
+        "linear": parse_limiter(settings.block("linear", "x")),
+        "angular": parse_limiter(settings.block("angular", "z")),
+        "timeout": settings.number("cmd_vel_timeout", 0.5),
+        "open_loop": settings.flag("open_loop", False),
+        "window": int(settings.number("velocity_rolling_window_size", 10, above=0)),
+        "base_frame": settings.text("base_frame_id", "base_link"),
+        "odom_frame": settings.text("odom_frame_id", "odom"),
+        "publish_tf": settings.flag("enable_odom_tf", True),
+        "publish_command": settings.flag("publish_cmd", False),
+        "single_publisher": not settings.flag("allow_multiple_cmd_vel_publishers", True),
+        "pose_covariance": _diagonal(settings, "pose_covariance_diagonal"),
+        "twist_covariance": _diagonal(settings, "twist_covariance_diagonal"),
+    }
+    notes = tuple(
+        f"{settings.what}: {key} has no effect here" for key in settings.ignore(*_WITHOUT_EFFECT)
+    )
     return values, notes
 
 
@@ -76,8 +80,9 @@ def _diagonal(settings, key):
     value = settings.get(key, [0.0] * 6)
     numbers = [as_number(v) for v in value] if isinstance(value, list) else []
     if len(numbers) != 6 or any(number is None or number < 0 for number in numbers):
-        raise ControllerError(f'{settings.what} has {key} {value!r}, must be six numbers, none '
-                              'below 0')
+        raise ControllerError(
+            f"{settings.what} has {key} {value!r}, must be six numbers, none below 0"
+        )
     return tuple(numbers)
 
 
@@ -85,8 +90,9 @@ def _wheels(settings, key):
     value = settings.get(key)
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) and name for name in names):
-        raise ControllerError(f'{settings.what} has {key} {value!r}, must be a joint name or a '
-                              'list of them')
+        raise ControllerError(
+            f"{settings.what} has {key} {value!r}, must be a joint name or a list of them"
+        )
     return tuple(names)
 
 
@@ -98,7 +104,7 @@ def _size(settings, key, measure):
     try:
         return measure()
     except ControllerError as error:
-        raise ControllerError(f'{settings.what} has no {key}, and {error}') from None
+        raise ControllerError(f"{settings.what} has no {key}, and {error}") from None
 
 
 def parse_diff(settings, description):
@@ -114,40 +120,54 @@ def parse_diff(settings, description):
     Raises:
         ControllerError: names the key, the value and what is valid.
     """
-    left, right = _wheels(settings, 'left_wheel'), _wheels(settings, 'right_wheel')
+    left, right = _wheels(settings, "left_wheel"), _wheels(settings, "right_wheel")
     if len(left) != len(right):
-        raise ControllerError(f'{settings.what} has {len(left)} left and {len(right)} right '
-                              'wheels, must be as many')
-    both = settings.number('wheel_radius_multiplier', 1.0, above=0.0)
-    radius = _size(settings, 'wheel_radius', lambda: wheel_radius(description, left[0]))
-    separation = _size(settings, 'wheel_separation', lambda: _distance(
-        description, left[0], right[0]))
+        raise ControllerError(
+            f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as many"
+        )
+    both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
+    radius = _size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
+    separation = _size(
+        settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
+    )
     values, notes = _common(settings)
     drive = DriveConfig(
-        left, right,
-        separation * settings.number('wheel_separation_multiplier', 1.0, above=0.0),
-        tuple(radius * settings.number(f'{side}_wheel_radius_multiplier', both, above=0.0)
-              for side in ('left', 'right')), **values)
-    return drive, (('velocity', left + right),), notes
+        left,
+        right,
+        separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
+        tuple(
+            radius * settings.number(f"{side}_wheel_radius_multiplier", both, above=0.0)
+            for side in ("left", "right")
+        ),
+        **values,
+    )
+    return drive, (("velocity", left + right),), notes
 
 
 def parse_ackermann(settings, description):
     """Configuration of an ackermann_steering_controller; see parse_diff."""
-    rear = settings.text('rear_wheel', 'rear_wheel_joint')
-    front = settings.text('front_steer', 'front_steer_joint')
-    radius = _size(settings, 'wheel_radius', lambda: wheel_radius(description, rear))
-    separation = _size(settings, 'wheel_separation_h', lambda: abs(
-        joint_position(description, front)[0] - joint_position(description, rear)[0]))
+    rear = settings.text("rear_wheel", "rear_wheel_joint")
+    front = settings.text("front_steer", "front_steer_joint")
+    radius = _size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
+    separation = _size(
+        settings,
+        "wheel_separation_h",
+        lambda: abs(joint_position(description, front)[0] - joint_position(description, rear)[0]),
+    )
     values, notes = _common(settings)
     drive = DriveConfig(
-        (rear,), (front,),
-        separation * settings.number('wheel_separation_h_multiplier', 1.0, above=0.0),
-        (radius * settings.number('wheel_radius_multiplier', 1.0, above=0.0), radius),
-        steer_multiplier=settings.number('steer_pos_multiplier', 1.0), **values)
+        (rear,),
+        (front,),
+        separation * settings.number("wheel_separation_h_multiplier", 1.0, above=0.0),
+        (radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
+        steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
+        **values,
+    )
     if not drive.separation > 0:
-        raise ControllerError(f'{settings.what} has wheel_separation_h {separation}, must be '
-                              'above 0 [m]')
-    return drive, (('velocity', (rear,)), ('position', (front,))), notes
+        raise ControllerError(
+            f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
+        )
+    return drive, (("velocity", (rear,)), ("position", (front,))), notes
 
 
 def _distance(description, first, second):

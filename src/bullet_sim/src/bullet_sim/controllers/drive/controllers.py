@@ -2,8 +2,8 @@
 
 import math
 
-from bullet_sim.controllers.joint_control import Controller
 from bullet_sim.controllers.drive.odometry import Odometry
+from bullet_sim.controllers.joint_control import Controller
 
 
 class Drive(Controller):
@@ -28,8 +28,7 @@ class Drive(Controller):
     def start(self, time):
         """Brake, and count the odometry on from here."""
         self._forget()
-        self._positions = dict(zip(self.spec.joints,
-                                   self.hardware.positions_of(self.spec.joints)))
+        self._positions = dict(zip(self.spec.joints, self.hardware.positions_of(self.spec.joints)))
         self._time = time
         self.odometry.start(time)
         self._write_once(self._outputs(0.0, 0.0))
@@ -53,8 +52,12 @@ class Drive(Controller):
         drive = self.spec.drive
         wanted = self._wanted if self._age <= drive.timeout else (0.0, 0.0)
         self._age += period
-        now = tuple(limiter.limit(value, last, before, period) for limiter, value, last, before
-                    in zip((drive.linear, drive.angular), wanted, self.limited, self._before))
+        now = tuple(
+            limiter.limit(value, last, before, period)
+            for limiter, value, last, before in zip(
+                (drive.linear, drive.angular), wanted, self.limited, self._before
+            )
+        )
         self._before, self.limited = self.limited, now
         self._write_once(self._outputs(*now))
 
@@ -67,7 +70,8 @@ class Drive(Controller):
             positions = state[0]
             distance, turn = self._travelled(
                 {joint: positions[joint] - self._positions[joint] for joint in self.spec.joints},
-                positions)
+                positions,
+            )
             self._positions = {joint: positions[joint] for joint in self.spec.joints}
         self._time = time
         self.odometry.move(distance, turn, time)
@@ -89,16 +93,18 @@ class DiffDrive(Drive):
     def _write(self, outputs):
         drive = self.spec.drive
         self.hardware.velocities(
-            self.spec.joints,
-            (outputs[0],) * len(drive.left) + (outputs[1],) * len(drive.right))
+            self.spec.joints, (outputs[0],) * len(drive.left) + (outputs[1],) * len(drive.right)
+        )
 
     def _motion(self, linear, angular):
         return linear, angular
 
     def _travelled(self, turned, _):
         drive = self.spec.drive
-        left, right = (radius * math.fsum(turned[joint] for joint in joints) / len(joints)
-                       for radius, joints in zip(drive.radii, (drive.left, drive.right)))
+        left, right = (
+            radius * math.fsum(turned[joint] for joint in joints) / len(joints)
+            for radius, joints in zip(drive.radii, (drive.left, drive.right))
+        )
         return (left + right) / 2, (right - left) / drive.separation
 
 

@@ -32,7 +32,8 @@ def wheel_radius(description, name):
     """
     link = description.links[_joint(description, name).child]
     for shape in link.collisions:
-        if shape.geometry.kind in ('cylinder', 'sphere'):
+        if shape.geometry.kind in ("cylinder", "sphere"):
             return shape.geometry.size[0]
-    raise ControllerError(f"link '{link.name}' has no cylinder or sphere as its collision to "
-                          'take it from')
+    raise ControllerError(
+        f"link '{link.name}' has no cylinder or sphere as its collision to take it from"
+    )

@@ -3,9 +3,9 @@
 import collections
 import math
 
-MIN_PERIOD = 1e-4       # [s] shorter ones give no velocity
-STRAIGHT = 1e-6         # [rad] turn of one arc below which it counts as straight
-MAX_ARC = 1e12          # [m, rad] longest one that counts
+MIN_PERIOD = 1e-4  # [s] shorter ones give no velocity
+STRAIGHT = 1e-6  # [rad] turn of one arc below which it counts as straight
+MAX_ARC = 1e12  # [m, rad] longest one that counts
 
 
 class Odometry:

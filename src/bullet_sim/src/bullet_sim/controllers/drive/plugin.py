@@ -20,10 +20,10 @@ class WheelDrive:
 
     def restart(self):
         """At rest, odometry at zero."""
-        self._speeds = np.zeros(2)      # of the rims, left and right [m/s]
+        self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
         self._angles = None
-        self._place = np.zeros(3)       # x, y [m], yaw [rad]
-        self._twist = np.zeros(2)       # forward [m/s], left turn [rad/s]
+        self._place = np.zeros(3)  # x, y [m], yaw [rad]
+        self._twist = np.zeros(2)  # forward [m/s], left turn [rad/s]
 
     def wheel_speeds(self, forward, turn, elapsed):
         """Speeds [rad/s] of the left and the right wheels.

@@ -54,16 +54,19 @@ def parse_limiter(settings):
         ControllerError: a limit is switched on without its max, or min is above max.
     """
     pairs = {}
-    for quantity in ('velocity', 'acceleration', 'jerk'):
-        high = settings.number(f'max_{quantity}', math.nan)
-        low = settings.number(f'min_{quantity}', -high)
-        if not settings.flag(f'has_{quantity}_limits', False):
+    for quantity in ("velocity", "acceleration", "jerk"):
+        high = settings.number(f"max_{quantity}", math.nan)
+        low = settings.number(f"min_{quantity}", -high)
+        if not settings.flag(f"has_{quantity}_limits", False):
             continue
         if math.isnan(high):
-            raise ControllerError(f'{settings.what} has has_{quantity}_limits without '
-                                  f'max_{quantity}')
+            raise ControllerError(
+                f"{settings.what} has has_{quantity}_limits without max_{quantity}"
+            )
         if low > 0 or high < 0:
-            raise ControllerError(f'{settings.what} has min_{quantity} {low} and max_{quantity} '
-                                  f'{high}; 0 must lie between them')
+            raise ControllerError(
+                f"{settings.what} has min_{quantity} {low} and max_{quantity} "
+                f"{high}; 0 must lie between them"
+            )
         pairs[quantity] = (low, high)
     return SpeedLimiter(**pairs)

@@ -1,8 +1,8 @@
 """Poses of an SDF model's parts in the model's frame, with <pose relative_to> of SDF 1.7."""
 
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
 from bullet_sim.formats.xml_read import child_text, sdf_pose
+from bullet_sim.pose import Pose
 
 
 class Frames:
@@ -15,19 +15,19 @@ class Frames:
 
     def __init__(self, element, name):
         self._name = name
-        self._given, self._known = {}, {'__model__': Pose(), '': Pose(), 'world': Pose()}
-        for tag in ('link', 'model', 'frame', 'joint', 'include'):
+        self._given, self._known = {}, {"__model__": Pose(), "": Pose(), "world": Pose()}
+        for tag in ("link", "model", "frame", "joint", "include"):
             for part in element.findall(tag):
-                key = part.get('name') or child_text(part, 'name') or ''
+                key = part.get("name") or child_text(part, "name") or ""
                 if key:
                     self._given.setdefault(key, (part, self._default(part, tag)))
         self._busy = []
 
     @staticmethod
     def _default(part, tag):
-        if tag == 'joint':
-            return child_text(part, 'child', '')
-        return part.get('attached_to') or '' if tag == 'frame' else ''
+        if tag == "joint":
+            return child_text(part, "child", "")
+        return part.get("attached_to") or "" if tag == "frame" else ""
 
     def pose(self, name):
         """Pose of a named frame in the model's frame.
@@ -38,15 +38,18 @@ class Frames:
         if name in self._known:
             return self._known[name]
         if name not in self._given:
-            outer, _, inner = name.partition('::')
-            if inner and outer in self._given:      # a frame inside a nested model
+            outer, _, inner = name.partition("::")
+            if inner and outer in self._given:  # a frame inside a nested model
                 part, _ = self._given[outer]
                 return self.pose(outer) * Frames(part, name).pose(inner)
-            raise ModelError(f"model '{self._name}' has no frame '{name}'; frames are "
-                             f"{', '.join(self._given)}")
+            raise ModelError(
+                f"model '{self._name}' has no frame '{name}'; frames are {', '.join(self._given)}"
+            )
         if name in self._busy:
-            raise ModelError(f"frames of model '{self._name}' are relative to each other in a "
-                             f"circle: {', '.join(self._busy)}")
+            raise ModelError(
+                f"frames of model '{self._name}' are relative to each other in a "
+                f"circle: {', '.join(self._busy)}"
+            )
         self._busy.append(name)
         part, default = self._given[name]
         self._known[name] = self.place(part, default, f"'{name}' of '{self._name}'")
@@ -61,6 +64,6 @@ class Frames:
             default: name of the frame that its pose is relative to when it names none.
             what: for messages.
         """
-        found = element.find('pose')
-        base = (found.get('relative_to') if found is not None else None) or default
+        found = element.find("pose")
+        base = (found.get("relative_to") if found is not None else None) or default
         return self.pose(base) * sdf_pose(element, what)

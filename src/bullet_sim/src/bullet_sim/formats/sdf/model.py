@@ -4,21 +4,35 @@ from dataclasses import replace
 
 import numpy as np
 
+from bullet_sim.description.lump import moved
 from bullet_sim.description.parts import Joint, Link, ModelDescription, unit_axis
 from bullet_sim.errors import ModelError
-from bullet_sim.description.lump import moved
-from bullet_sim.formats.tags.plugins import parse_plugin
-from bullet_sim.pose import Pose
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.shapes import parse_shape
+from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
 from bullet_sim.formats.urdf import UNLIMITED
 from bullet_sim.formats.xml_read import bound, child_number, child_text, floats, is_true, sdf_pose
+from bullet_sim.pose import Pose
 
-JOINT_TYPES = ('fixed', 'revolute', 'prismatic', 'continuous')
-MAX_DEPTH = 10      # of models included by models
-_MODEL_TAGS = {'link', 'joint', 'pose', 'static', 'self_collide', 'plugin', 'model', 'frame',
-               'allow_auto_disable', 'enable_wind', 'include', 'placement_frame', 'name', 'uri'}
+JOINT_TYPES = ("fixed", "revolute", "prismatic", "continuous")
+MAX_DEPTH = 10  # of models included by models
+_MODEL_TAGS = {
+    "link",
+    "joint",
+    "pose",
+    "static",
+    "self_collide",
+    "plugin",
+    "model",
+    "frame",
+    "allow_auto_disable",
+    "enable_wind",
+    "include",
+    "placement_frame",
+    "name",
+    "uri",
+}
 
 
 def parse_model_element(element, resolve, version=1.6, open_include=None):
@@ -33,11 +47,11 @@ def parse_model_element(element, resolve, version=1.6, open_include=None):
     Raises:
         ModelError: names what is wrong.
     """
-    model = ModelDescription(element.get('name') or 'model')
-    model.static = is_true(child_text(element, 'static', 'false'))
-    model.self_collide = is_true(child_text(element, 'self_collide', 'false'))
+    model = ModelDescription(element.get("name") or "model")
+    model.static = is_true(child_text(element, "static", "false"))
+    model.self_collide = is_true(child_text(element, "self_collide", "false"))
     reader = _Reader(model, resolve, open_include)
-    reader.read(element, '', Pose(), version)
+    reader.read(element, "", Pose(), version)
     _tie(model, reader.poses)
     model.find_root(f"model '{model.name}'")
     _shift_root(model, reader.poses[model.root])
@@ -54,12 +68,12 @@ def _tie(model, poses):
     root = next((name for name in model.links if name not in children), None)
     for name in model.links:
         if root is not None and name != root and name not in children:
-            joint = Joint(f'{name}__fixed', 'fixed', root, name,
-                          poses[root].inverse() * poses[name])
+            joint = Joint(
+                f"{name}__fixed", "fixed", root, name, poses[root].inverse() * poses[name]
+            )
             model.joints[joint.name] = joint
             if not model.static:
-                model.warn(f"link '{name}' of '{model.name}' has no joint; it is fixed to "
-                           f"'{root}'")
+                model.warn(f"link '{name}' of '{model.name}' has no joint; it is fixed to '{root}'")
 
 
 def _shift_root(model, pose):
@@ -91,147 +105,178 @@ class _Reader:
 
     def read(self, element, prefix, place, version):
         """Take in a <model> whose parts get a name prefix and whose frame is at a pose."""
-        frames = Frames(element, element.get('name') or self.model.name)
-        for link in element.findall('link'):
+        frames = Frames(element, element.get("name") or self.model.name)
+        for link in element.findall("link"):
             self._link(link, prefix, place, frames)
-        for inner in element.findall('model'):
-            name = inner.get('name') or 'model'
-            self.read(inner, f'{prefix}{name}::', place * frames.pose(name), version)
-        for include in element.findall('include'):
+        for inner in element.findall("model"):
+            name = inner.get("name") or "model"
+            self.read(inner, f"{prefix}{name}::", place * frames.pose(name), version)
+        for include in element.findall("include"):
             self._include(include, prefix, place)
-        for joint in element.findall('joint'):
+        for joint in element.findall("joint"):
             self._joint(joint, prefix, frames, version)
-        self.plugins += element.findall('plugin')
+        self.plugins += element.findall("plugin")
         for part in element:
-            if isinstance(part.tag, str) and part.tag not in _MODEL_TAGS and ':' not in part.tag:
-                self.model.warn(f"<{part.tag}> in model '{self.model.name}' is not known here "
-                                'and is ignored')
+            if isinstance(part.tag, str) and part.tag not in _MODEL_TAGS and ":" not in part.tag:
+                self.model.warn(
+                    f"<{part.tag}> in model '{self.model.name}' is not known here and is ignored"
+                )
 
     def _include(self, include, prefix, place):
-        uri = child_text(include, 'uri', '')
+        uri = child_text(include, "uri", "")
         try:
             if self._depth >= MAX_DEPTH:
-                raise ModelError('models include each other in a circle')
+                raise ModelError("models include each other in a circle")
             inner, version = self._open_include(include)
         except (OSError, ValueError) as error:
-            self.model.warn(f"model '{self.model.name}' includes '{uri}', which cannot be used: "
-                            f'{error}')
+            self.model.warn(
+                f"model '{self.model.name}' includes '{uri}', which cannot be used: {error}"
+            )
             return
-        name = child_text(include, 'name') or inner.get('name') or 'model'
-        holder = include if include.find('pose') is not None else inner
+        name = child_text(include, "name") or inner.get("name") or "model"
+        holder = include if include.find("pose") is not None else inner
         self._depth += 1
-        self.read(inner, f'{prefix}{name}::',
-                  place * sdf_pose(holder, f"included model '{name}'"), version)
+        self.read(
+            inner,
+            f"{prefix}{name}::",
+            place * sdf_pose(holder, f"included model '{name}'"),
+            version,
+        )
         self._depth -= 1
 
     def _link(self, element, prefix, place, frames):
-        name = element.get('name') or 'link'
+        name = element.get("name") or "link"
         link = Link(prefix + name)
         what = f"link '{link.name}' of '{self.model.name}'"
         if link.name in self.model.links:
             raise ModelError(f"model '{self.model.name}' has two links named '{link.name}'")
         inner = frames.pose(name)
         _inertial(element, link, what)
-        for tag, shapes in (('visual', link.visuals), ('collision', link.collisions)):
+        for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for part in element.findall(tag):
-                pose = inner.inverse() * frames.place(part, name, f'{what} {tag}')
+                pose = inner.inverse() * frames.place(part, name, f"{what} {tag}")
                 shape = parse_shape(part, tag, link.name, pose, self.model, self._resolve)
                 if shape is not None:
                     shapes.append(shape)
         _surface(element, link, what, self.model)
         self.model.links[link.name] = link
         self.poses[link.name] = place * inner
-        for sensor in element.findall('sensor'):
+        for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
 
     def _joint(self, element, prefix, frames, version):
         model = self.model
-        name, kind = prefix + (element.get('name') or 'joint'), element.get('type')
-        parent, child = child_text(element, 'parent'), child_text(element, 'child')
+        name, kind = prefix + (element.get("name") or "joint"), element.get("type")
+        parent, child = child_text(element, "parent"), child_text(element, "child")
         what = f"joint '{name}' of '{model.name}'"
         if kind not in JOINT_TYPES:
             raise ModelError(f"{what} has type '{kind}', must be one of {', '.join(JOINT_TYPES)}")
-        if parent == 'world' and prefix + str(child) in model.links:
-            if kind == 'fixed':
+        if parent == "world" and prefix + str(child) in model.links:
+            if kind == "fixed":
                 model.fixed_base = True
                 return
-            model.links.setdefault('world', Link('world'))
-            self.poses.setdefault('world', Pose())
-            model.fixed_base, parent = True, 'world'
+            model.links.setdefault("world", Link("world"))
+            self.poses.setdefault("world", Pose())
+            model.fixed_base, parent = True, "world"
         else:
             parent = prefix + str(parent)
         child = prefix + str(child)
         if child not in model.links or parent not in model.links:
-            raise ModelError(f"{what} joins '{parent}' and '{child}', links are "
-                             f"{', '.join(model.links)}")
+            raise ModelError(
+                f"{what} joins '{parent}' and '{child}', links are {', '.join(model.links)}"
+            )
         if any(joint.child == child for joint in model.joints.values()):
-            model.warn(f"{what} closes a loop at link '{child}', which cannot be simulated "
-                       'here; it is left out')
+            model.warn(
+                f"{what} closes a loop at link '{child}', which cannot be simulated "
+                "here; it is left out"
+            )
             return
         place = self.poses[child]
         anchor = Pose()
-        if element.find('pose') is not None:
-            default = child_text(element, 'child', '')
+        if element.find("pose") is not None:
+            default = child_text(element, "child", "")
             anchor = frames.pose(default).inverse() * frames.place(element, default, what)
-        joint = Joint(name, kind, parent, child, self.poses[parent].inverse() * place,
-                      anchor=anchor)
-        if kind != 'fixed':
+        joint = Joint(
+            name, kind, parent, child, self.poses[parent].inverse() * place, anchor=anchor
+        )
+        if kind != "fixed":
             _axis(element, joint, what, frames, version)
         model.joints[name] = joint
 
 
 def _axis(element, joint, what, frames, version):
-    axis = element.find('axis')
-    vector = np.array(floats(child_text(element, 'axis/xyz', '0 0 1'), 3, f'{what} axis'))
-    of_model = is_true(child_text(element, 'axis/use_parent_model_frame',
-                                  'true' if version < 1.45 else 'false'))
-    found = axis.find('xyz') if axis is not None else None
-    frame = found.get('expressed_in') if found is not None else None
+    axis = element.find("axis")
+    vector = np.array(floats(child_text(element, "axis/xyz", "0 0 1"), 3, f"{what} axis"))
+    of_model = is_true(
+        child_text(element, "axis/use_parent_model_frame", "true" if version < 1.45 else "false")
+    )
+    found = axis.find("xyz") if axis is not None else None
+    frame = found.get("expressed_in") if found is not None else None
     if of_model or frame:
-        own = frames.pose(child_text(element, 'child', '')) * joint.anchor
+        own = frames.pose(child_text(element, "child", "")) * joint.anchor
         turn = frames.pose(frame) if frame else Pose()
         vector = own.matrix.T @ turn.matrix @ vector
     joint.axis = unit_axis(vector, what)
-    lower = bound(child_text(element, 'axis/limit/lower'), f'{what} lower limit')
-    upper = bound(child_text(element, 'axis/limit/upper'), f'{what} upper limit')
-    if (lower is not None or upper is not None) and joint.kind != 'continuous':
+    lower = bound(child_text(element, "axis/limit/lower"), f"{what} lower limit")
+    upper = bound(child_text(element, "axis/limit/upper"), f"{what} upper limit")
+    if (lower is not None or upper is not None) and joint.kind != "continuous":
         joint.lower = -UNLIMITED if lower is None else lower
         joint.upper = UNLIMITED if upper is None else upper
         if joint.lower > joint.upper:
-            raise ModelError(f'{what} has lower limit {lower} above upper {upper}')
-    joint.effort = max(0.0, bound(child_text(element, 'axis/limit/effort'), what) or 0.0)
-    joint.velocity = max(0.0, bound(child_text(element, 'axis/limit/velocity'), what) or 0.0)
-    joint.damping = max(0.0, child_number(element, 'axis/dynamics/damping', what, 0.0))
-    joint.friction = max(0.0, child_number(element, 'axis/dynamics/friction', what, 0.0))
+            raise ModelError(f"{what} has lower limit {lower} above upper {upper}")
+    joint.effort = max(0.0, bound(child_text(element, "axis/limit/effort"), what) or 0.0)
+    joint.velocity = max(0.0, bound(child_text(element, "axis/limit/velocity"), what) or 0.0)
+    joint.damping = max(0.0, child_number(element, "axis/dynamics/damping", what, 0.0))
+    joint.friction = max(0.0, child_number(element, "axis/dynamics/friction", what, 0.0))
 
 
 def _inertial(element, link, what):
     link.mass, link.inertia = 1.0, np.eye(3)
-    inertial = element.find('inertial')
+    inertial = element.find("inertial")
     if inertial is None:
         return
-    link.mass = child_number(inertial, 'mass', what, 1.0)
+    link.mass = child_number(inertial, "mass", what, 1.0)
     if link.mass < 0:
-        raise ModelError(f'{what} mass is {link.mass}, must be 0 or more')
-    pose = sdf_pose(inertial, f'{what} inertial')
-    entry = {key: child_number(inertial, f'inertia/{key}', what, default)
-             for key, default in (('ixx', 1.0), ('ixy', 0.0), ('ixz', 0.0), ('iyy', 1.0),
-                                  ('iyz', 0.0), ('izz', 1.0))}
-    local = np.array([[entry['ixx'], entry['ixy'], entry['ixz']],
-                      [entry['ixy'], entry['iyy'], entry['iyz']],
-                      [entry['ixz'], entry['iyz'], entry['izz']]])
+        raise ModelError(f"{what} mass is {link.mass}, must be 0 or more")
+    pose = sdf_pose(inertial, f"{what} inertial")
+    entry = {
+        key: child_number(inertial, f"inertia/{key}", what, default)
+        for key, default in (
+            ("ixx", 1.0),
+            ("ixy", 0.0),
+            ("ixz", 0.0),
+            ("iyy", 1.0),
+            ("iyz", 0.0),
+            ("izz", 1.0),
+        )
+    }
+    local = np.array(
+        [
+            [entry["ixx"], entry["ixy"], entry["ixz"]],
+            [entry["ixy"], entry["iyy"], entry["iyz"]],
+            [entry["ixz"], entry["iyz"], entry["izz"]],
+        ]
+    )
     link.inertia = pose.matrix @ local @ pose.matrix.T
     link.centre = np.array(pose.position)
 
 
 def _surface(element, link, what, model):
-    frictions = [max(0.0, mu) for mu in (
-        child_number(part, f'surface/friction/ode/{key}', what, None)
-        for part in element.findall('collision') for key in ('mu', 'mu2')) if mu is not None]
+    frictions = [
+        max(0.0, mu)
+        for mu in (
+            child_number(part, f"surface/friction/ode/{key}", what, None)
+            for part in element.findall("collision")
+            for key in ("mu", "mu2")
+        )
+        if mu is not None
+    ]
     if link.collisions:
         link.surface.friction = min(frictions) if frictions else 1.0
-    link.self_collide = is_true(child_text(element, 'self_collide', 'false'))
-    if not is_true(child_text(element, 'gravity', 'true')):
+    link.self_collide = is_true(child_text(element, "self_collide", "false"))
+    if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
-        model.warn(f'{what} turns gravity off, which cannot be done for a single link here; '
-                   'it falls like the others')
+        model.warn(
+            f"{what} turns gravity off, which cannot be done for a single link here; "
+            "it falls like the others"
+        )

@@ -2,15 +2,15 @@
 
 from dataclasses import replace
 
-from bullet_sim.formats.colors import rgba
 from bullet_sim.description.parts import Geometry, Shape
+from bullet_sim.formats.colors import rgba
 from bullet_sim.formats.materials import script_material
-from bullet_sim.pose import Pose
 from bullet_sim.formats.urdf import mesh_geometry, positive
 from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true
+from bullet_sim.pose import Pose
 
-PLANE_SIZE = '100 100'      # [m] of a visual plane that gives none
-PLANE_THICKNESS = 0.002     # [m]
+PLANE_SIZE = "100 100"  # [m] of a visual plane that gives none
+PLANE_THICKNESS = 0.002  # [m]
 GREY = (0.7, 0.7, 0.7, 1.0)
 
 
@@ -25,11 +25,11 @@ def parse_shape(element, tag, link, pose, model, resolve):
         model: ModelDescription; gets warnings.
         resolve: function URI -> path.
     """
-    name = element.get('name') or tag
+    name = element.get("name") or tag
     what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
-    geometry = element.find('geometry')
+    geometry = element.find("geometry")
     if geometry is None or not len(geometry):
-        model.warn(f'{what} has no geometry; it is left out')
+        model.warn(f"{what} has no geometry; it is left out")
         return None
     parsed = _geometry(geometry[0], what, model, resolve, tag)
     if parsed is None:
@@ -37,18 +37,18 @@ def parse_shape(element, tag, link, pose, model, resolve):
     positive(parsed, what)
     turn = _plane_turn(geometry[0], what)
     shape = Shape(parsed, pose * turn, name=name, link=link)
-    if tag == 'collision':
+    if tag == "collision":
         return shape
-    if geometry[0].tag == 'plane':      # a thin box below the surface
+    if geometry[0].tag == "plane":  # a thin box below the surface
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
     return _looks(element, shape, what, model, resolve)
 
 
 def _plane_turn(shape, what):
     """Turn of a plane whose normal is not +z: the shortest."""
-    if shape.tag != 'plane':
+    if shape.tag != "plane":
         return Pose()
-    x, y, z = floats(child_text(shape, 'normal', '0 0 1'), 3, f'{what} plane normal')
+    x, y, z = floats(child_text(shape, "normal", "0 0 1"), 3, f"{what} plane normal")
     length = (x * x + y * y + z * z) ** 0.5
     if length < 1e-9 or (x == 0.0 and y == 0.0 and z > 0.0):
         return Pose()
@@ -59,45 +59,52 @@ def _plane_turn(shape, what):
 
 
 def _geometry(shape, what, model, resolve, tag):
-    if shape.tag == 'plane':
-        if tag == 'collision':
-            return Geometry('plane')
-        size = floats(child_text(shape, 'size', PLANE_SIZE), 2, f'{what} plane')
-        return Geometry('box', size + (PLANE_THICKNESS,))
-    if shape.tag == 'box':
-        return Geometry('box', floats(child_text(shape, 'size', '1 1 1'), 3, f'{what} box'))
-    if shape.tag == 'cylinder':
-        return Geometry('cylinder', (child_number(shape, 'radius', what, 1.0),
-                                     child_number(shape, 'length', what, 1.0)))
-    if shape.tag == 'sphere':
-        return Geometry('sphere', (child_number(shape, 'radius', what, 1.0),))
-    if shape.tag == 'mesh':
-        scale = floats(child_text(shape, 'scale', '1 1 1'), 3, f'{what} mesh scale')
-        geometry = mesh_geometry(child_text(shape, 'uri', ''), scale, what, resolve, model)
-        submesh = child_text(shape, 'submesh/name')
+    if shape.tag == "plane":
+        if tag == "collision":
+            return Geometry("plane")
+        size = floats(child_text(shape, "size", PLANE_SIZE), 2, f"{what} plane")
+        return Geometry("box", size + (PLANE_THICKNESS,))
+    if shape.tag == "box":
+        return Geometry("box", floats(child_text(shape, "size", "1 1 1"), 3, f"{what} box"))
+    if shape.tag == "cylinder":
+        return Geometry(
+            "cylinder",
+            (child_number(shape, "radius", what, 1.0), child_number(shape, "length", what, 1.0)),
+        )
+    if shape.tag == "sphere":
+        return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
+    if shape.tag == "mesh":
+        scale = floats(child_text(shape, "scale", "1 1 1"), 3, f"{what} mesh scale")
+        geometry = mesh_geometry(child_text(shape, "uri", ""), scale, what, resolve, model)
+        submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
-            geometry = replace(geometry, submesh=submesh, centered=is_true(
-                child_text(shape, 'submesh/center', 'false')))
+            geometry = replace(
+                geometry,
+                submesh=submesh,
+                centered=is_true(child_text(shape, "submesh/center", "false")),
+            )
         return geometry
-    if shape.tag != 'empty':
-        model.warn(f'{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, '
-                   'mesh; it is left out')
+    if shape.tag != "empty":
+        model.warn(
+            f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
+            "mesh; it is left out"
+        )
     return None
 
 
 def _looks(element, shape, what, model, resolve):
-    material = element.find('material')
-    color, texture = None, ''
+    material = element.find("material")
+    color, texture = None, ""
     if material is not None:
-        text = child_text(material, 'diffuse') or child_text(material, 'ambient')
-        color = rgba(text, f'{what} material') if text else None
-        script = material.find('script')
+        text = child_text(material, "diffuse") or child_text(material, "ambient")
+        color = rgba(text, f"{what} material") if text else None
+        script = material.find("script")
         found = script_material(script, resolve, what, model) if script is not None else None
         if found is not None:
             color, texture = found.color or color, found.texture
-    if color is None and not texture and shape.geometry.kind != 'mesh':
+    if color is None and not texture and shape.geometry.kind != "mesh":
         color = GREY
-    clear = min(1.0, max(0.0, child_number(element, 'transparency', what, 0.0)))
+    clear = min(1.0, max(0.0, child_number(element, "transparency", what, 0.0)))
     if clear and color is not None:
         color = color[:3] + (color[3] * (1.0 - clear),)
     if clear >= 1.0:

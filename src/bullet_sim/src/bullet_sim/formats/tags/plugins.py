@@ -1,8 +1,8 @@
 """<plugin> elements of a model: ros_control and what publishes without a <sensor>."""
 
+from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.formats.plugin_names import Names, library
 from bullet_sim.formats.tags.sensors import imu_spec
-from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.formats.tags.wheels import diff_drive, joint_states, skid_steer
 from bullet_sim.formats.xml_read import child_number, child_text, floats
 
@@ -22,16 +22,18 @@ def parse_plugin(element, model):
 
 
 def _control(element, model, _):
-    if element.find('legacyModeNS') is not None:
-        model.warn('<legacyModeNS> of gazebo_ros_control is ignored: PID gains are looked for in '
-                   'gazebo_ros_control/pid_gains')
-    model.control_namespace = child_text(element, 'robotNamespace', '')
-    model.control_period = child_number(element, 'controlPeriod', 'gazebo_ros_control', 0.0)
+    if element.find("legacyModeNS") is not None:
+        model.warn(
+            "<legacyModeNS> of gazebo_ros_control is ignored: PID gains are looked for in "
+            "gazebo_ros_control/pid_gains"
+        )
+    model.control_namespace = child_text(element, "robotNamespace", "")
+    model.control_period = child_number(element, "controlPeriod", "gazebo_ros_control", 0.0)
 
 
 def _body(element, model, what):
     """Link of a <bodyName>, or None with a warning; 'model::link' is taken, too."""
-    link = child_text(element, 'bodyName', model.root).rsplit('::', 1)[-1]
+    link = child_text(element, "bodyName", model.root).rsplit("::", 1)[-1]
     if link not in model.links:
         model.warn(f"{what} has bodyName '{link}', which is no link; it is left out")
         return None
@@ -40,10 +42,10 @@ def _body(element, model, what):
 
 def _offset(element, what):
     pose = []
-    for tags in (('xyzOffset', 'xyzOffsets'), ('rpyOffset', 'rpyOffsets')):
+    for tags in (("xyzOffset", "xyzOffsets"), ("rpyOffset", "rpyOffsets")):
         texts = [child_text(element, tag) for tag in tags]
-        text = next((text for text in texts if text), '0 0 0')
-        pose.append(floats(text, 3, f'{what} <{tags[0]}>'))
+        text = next((text for text in texts if text), "0 0 0")
+        pose.append(floats(text, 3, f"{what} <{tags[0]}>"))
     return tuple(pose)
 
 
@@ -52,13 +54,18 @@ def _ground_truth(element, model, names):
     link = _body(element, model, what)
     if link is None:
         return
-    model.sensors.append(GroundTruthSpec(
-        link=link, topic=names.text_topic('topicName', 'ground_truth'),
-        frame_id=names.frame(child_text(element, 'frameName', 'world'), prefixed=False),
-        rate=child_number(element, 'updateRate', what, 0.0),
-        twist_in_child=child_text(element, 'twistFrame', 'world') == 'child',
-        child_frame_id=link, noise_stddev=abs(child_number(element, 'gaussianNoise', what, 0.0)),
-        pose=_offset(element, what)))
+    model.sensors.append(
+        GroundTruthSpec(
+            link=link,
+            topic=names.text_topic("topicName", "ground_truth"),
+            frame_id=names.frame(child_text(element, "frameName", "world"), prefixed=False),
+            rate=child_number(element, "updateRate", what, 0.0),
+            twist_in_child=child_text(element, "twistFrame", "world") == "child",
+            child_frame_id=link,
+            noise_stddev=abs(child_number(element, "gaussianNoise", what, 0.0)),
+            pose=_offset(element, what),
+        )
+    )
 
 
 def _imu(element, model, names):
@@ -66,15 +73,26 @@ def _imu(element, model, names):
     link = _body(element, model, what)
     if link is None:
         return
-    frame = child_text(element, 'frameName', link)
-    model.sensors.append(imu_spec(
-        names, element, element.get('name') or 'imu', link, _offset(element, what),
-        rate=child_number(element, 'updateRate', what, 0.0),
-        frame_id=names.frame(frame, prefixed=False),
-        topic=names.text_topic('topicName', '/default_imu')))
+    frame = child_text(element, "frameName", link)
+    model.sensors.append(
+        imu_spec(
+            names,
+            element,
+            element.get("name") or "imu",
+            link,
+            _offset(element, what),
+            rate=child_number(element, "updateRate", what, 0.0),
+            frame_id=names.frame(frame, prefixed=False),
+            topic=names.text_topic("topicName", "/default_imu"),
+        )
+    )
 
 
-_READERS = {'gazebo_ros_control': _control, 'gazebo_ros_p3d': _ground_truth,
-            'gazebo_ros_imu': _imu, 'gazebo_ros_diff_drive': diff_drive,
-            'gazebo_ros_skid_steer_drive': skid_steer,
-            'gazebo_ros_joint_state_publisher': joint_states}
+_READERS = {
+    "gazebo_ros_control": _control,
+    "gazebo_ros_p3d": _ground_truth,
+    "gazebo_ros_imu": _imu,
+    "gazebo_ros_diff_drive": diff_drive,
+    "gazebo_ros_skid_steer_drive": skid_steer,
+    "gazebo_ros_joint_state_publisher": joint_states,
+}

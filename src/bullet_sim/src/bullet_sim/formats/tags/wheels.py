@@ -8,16 +8,21 @@ from bullet_sim.formats.xml_read import child_number, child_text, is_true
 def joint_states(element, model, names):
     """Specification of libgazebo_ros_joint_state_publisher.so."""
     what = _what(element)
-    if element.find('robotNamespace') is None:
+    if element.find("robotNamespace") is None:
         names = type(names)(element, model.name, model.name)
-    listed = ','.join(child.text or '' for child in element.findall('jointName'))
-    wanted = tuple(name.strip() for name in listed.split(',') if name.strip())
+    listed = ",".join(child.text or "" for child in element.findall("jointName"))
+    wanted = tuple(name.strip() for name in listed.split(",") if name.strip())
     joints = _known(wanted, model, what)
     if joints:
-        model.sensors.append(JointStatesSpec(
-            name=element.get('name') or 'joint_states', link=model.root, joints=joints,
-            rate=child_number(element, 'updateRate', what, 100.0),
-            topic=names.topic('joint_states')))
+        model.sensors.append(
+            JointStatesSpec(
+                name=element.get("name") or "joint_states",
+                link=model.root,
+                joints=joints,
+                rate=child_number(element, "updateRate", what, 100.0),
+                topic=names.topic("joint_states"),
+            )
+        )
 
 
 def diff_drive(element, model, names):
@@ -25,22 +30,25 @@ def diff_drive(element, model, names):
 
     Its <legacyMode>, true by default, takes the left joint for the right one.
     """
-    left = (child_text(element, 'leftJoint', 'left_joint'),)
-    right = (child_text(element, 'rightJoint', 'right_joint'),)
-    if is_true(child_text(element, 'legacyMode', 'true')):
+    left = (child_text(element, "leftJoint", "left_joint"),)
+    right = (child_text(element, "rightJoint", "right_joint"),)
+    if is_true(child_text(element, "legacyMode", "true")):
         left, right = right, left
-    tf_tag = 'publishOdomTF' if element.find('publishOdomTF') is not None else 'publishTf'
-    source = child_text(element, 'odometrySource', 'world')
-    _drive(element, model, names, left, right, tf_tag, 0.34,
-           from_wheels=source in ('encoder', '0'))
+    tf_tag = "publishOdomTF" if element.find("publishOdomTF") is not None else "publishTf"
+    source = child_text(element, "odometrySource", "world")
+    _drive(element, model, names, left, right, tf_tag, 0.34, from_wheels=source in ("encoder", "0"))
 
 
 def skid_steer(element, model, names):
     """Specification of libgazebo_ros_skid_steer_drive.so."""
-    left, right = ([child_text(element, f'{side}{end}Joint',
-                               f'{end.lower()}_{side}_joint') for end in ('Front', 'Rear')]
-                   for side in ('left', 'right'))
-    _drive(element, model, names, left, right, 'broadcastTF', 0.4)
+    left, right = (
+        [
+            child_text(element, f"{side}{end}Joint", f"{end.lower()}_{side}_joint")
+            for end in ("Front", "Rear")
+        ]
+        for side in ("left", "right")
+    )
+    _drive(element, model, names, left, right, "broadcastTF", 0.4)
 
 
 def _what(element):
@@ -52,32 +60,45 @@ def _known(wanted, model, what):
     movable = [name for name, joint in model.joints.items() if joint.kind in MOVABLE_TYPES]
     missing = [name for name in wanted if name not in movable]
     if missing or not wanted:
-        model.warn(f"{what} names joints {', '.join(missing) or '(none)'}, which do not exist or "
-                   f"do not move; movable joints are {', '.join(movable) or '(none)'}")
+        model.warn(
+            f"{what} names joints {', '.join(missing) or '(none)'}, which do not exist or "
+            f"do not move; movable joints are {', '.join(movable) or '(none)'}"
+        )
     return tuple(name for name in wanted if name in movable)
 
 
 def _drive(element, model, names, left, right, tf_tag, separation, from_wheels=False):
     what = _what(element)
-    separation = child_number(element, 'wheelSeparation', what, separation)
-    diameter = child_number(element, 'wheelDiameter', what, 0.15)
-    torque = child_number(element, 'wheelTorque', what,
-                          child_number(element, 'torque', what, 5.0))
+    separation = child_number(element, "wheelSeparation", what, separation)
+    diameter = child_number(element, "wheelDiameter", what, 0.15)
+    torque = child_number(element, "wheelTorque", what, child_number(element, "torque", what, 5.0))
     joints = _known((*left, *right), model, what)
     if len(joints) < len((*left, *right)):
         return
     if min(separation, diameter) <= 0:
-        model.warn(f'{what} has wheelSeparation {separation} and wheelDiameter {diameter}, must '
-                   'be above 0; it is left out')
+        model.warn(
+            f"{what} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
+            "be above 0; it is left out"
+        )
         return
-    model.sensors.append(WheelDriveSpec(
-        name=element.get('name') or 'drive', link=model.root, left=tuple(left),
-        right=tuple(right), separation=separation, diameter=diameter, torque=abs(torque),
-        acceleration=max(0.0, child_number(element, 'wheelAcceleration', what, 0.0)),
-        rate=child_number(element, 'updateRate', what, 100.0),
-        command_topic=names.text_topic('commandTopic', 'cmd_vel'),
-        topic=names.text_topic('odometryTopic', 'odom'),
-        frame_id=names.frame(child_text(element, 'odometryFrame', 'odom'), prefixed=False),
-        child_frame_id=names.frame(child_text(element, 'robotBaseFrame', 'base_footprint'),
-                                   prefixed=False),
-        publish_tf=is_true(child_text(element, tf_tag, 'true')), from_wheels=from_wheels))
+    model.sensors.append(
+        WheelDriveSpec(
+            name=element.get("name") or "drive",
+            link=model.root,
+            left=tuple(left),
+            right=tuple(right),
+            separation=separation,
+            diameter=diameter,
+            torque=abs(torque),
+            acceleration=max(0.0, child_number(element, "wheelAcceleration", what, 0.0)),
+            rate=child_number(element, "updateRate", what, 100.0),
+            command_topic=names.text_topic("commandTopic", "cmd_vel"),
+            topic=names.text_topic("odometryTopic", "odom"),
+            frame_id=names.frame(child_text(element, "odometryFrame", "odom"), prefixed=False),
+            child_frame_id=names.frame(
+                child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
+            ),
+            publish_tf=is_true(child_text(element, tf_tag, "true")),
+            from_wheels=from_wheels,
+        )
+    )

@@ -34,9 +34,15 @@ class JoystickNode:
         limits = session.limits
         self._session = session
         self._name = rospy.get_param("~scheme", "traditional")
-        self.teleop = PadTeleop(self._name, Speeds(
-            rospy.get_param("~linear_speed", 0.5), rospy.get_param("~angular_speed", 0.5),
-            limits.max_speed, limits.max_angular))
+        self.teleop = PadTeleop(
+            self._name,
+            Speeds(
+                rospy.get_param("~linear_speed", 0.5),
+                rospy.get_param("~angular_speed", 0.5),
+                limits.max_speed,
+                limits.max_angular,
+            ),
+        )
         deadzone = number_parameter("deadzone", 0.05)
         if deadzone >= 1.0:
             raise ValueError(f"deadzone is {deadzone!r}; it must be below 1")
@@ -45,8 +51,12 @@ class JoystickNode:
         self._messages = queue.SimpleQueue()
         self._state, self._heard, self._phase = WAITING, None, 0
         self._complaint = None
-        rospy.Subscriber("joy", Joy, lambda message: self._messages.put(
-            (time.monotonic(), message)), queue_size=None)
+        rospy.Subscriber(
+            "joy",
+            Joy,
+            lambda message: self._messages.put((time.monotonic(), message)),
+            queue_size=None,
+        )
 
     def tick(self, now, period):
         """Takes the pad's messages, sends the command, draws.
@@ -77,12 +87,27 @@ class JoystickNode:
         """Gives what the screen shows."""
         limits, speeds = self._session.limits, self.teleop.speeds
         linear, angular = self._session.sent
-        note = {WAITING: "Waiting for /joy: move a stick or press a button.",
-                DRIVING: "The pad drives.", LOST: "The pad is lost; nothing is sent."}[self._state]
+        note = {
+            WAITING: "Waiting for /joy: move a stick or press a button.",
+            DRIVING: "The pad drives.",
+            LOST: "The pad is lost; nothing is sent.",
+        }[self._state]
         notes = (note,) if self._complaint is None else (note, self._complaint)
-        return View(f"Cyber Truck: joystick teleop, {self._name}", linear, angular, speeds.linear,
-                    speeds.angular, limits.max_speed, limits.max_angular, self.teleop.continuous,
-                    drive, turn, notes, self.teleop.scheme.help, self._phase // 4)
+        return View(
+            f"Cyber Truck: joystick teleop, {self._name}",
+            linear,
+            angular,
+            speeds.linear,
+            speeds.angular,
+            limits.max_speed,
+            limits.max_angular,
+            self.teleop.continuous,
+            drive,
+            turn,
+            notes,
+            self.teleop.scheme.help,
+            self._phase // 4,
+        )
 
     def _take(self, message):
         """Takes one Joy message."""

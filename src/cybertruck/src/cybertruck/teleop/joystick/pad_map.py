@@ -52,18 +52,21 @@ def parse(table):
     ends = {}
     for key, default in (("trigger_released", 1.0), ("trigger_pressed", -1.0)):
         value = table.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                or not math.isfinite(value):
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, (int, float))
+            or not math.isfinite(value)
+        ):
             raise ValueError(f"pad map: {key} is {value!r}; it must be a number")
         ends[key] = float(value)
     if ends["trigger_released"] == ends["trigger_pressed"]:
         raise ValueError("pad map: trigger_released and trigger_pressed are the same")
     inverted = table.get("inverted", [])
     if not isinstance(inverted, list) or not set(inverted) <= set(STICKS):
-        raise ValueError(f"pad map: inverted is {inverted!r}; it must be a list of "
-                         f"{', '.join(STICKS)}")
-    return PadMap(axes, buttons, ends["trigger_released"], ends["trigger_pressed"],
-                  tuple(inverted))
+        raise ValueError(
+            f"pad map: inverted is {inverted!r}; it must be a list of {', '.join(STICKS)}"
+        )
+    return PadMap(axes, buttons, ends["trigger_released"], ends["trigger_pressed"], tuple(inverted))
 
 
 def indices(table, kind, names):
@@ -77,13 +80,15 @@ def indices(table, kind, names):
         raise ValueError(f"pad map: {kind} is {given!r}; it must name {', '.join(names)}")
     for name in given:
         if name not in names:
-            raise ValueError(f"pad map: unknown name {name!r} in {kind}; there are "
-                             f"{', '.join(names)}")
+            raise ValueError(
+                f"pad map: unknown name {name!r} in {kind}; there are {', '.join(names)}"
+            )
     for name in names:
         value = given.get(name)
         if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise ValueError(f"pad map: {kind}/{name} is {value!r}; it must be a whole number "
-                             "from 0 on")
+            raise ValueError(
+                f"pad map: {kind}/{name} is {value!r}; it must be a whole number from 0 on"
+            )
     return dict(given)
 
 
@@ -149,8 +154,10 @@ class PadReader:
         for kind, table, values in (("axes", pad.axes, axes), ("buttons", pad.buttons, buttons)):
             name = max(table, key=table.get)
             if table[name] >= len(values):
-                raise ValueError(f"the pad has {len(values)} {kind}, {name} should be number "
-                                 f"{table[name]} (counted from 0); is this the right pad map?")
+                raise ValueError(
+                    f"the pad has {len(values)} {kind}, {name} should be number "
+                    f"{table[name]} (counted from 0); is this the right pad map?"
+                )
         for name, index in pad.axes.items():
             if not math.isfinite(axes[index]):
                 raise ValueError(f"axis {index} ({name}) is {axes[index]}; it must be a number")
@@ -171,8 +178,9 @@ class PadReader:
 
     def _cannot_be_zero(self):
         """Says whether the triggers could not have come to 0 by themselves."""
-        return len(self._moved) == len(TRIGGERS) \
-            or any(abs(self._last[name]) > 0.5 for name in self._moved)
+        return len(self._moved) == len(TRIGGERS) or any(
+            abs(self._last[name]) > 0.5 for name in self._moved
+        )
 
     def _stick(self, name, value):
         if name in self._pad.inverted:

@@ -23,28 +23,48 @@ class Scheme:
 SCHEMES = {
     "traditional": Scheme(
         lambda pad: pad.triggers["r2"] - pad.triggers["l2"],
-        {"triangle": "turn_faster", "cross": "turn_slower", "square": "faster",
-         "circle": "slower", "l1": "stop", "r1": "reset", "r3": "continuous"},
-        ("R2, L2             forward, backward",
-         "left stick         wheels left, right",
-         "Triangle / Cross   turning +10 % / -10 %",
-         "Square / Circle    speed +10 % / -10 %",
-         "R1   speeds back to the defaults",
-         "L1   stop",
-         "R3   held or continuous mode",
-         "Ctrl-C   end")),
+        {
+            "triangle": "turn_faster",
+            "cross": "turn_slower",
+            "square": "faster",
+            "circle": "slower",
+            "l1": "stop",
+            "r1": "reset",
+            "r3": "continuous",
+        },
+        (
+            "R2, L2             forward, backward",
+            "left stick         wheels left, right",
+            "Triangle / Cross   turning +10 % / -10 %",
+            "Square / Circle    speed +10 % / -10 %",
+            "R1   speeds back to the defaults",
+            "L1   stop",
+            "R3   held or continuous mode",
+            "Ctrl-C   end",
+        ),
+    ),
     "alternate": Scheme(
         lambda pad: -pad.sticks["left_y"],  # up drives backward
-        {"circle": "reset", "cross": "stop", "square": "continuous", "l1": "turn_slower",
-         "r1": "turn_faster", "l2": "slower", "r2": "faster"},
-        ("left stick down, up       forward, backward",
-         "left stick sideways       wheels left, right",
-         "R1 / L1   turning +10 % / -10 %",
-         "R2 / L2   speed +10 % / -10 %",
-         "Circle    speeds back to the defaults",
-         "Cross     stop",
-         "Square    held or continuous mode",
-         "Ctrl-C    end")),
+        {
+            "circle": "reset",
+            "cross": "stop",
+            "square": "continuous",
+            "l1": "turn_slower",
+            "r1": "turn_faster",
+            "l2": "slower",
+            "r2": "faster",
+        },
+        (
+            "left stick down, up       forward, backward",
+            "left stick sideways       wheels left, right",
+            "R1 / L1   turning +10 % / -10 %",
+            "R2 / L2   speed +10 % / -10 %",
+            "Circle    speeds back to the defaults",
+            "Cross     stop",
+            "Square    held or continuous mode",
+            "Ctrl-C    end",
+        ),
+    ),
 }
 
 
@@ -117,5 +137,4 @@ class PadTeleop:
         if self._drive == 0.0:
             return 0.0, 0.0
         sign = 1.0 if self._drive > 0.0 else -1.0
-        return (self._drive * self.speeds.linear,
-                sign * self._turn * self.speeds.angular + 0.0)
+        return (self._drive * self.speeds.linear, sign * self._turn * self.speeds.angular + 0.0)

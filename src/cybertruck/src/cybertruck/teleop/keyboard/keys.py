@@ -84,5 +84,7 @@ class KeyTeleop:
     def _held(self):
         """Gives the sum of the arrows that are down: (drive, turn)."""
         active = self._down - self._spent
-        return (sum(value for key, value in DRIVE.items() if key in active),
-                sum(value for key, value in TURN.items() if key in active))
+        return (
+            sum(value for key, value in DRIVE.items() if key in active),
+            sum(value for key, value in TURN.items() if key in active),
+        )

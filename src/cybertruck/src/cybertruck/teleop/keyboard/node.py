@@ -6,21 +6,23 @@ import sys
 import rospy
 
 from cybertruck.teleop.keyboard.keys import KeyTeleop
+from cybertruck.teleop.keyboard.terminal_keys import HOLD, TerminalKeys
+from cybertruck.teleop.keyboard.x_keys import NoServer, XKeys
 from cybertruck.teleop.screen import View
 from cybertruck.teleop.session import Ended, number_parameter, run
 from cybertruck.teleop.speeds import Speeds
-from cybertruck.teleop.keyboard.terminal_keys import HOLD, TerminalKeys
-from cybertruck.teleop.keyboard.x_keys import NoServer, XKeys
 
 SOURCES = ("auto", "x", "terminal")
-HELP = ("Up, Down      forward, backward",
-        "Left, Right   wheels left, right",
-        "Q / Z         speed +10 % / -10 %",
-        "W / X         turning +10 % / -10 %",
-        "R   speeds back to the defaults",
-        "S   stop",
-        "{mode}  held or continuous mode",
-        "Ctrl-C   end")
+HELP = (
+    "Up, Down      forward, backward",
+    "Left, Right   wheels left, right",
+    "Q / Z         speed +10 % / -10 %",
+    "W / X         turning +10 % / -10 %",
+    "R   speeds back to the defaults",
+    "S   stop",
+    "{mode}  held or continuous mode",
+    "Ctrl-C   end",
+)
 
 
 class KeyboardNode:
@@ -38,9 +40,14 @@ class KeyboardNode:
         """
         limits = session.limits
         self._session = session
-        self.teleop = KeyTeleop(Speeds(
-            rospy.get_param("~linear_speed", 0.5), rospy.get_param("~angular_speed", 0.5),
-            limits.max_speed, limits.max_angular))
+        self.teleop = KeyTeleop(
+            Speeds(
+                rospy.get_param("~linear_speed", 0.5),
+                rospy.get_param("~angular_speed", 0.5),
+                limits.max_speed,
+                limits.max_angular,
+            )
+        )
         wanted = rospy.get_param("~keys", "auto")
         if wanted not in SOURCES:
             raise ValueError(f"keys is {wanted!r}; it must be one of {', '.join(SOURCES)}")
@@ -59,14 +66,19 @@ class KeyboardNode:
                 reason = str(error)
         if self._x is None:
             if not (sys.stdin.isatty() and sys.stdout.isatty()):
-                raise Ended(f"no keys: {reason}, and this is no terminal (start the teleop in a "
-                            "terminal, or set DISPLAY)")
+                raise Ended(
+                    f"no keys: {reason}, and this is no terminal (start the teleop in a "
+                    "terminal, or set DISPLAY)"
+                )
             self._terminal = TerminalKeys(self.teleop, hold)
-            self._notes = (f"Keys come from this terminal ({reason}).",
-                           f"C is Caps Lock; held means a repeat within {hold:g} s; no chords: to "
-                           "turn, use continuous mode (C), then Up, then Left or Right.")
-        self._help = tuple(line.replace("{mode}", "Caps Lock" if self._x else "C        ")
-                           for line in HELP)
+            self._notes = (
+                f"Keys come from this terminal ({reason}).",
+                f"C is Caps Lock; held means a repeat within {hold:g} s; no chords: to "
+                "turn, use continuous mode (C), then Up, then Left or Right.",
+            )
+        self._help = tuple(
+            line.replace("{mode}", "Caps Lock" if self._x else "C        ") for line in HELP
+        )
 
     def tick(self, now, period):
         """Takes the keys, sends the command, draws.
@@ -100,9 +112,21 @@ class KeyboardNode:
         """Gives what the screen shows."""
         limits, speeds = self._session.limits, self.teleop.speeds
         linear, angular = self._session.sent
-        return View("Cyber Truck: keyboard teleop", linear, angular, speeds.linear, speeds.angular,
-                    limits.max_speed, limits.max_angular, self.teleop.continuous, drive, turn,
-                    self._notes, self._help, self._phase // 4)
+        return View(
+            "Cyber Truck: keyboard teleop",
+            linear,
+            angular,
+            speeds.linear,
+            speeds.angular,
+            limits.max_speed,
+            limits.max_angular,
+            self.teleop.continuous,
+            drive,
+            turn,
+            self._notes,
+            self._help,
+            self._phase // 4,
+        )
 
 
 def body(session):

@@ -3,8 +3,12 @@
 import curses
 
 HOLD = 0.6  # a key counts as held this long after its last repeat [s]
-ARROWS = {curses.KEY_UP: "up", curses.KEY_DOWN: "down",
-          curses.KEY_LEFT: "left", curses.KEY_RIGHT: "right"}
+ARROWS = {
+    curses.KEY_UP: "up",
+    curses.KEY_DOWN: "down",
+    curses.KEY_LEFT: "left",
+    curses.KEY_RIGHT: "right",
+}
 LETTERS = {letter: letter for letter in "qzwxrs"} | {"c": "mode"}
 
 

@@ -25,14 +25,18 @@ class XKeys:
             raise NoServer("DISPLAY is not set")
         try:
             from Xlib.display import Display
+
             Display(display).close()  # for its clear error; pynput connects when it is imported
             from pynput import keyboard
-            self._names = {getattr(keyboard.Key, name): name
-                           for name in ("up", "down", "left", "right")}
+
+            self._names = {
+                getattr(keyboard.Key, name): name for name in ("up", "down", "left", "right")
+            }
             self._names[keyboard.Key.caps_lock] = "mode"
             self._listener = keyboard.Listener(
                 on_press=lambda key: self._events.put((True, key)),
-                on_release=lambda key: self._events.put((False, key)))
+                on_release=lambda key: self._events.put((False, key)),
+            )
         except Exception as error:  # pynput and Xlib raise many kinds, ImportError among them
             reason = str(error).strip().splitlines()[0] if str(error).strip() else repr(error)
             raise NoServer(f"no X server at DISPLAY={display}: {reason}") from error
