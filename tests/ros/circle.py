@@ -12,7 +12,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sim_client import HINGES, WHEELS, Recorder, wait_connected, wait_for_car, yaw_of
+from sim_client import CAR_COMMANDS, Recorder, wait_connected, wait_for_car, yaw_of
 from stepping import Time
 
 WHEELBASE = 0.164  # [m]
@@ -23,10 +23,6 @@ SETTLE = 1.0  # left out at the start, simulated time [s]
 LAPS = 2
 RADIUS_TOLERANCE = 0.03  # part of the radius
 DRIFT_TOLERANCE = 0.01  # part of the radius, per lap
-COMMANDS = [
-    *(f"/racecar/{wheel}_velocity_controller/command" for wheel in WHEELS),
-    *(f"/racecar/{hinge}_position_controller/command" for hinge in HINGES),
-]
 
 
 def fit_circle(points):
@@ -57,7 +53,7 @@ class Circle(unittest.TestCase):
         cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
-        cls.time = Time(COMMANDS, [cls.odometry.topic])
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
 
     def laps(self, steering):
         """Drives LAPS laps at a steering angle [rad] and returns the fits, one a lap."""

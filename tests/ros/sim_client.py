@@ -21,6 +21,7 @@ CONTROLLERS = (
     *(f"{wheel}_velocity_controller" for wheel in WHEELS),
     *(f"{hinge}_position_controller" for hinge in HINGES),
 )
+CAR_COMMANDS = tuple(f"/racecar/{name}/command" for name in CONTROLLERS[1:])
 
 
 def wait_until(condition, what, limit=WALL_LIMIT):

@@ -61,7 +61,7 @@ def arguments():
     parser.add_argument("-j", "--jobs", type=count, default=cores(), metavar="N")
     parser.add_argument("--failed", action="store_true")
     parser.add_argument("--list", action="store_true")
-    return parser.parse_args()
+    return parser.parse_intermixed_args()
 
 
 def count(text):
