@@ -32,7 +32,11 @@ class History:
             key: The job's.
             outcome: Its Outcome.
         """
-        run = {"ok": not outcome.failures, "seconds": round(outcome.seconds, 1)}
+        run = {
+            "ok": not outcome.failures,
+            "seconds": round(outcome.seconds, 1),
+            "cpu": round(outcome.cpu),
+        }
         self._runs[key] = [*self._runs.get(key, []), run][-LENGTH:]
         self._file.parent.mkdir(parents=True, exist_ok=True)
         part = self._file.with_suffix(".part")

@@ -54,13 +54,14 @@ class Case:
 
 @dataclass
 class Outcome:
-    """What came of a job: counts, what failed, the cases, and the wall time [s]."""
+    """What came of a job: counts, what failed, the cases, wall time and processor time [s]."""
 
     passed: int = 0
     skipped: int = 0
     failures: list = field(default_factory=list)
     cases: list = field(default_factory=list)
     seconds: float = 0.0
+    cpu: float = 0.0
 
 
 def results_directory(stage, name):

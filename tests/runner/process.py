@@ -15,6 +15,7 @@ from runner.junit import count
 
 MARK = "PADDOCK_TEST_JOB"  # variable by which all that a job has started is known
 STOP_GRACE = 20.0  # wall time between SIGINT and SIGKILL [s]
+POLL = 0.05  # wall time between two looks at processes [s]
 END_GRACE = 5.0  # wall time that what a job has started may outlive it [s]
 
 
@@ -46,30 +47,36 @@ class Runner:
         job.directory.mkdir(parents=True)
         with tempfile.TemporaryDirectory(prefix="paddock_", ignore_cleanup_errors=True) as folder:
             try:
-                status, remaining = self._run(job, deadline, Path(folder))
+                status, cpu, remaining = self._run(job, deadline, Path(folder))
             except OSError as error:  # its command cannot be started
                 outcome = Outcome(failures=[str(error)])
             else:
                 outcome = judge(job, status, deadline)
+                outcome.cpu = cpu
                 if remaining:
                     outcome.failures.append(f"left processes behind: {', '.join(remaining)}")
         outcome.seconds = time.monotonic() - begin
         return outcome
 
     def _run(self, job, deadline, folder):
-        """Gives the exit status, None past the deadline, and what had to be ended afterwards."""
+        """Runs a job.
+
+        Returns:
+            (exit status, None past the deadline; processor time [s]; what had to be ended).
+        """
         environment = environment_of(job, folder)
         with job.log.open("w") as stream:
             process = self._start(job, environment, stream)
             try:
-                status = process.wait(deadline)
-            except subprocess.TimeoutExpired:
-                stop(process, self._stop_grace)
-                status = None
+                cpu = wait_end(process.pid, deadline)
+                if cpu is None:
+                    stop(process, self._stop_grace)
+                status = None if cpu is None else process.wait()
             finally:
                 with self._lock:
                     self._processes.discard(process)
-        return status, end_marked(environment[MARK], END_GRACE if status is not None else 0.0)
+        remaining = end_marked(environment[MARK], END_GRACE if status is not None else 0.0)
+        return status, cpu or 0.0, remaining
 
     def _start(self, job, environment, stream):
         with self._lock:
@@ -139,6 +146,25 @@ def judge(job, status, deadline):
     return outcome
 
 
+def wait_end(pid, deadline):
+    """Waits for a child's end and leaves it to be reaped.
+
+    Args:
+        pid: Its process id.
+        deadline: Longest wait in wall time [s].
+
+    Returns:
+        Processor time [s] of it and all that it waited for; None past the deadline.
+    """
+    end = time.monotonic() + deadline
+    while os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
+        if time.monotonic() > end:
+            return None
+        time.sleep(POLL)
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")  # utime to cstime
+
+
 def stop(process, grace):
     """Ends a job's process group: first as Ctrl-C would, after a grace [s] for good."""
     for number in (signal.SIGINT, signal.SIGKILL):
@@ -163,13 +189,13 @@ def end_marked(mark, grace):
     """
     deadline = time.monotonic() + grace
     while (found := marked(mark)) and time.monotonic() < deadline:
-        time.sleep(0.05)
+        time.sleep(POLL)
     names = list(found.values())
     while found:
         for pid in found:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
-        time.sleep(0.05)
+        time.sleep(POLL)
         found = marked(mark)
     return names
 

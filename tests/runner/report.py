@@ -12,7 +12,8 @@ def one(job, outcome, number, total):
     skipped = f", {outcome.skipped} skipped" if outcome.skipped else ""
     print(
         f"[{number}/{total}] {job.key} ... {word} ({outcome.passed} passed,"
-        f" {len(outcome.failures)} failed{skipped}, {outcome.seconds:.1f} s)",
+        f" {len(outcome.failures)} failed{skipped}, {outcome.seconds:.1f} s,"
+        f" {outcome.cpu:.0f} s of CPU)",
         flush=True,
     )
     if not outcome.failures:
@@ -45,7 +46,8 @@ def whole(outcomes, flaky, seconds):
     if failures:
         print("\nfailed (./run test --failed runs these again):")
         print("\n".join("  " + line for line in failures))
-    print(f"\nlogs in {shown(RESULTS)}/, {seconds:.0f} s")
+    cpu = sum(outcome.cpu for outcome in outcomes.values())
+    print(f"\nlogs in {shown(RESULTS)}/, {seconds:.0f} s, {cpu:.0f} s of CPU")
     passed = sum(outcome.passed for outcome in outcomes.values())
     skipped = sum(outcome.skipped for outcome in outcomes.values())
     tail = f", {skipped} skipped" if skipped else ""
