@@ -78,7 +78,7 @@ BAD_URDF = {
 
 def service(name, kind):
     """Gives a proxy of a service that must be there."""
-    rospy.wait_for_service(name, timeout=20.0)
+    rospy.wait_for_service(name, timeout=120.0)
     return rospy.ServiceProxy(name, kind)
 
 
@@ -135,7 +135,6 @@ class BadInput(unittest.TestCase):
                 reason in item.msg for item in self.log.messages[since:] if item.level >= Log.WARN
             ),
             f"a logged error naming {reason!r}",
-            10.0,
         )
 
     def check_controller(self, parameters, reason):

@@ -12,7 +12,8 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sim_client import Recorder, wait_connected, wait_for_car, wait_until, yaw_of
+from sim_client import CAR_COMMANDS, Recorder, wait_connected, wait_for_car, yaw_of
+from stepping import Time
 
 WHEELBASE = 0.164  # [m]
 REAR_AXLE = -0.081663  # x in base_link [m]
@@ -22,7 +23,6 @@ SETTLE = 1.0  # left out at the start, simulated time [s]
 LAPS = 2
 RADIUS_TOLERANCE = 0.03  # part of the radius
 DRIFT_TOLERANCE = 0.01  # part of the radius, per lap
-WALL_LIMIT = 180.0  # for one circle [s]
 
 
 def fit_circle(points):
@@ -53,9 +53,7 @@ class Circle(unittest.TestCase):
         cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
-
-    def tearDown(self):
-        self.publisher.publish(Twist())
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
 
     def laps(self, steering):
         """Drives LAPS laps at a steering angle [rad] and returns the fits, one a lap."""
@@ -63,15 +61,11 @@ class Circle(unittest.TestCase):
         command.linear.x = SPEED
         command.angular.z = SPEED * math.tan(steering) / WHEELBASE
         self.publisher.publish(command)
-        begin = rospy.get_time() + SETTLE
-        lap_time = 2.0 * math.pi / abs(command.angular.z)
-        end = begin + 1.2 * LAPS * lap_time + 0.5
+        self.time.go(SETTLE, commands=1)
+        begin = self.time.now
         self.odometry.clear()
-        wait_until(
-            lambda: self.odometry.last and self.odometry.last.header.stamp.to_sec() > end,
-            f"{LAPS} laps",
-            WALL_LIMIT,
-        )
+        self.time.go(1.05 * LAPS * 2.0 * math.pi / abs(command.angular.z))
+        self.time.latest(self.odometry)
         steady = [item for item in self.odometry.messages if item.header.stamp.to_sec() > begin]
         points, yaw = rear_axle_track(steady)
         progress = (yaw - yaw[0]) * math.copysign(1.0, steering) / (2.0 * math.pi)

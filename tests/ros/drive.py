@@ -8,7 +8,8 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sim_client import Recorder, sleep_sim, turned, wait_connected, wait_for_car, wait_until, yaw_of
+from sim_client import CAR_COMMANDS, Recorder, turned, wait_connected, wait_for_car, yaw_of
+from stepping import PHYSICS_STEP, Time
 
 WHEEL_RADIUS = 0.03  # [m]
 WHEEL_SPEED = 10.0  # [rad/s]
@@ -25,6 +26,7 @@ class Drive(unittest.TestCase):
         cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
 
     def setUp(self):
         self.command(0.0, 0.0)
@@ -37,32 +39,31 @@ class Drive(unittest.TestCase):
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
         self.publisher.publish(message)
+        self.time.go(PHYSICS_STEP, commands=1)
 
     def wait_rest(self):
-        sleep_sim(0.5)
-        wait_until(
-            lambda: (
-                math.hypot(
-                    self.odometry.last.twist.twist.linear.x, self.odometry.last.twist.twist.linear.y
-                )
-                < 1e-3
-            ),
-            "rest",
-        )
+        """Lets time go on until the car stands; gives its pose."""
+        for _ in range(10):
+            self.time.go(0.5)
+            message = self.time.latest(self.odometry)
+            speed = message.twist.twist.linear
+            if math.hypot(speed.x, speed.y) < 1e-3:
+                return message.pose.pose
+        raise AssertionError(f"no rest within 5 s: {speed}")
 
     def timed_move(self, linear, angular):
-        """Drives for DURATION of simulated time, then waits for rest.
+        """Drives for DURATION of simulated time, then on to rest.
 
         Returns:
             (pose before, pose after, odometry messages in between).
         """
-        before = self.odometry.next().pose.pose
+        before = self.time.latest(self.odometry).pose.pose
         self.odometry.clear()
         self.command(linear, angular)
-        sleep_sim(DURATION)
+        self.time.go(DURATION - PHYSICS_STEP)
         self.command(0.0, 0.0)
-        self.wait_rest()
-        return before, self.odometry.next().pose.pose, self.odometry.messages
+        after = self.wait_rest()
+        return before, after, self.odometry.messages
 
     def test_straight_drives_go_as_far_as_the_wheels_turn(self):
         expected = WHEEL_SPEED * WHEEL_RADIUS * DURATION  # [m]
@@ -80,7 +81,7 @@ class Drive(unittest.TestCase):
             self.assertLess(abs(drift), 1.0)
 
     def test_steady_speed_is_wheel_speed_times_radius(self):
-        start = rospy.get_time()
+        start = self.time.now
         _, _, messages = self.timed_move(WHEEL_SPEED, 0.0)
         steady = [
             item
@@ -108,7 +109,7 @@ class Drive(unittest.TestCase):
 
     def test_commands_that_are_no_numbers_stop_the_car(self):
         self.command(WHEEL_SPEED, 0.0)
-        sleep_sim(0.5)
+        self.time.go(0.5)
         self.command(math.nan, 0.0)
         self.wait_rest()
 

@@ -5,7 +5,8 @@ import math
 import os
 import unittest
 
-from drop_in_workspace import Launched, Workspace, free_port
+from drop_in_workspace import Launched, Workspace
+from ports import free_port
 
 PORT = free_port()
 os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{PORT}"  # that of the launch files

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from track_model.msg import LapStatus
 
 STEP = 0.001  # physics step [s]
-LAP_LIMIT = 100.0  # wall time for a lap of 17 s of simulated time [s]
+LAP_LIMIT = 300.0  # wall time for a lap of 17 s of simulated time [s]
 
 
 def crossings(messages):
@@ -45,7 +45,7 @@ class Lap(unittest.TestCase):
         cls.odometry = Recorder("/racecar/odom", Odometry)
         cls.status.wait_count(1)
         cls.move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
-        cls.move.wait_for_service(30.0)
+        cls.move.wait_for_service(LAP_LIMIT)
 
     def place(self, x, y, yaw):
         state = ModelState(model_name="racecar", reference_frame="world")
@@ -80,7 +80,7 @@ class Lap(unittest.TestCase):
             wait_until(lambda: self.status.last.laps >= 1, "a finished lap", LAP_LIMIT)
         finally:
             driver.terminate()
-            driver.wait(20.0)
+            driver.wait(LAP_LIMIT)
         status = self.status.last
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "lap.bag")
@@ -119,7 +119,7 @@ class Lap(unittest.TestCase):
             publisher.publish(command)
             return self.status.last.off_track
 
-        wait_until(off, "the car off the track", 60.0)
+        wait_until(off, "the car off the track", LAP_LIMIT)
         self.assertTrue(all(self.status.last.wheels_off))
         self.assertEqual(self.status.last.penalty, 5.0)
         publisher.publish(Twist())
@@ -144,7 +144,7 @@ class Lap(unittest.TestCase):
                 publisher.publish(command)
                 return finished()
 
-            wait_until(seen, what, 60.0)
+            wait_until(seen, what, LAP_LIMIT)
         publisher.publish(Twist())
         self.assertEqual(self.status.last.laps, 0)
 

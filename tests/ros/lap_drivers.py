@@ -3,14 +3,15 @@
 
 import rospy
 import rostest
-from lap_run import LapCase, lap
+from lap_run import LOOP, LapCase, lap
+from paced import paced
 
 
 class LapDrivers(LapCase):
     """Each test is one launch."""
 
     def test_line(self):
-        result = lap(self.folder, driver="line", track=self.small_track(), real_time_factor=2)
+        result = lap(self.folder, paced(*LOOP, lag=0.1), driver="line", track=self.small_track())
         self.assertTrue(result["ok"], result["error"])
         [start] = result["starts"]
         self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
@@ -21,7 +22,7 @@ class LapDrivers(LapCase):
         self.check_files(result["film_frames"])
 
     def test_buttons(self):
-        result = lap(self.folder, driver="buttons", track="easy", roam=15.0, real_time_factor=2)
+        result = lap(self.folder, (), driver="buttons", track="easy", roam=15.0, real_time_factor=2)
         self.assertTrue(result["ok"], result["error"])
         [start] = result["starts"]
         self.assertEqual(start["outcome"], "roamed")

@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import tempfile
 import unittest
@@ -14,11 +13,14 @@ import cv2
 import numpy as np
 import rospy
 import rostest
+from paced import paced
+from ports import free_port
 
 SMALL = """points: [[0, 0], [1.2, 0], [1.9, 0.75], [1.2, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
 width: 0.6
 """
-LIMIT = 90.0  # wall time of one lap with its start and end [s]
+LOOP = ("/cmd_vel", "/racecar/left_rear_wheel_velocity_controller/command")
+LIMIT = 300.0  # wall time of one lap with its start and end [s]
 
 
 def open_route():
@@ -31,11 +33,15 @@ def open_route():
     return np.repeat(array, 1 + (np.arange(60) % 7 == 0), axis=0)
 
 
-def lap(folder, **arguments):
-    """Runs lap.launch on a master of its own; returns result.json."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        port = sock.getsockname()[1]
+def lap(folder, pace, **arguments):
+    """Runs lap.launch on a master of its own; returns result.json.
+
+    Args:
+        folder: Where it leaves its files.
+        pace: Words of paced().
+        arguments: Of lap.launch.
+    """
+    port = free_port()
     environment = dict(
         os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}", QT_QPA_PLATFORM="offscreen"
     )
@@ -45,6 +51,7 @@ def lap(folder, **arguments):
         str(port),
         "deepracer_teleop",
         "lap.launch",
+        *pace,
         f"out_dir:={folder}",
         "camera_width:=320",
         "camera_height:=240",
@@ -58,7 +65,7 @@ def lap(folder, **arguments):
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGINT)
-            process.wait(30.0)
+            process.wait(LIMIT)
     with open(os.path.join(folder, "result.json"), encoding="utf-8") as stream:
         return json.load(stream)
 
@@ -91,7 +98,7 @@ class LapRun(LapCase):
     """Each test is one launch."""
 
     def test_slider(self):
-        result = lap(self.folder, driver="slider", track=self.small_track(), real_time_factor=2)
+        result = lap(self.folder, paced(*LOOP, lag=0.2), driver="slider", track=self.small_track())
         self.assertEqual(result["error"], "")
         self.assertTrue(result["ok"])
         [start] = result["starts"]
@@ -105,7 +112,7 @@ class LapRun(LapCase):
     def test_pursuit_on_an_open_route(self):
         track = os.path.join(self.folder, "route.npy")
         np.save(track, open_route())
-        result = lap(self.folder, driver="pursuit", track=track, real_time_factor=2)
+        result = lap(self.folder, paced(*LOOP), driver="pursuit", track=track)
         self.assertTrue(result["ok"], result["error"])
         [start] = result["starts"]
         self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))

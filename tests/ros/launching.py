@@ -10,7 +10,7 @@ import rosgraph
 import rospy
 from sim_client import wait_until
 
-STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]
+STOP_LIMIT = 90.0  # wall time from SIGINT to the end [s]
 
 
 class Launch:

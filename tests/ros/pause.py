@@ -34,7 +34,7 @@ class Pause(unittest.TestCase):
         self.drive(0.0)
 
     def call(self, name, kind=Empty):
-        rospy.wait_for_service("/gazebo/" + name, timeout=10.0)
+        rospy.wait_for_service("/gazebo/" + name, timeout=120.0)
         return rospy.ServiceProxy("/gazebo/" + name, kind)()
 
     def drive(self, speed):

@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from tf2_msgs.msg import TFMessage
 
-BACK = 30.0  # wall time until all is as before; it takes about five seconds [s]
+BACK = 120.0  # wall time until all is as before; it takes about five seconds [s]
 
 
 def relays(pid):

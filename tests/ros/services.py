@@ -153,7 +153,7 @@ class Services(unittest.TestCase):
         self.assertEqual(str(call("get_physics_properties", srv.GetPhysicsProperties)), str(before))
 
     def test_physics_can_be_reconfigured(self):
-        client = Client("/gazebo", timeout=30.0)
+        client = Client("/gazebo", timeout=120.0)
         before = client.get_configuration()
         self.assertEqual((before["time_step"], before["sor_pgs_iters"]), (0.001, 50))
         after = client.update_configuration({"gravity_z": -1.5, "sor_pgs_iters": 60})

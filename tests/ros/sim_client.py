@@ -12,8 +12,8 @@ from controller_manager_msgs.srv import ListControllers
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
-WALL_LIMIT = 30.0  # longest wait for something that should come at once, with slack [s]
-START_LIMIT = 60.0  # longest wait for the world to come up on a loaded machine [s]
+WALL_LIMIT = 120.0  # longest wait for something that should come at once, with slack [s]
+START_LIMIT = 180.0  # longest wait for the world to come up on a loaded machine [s]
 WHEELS = tuple(f"{side}_{end}_wheel" for end in ("rear", "front") for side in ("left", "right"))
 HINGES = ("left_steering_hinge", "right_steering_hinge")
 CONTROLLERS = (
@@ -21,6 +21,7 @@ CONTROLLERS = (
     *(f"{wheel}_velocity_controller" for wheel in WHEELS),
     *(f"{hinge}_position_controller" for hinge in HINGES),
 )
+CAR_COMMANDS = tuple(f"/racecar/{name}/command" for name in CONTROLLERS[1:])
 
 
 def wait_until(condition, what, limit=WALL_LIMIT):
@@ -50,15 +51,16 @@ def sleep_sim(seconds, limit=WALL_LIMIT):
 
     Args:
         seconds: Simulated time [s].
-        limit: Longest wait in wall time beyond `seconds` [s].
+        limit: Longest wait in wall time beyond that of a tenth of real time [s].
     """
     wait_until(rospy.get_time, "the first /clock", limit)
     end = rospy.get_time() + seconds
-    deadline = time.monotonic() + seconds + limit
+    deadline = time.monotonic() + 10.0 * seconds + limit
     while rospy.get_time() < end:
         if time.monotonic() > deadline:
             raise AssertionError(
-                f"/clock moved by less than {seconds:g} s in {seconds + limit:g} s of wall time"
+                f"/clock moved by less than {seconds:g} s "
+                f"in {10.0 * seconds + limit:g} s of wall time"
             )
         time.sleep(0.001)
 

@@ -13,7 +13,7 @@ from sim_client import START_LIMIT, Recorder, turned, wait_until, yaw_of
 
 from cybertruck.msg import CyberDriveStamped
 
-PATIENCE = 120.0  # wall time that the drive may take on a loaded machine [s]
+PATIENCE = 400.0  # wall time that the drive may take on a loaded machine [s]
 SPEED = 0.5  # [m/s]
 ANGLES = (-0.68, -0.4, 0.12, 0.7)  # none of the map's [rad]
 

@@ -11,7 +11,7 @@ import rosgraph
 import rospy
 from sim_client import wait_until
 
-LIMIT = 20.0  # longest wait for what should come within a second [s]
+LIMIT = 90.0  # longest wait for what should come within a second [s]
 
 
 class Terminal:

@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def run(*arguments):
     """Exit status and what was printed."""
     done = subprocess.run(
-        [str(ROOT / "run"), *arguments], capture_output=True, text=True, timeout=30, check=False
+        [str(ROOT / "run"), *arguments], capture_output=True, text=True, timeout=90, check=False
     )
     return done.returncode, done.stdout + done.stderr
 

@@ -27,14 +27,14 @@ def owned_queue():
 
 def test_result_comes_back_and_the_owner_did_the_work(owned):
     jobs, owner = owned
-    assert jobs.call(threading.get_ident, timeout=5) == owner.ident
+    assert jobs.call(threading.get_ident, timeout=90) == owner.ident
 
 
 def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
     jobs, _ = owned
     with pytest.raises(ZeroDivisionError):
-        jobs.call(lambda: 1 / 0, timeout=5)
-    assert jobs.call(lambda: 7, timeout=5) == 7
+        jobs.call(lambda: 1 / 0, timeout=90)
+    assert jobs.call(lambda: 7, timeout=90) == 7
 
 
 def test_timeout_when_nobody_runs_the_jobs():
@@ -46,10 +46,11 @@ def test_jobs_run_in_order():
     jobs, done, callers = JobQueue(), [], []
     for number in range(5):
         callers.append(
-            threading.Thread(target=jobs.call, args=(lambda n=number: done.append(n), 5))
+            threading.Thread(target=jobs.call, args=(lambda n=number: done.append(n), 90))
         )
         callers[-1].start()
-        time.sleep(0.02)
+        while jobs.waiting() <= number:
+            time.sleep(0.001)
     assert done == []
     assert jobs.run_pending() == 5
     for caller in callers:
@@ -62,7 +63,7 @@ def test_many_threads_get_their_own_results(owned):
     results = {}
 
     def ask(number):
-        results[number] = [jobs.call(lambda k=k: (number, k), timeout=10) for k in range(50)]
+        results[number] = [jobs.call(lambda k=k: (number, k), timeout=90) for k in range(50)]
 
     callers = [threading.Thread(target=ask, args=(number,)) for number in range(8)]
     for caller in callers:
@@ -75,7 +76,7 @@ def test_many_threads_get_their_own_results(owned):
 def test_run_pending_waits_no_longer_than_told():
     before = time.monotonic()
     assert JobQueue().run_pending(wait=0.05) == 0
-    assert 0.04 < time.monotonic() - before < 2.0
+    assert 0.04 < time.monotonic() - before < 60.0
     assert JobQueue().run_pending() == 0
 
 
@@ -85,7 +86,7 @@ def test_close_ends_waiting_and_later_calls():
 
     def ask():
         try:
-            jobs.call(lambda: 1, timeout=20.0)
+            jobs.call(lambda: 1, timeout=90.0)
         except TimeoutError as error:
             errors.append(error)
 
@@ -94,7 +95,7 @@ def test_close_ends_waiting_and_later_calls():
     while not jobs.waiting():
         time.sleep(0.001)
     jobs.close()
-    waiting.join(5.0)
+    waiting.join(90.0)
     assert not waiting.is_alive()
     ask()
     assert [type(error) for error in errors] == [Ended, Ended]
@@ -108,7 +109,7 @@ def test_a_slow_signal_handler_does_not_stop_the_wait():
         signal.setitimer(signal.ITIMER_REAL, 0.05)
         start = time.monotonic()
         assert jobs.run_pending(wait=0.2) == 0
-        assert time.monotonic() - start < 10.0
+        assert time.monotonic() - start < 60.0
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
@@ -130,7 +131,7 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
         def remove(self, job):
             owner = threading.Thread(target=jobs.run_pending)
             owner.start()
-            assert begun.wait(20.0)
+            assert begun.wait(90.0)
             threading.Timer(0.05, go.set).start()
             super().remove(job)
 
@@ -139,7 +140,7 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
 
     def work():
         begun.set()
-        go.wait(20.0)
+        go.wait(90.0)
         return "late"
 
     assert jobs.call(work, timeout=0.01) == "late"
@@ -150,7 +151,7 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
 
     def ask():
         try:
-            jobs.call(lambda: (_ for _ in ()).throw(KeyboardInterrupt()), timeout=20.0)
+            jobs.call(lambda: (_ for _ in ()).throw(KeyboardInterrupt()), timeout=90.0)
         except Ended as error:
             errors.append(error)
 
@@ -160,5 +161,5 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
         time.sleep(0.001)
     with pytest.raises(KeyboardInterrupt):
         jobs.run_pending()
-    caller.join(5.0)
+    caller.join(90.0)
     assert len(errors) == 1 and not caller.is_alive()

@@ -17,7 +17,7 @@ from bullet_bridge.transport.relay import Relay, RelayedConnection
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
 
-DEADLINE = 20.0  # [s]
+DEADLINE = 90.0  # [s]
 
 
 def wait(condition, what):
@@ -205,7 +205,7 @@ def test_a_relay_that_hangs_while_nothing_is_sent_is_killed_by_drain(relay, fail
     os.kill(relay.process.pid, signal.SIGSTOP)
     begin = time.monotonic()
     relay.drain()
-    assert time.monotonic() - begin < 5.0 and not relay.alive
+    assert time.monotonic() - begin < DEADLINE and not relay.alive
     wait(lambda: failures, "the failure message")
     assert "did not answer for 0.3 s" in failures[0]
 

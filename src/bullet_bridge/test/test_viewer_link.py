@@ -13,7 +13,7 @@ from bullet_bridge.outputs.viewer_link import ViewerLink, missing_display
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.world import World
 
-DEADLINE = 30.0  # [s] of wall time
+DEADLINE = 90.0  # [s] of wall time
 CLIENT = """
 import sys
 from multiprocessing.connection import Connection

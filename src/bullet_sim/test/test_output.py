@@ -24,7 +24,7 @@ def run(audible):
     """Output and errors of the script."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT.format(audible=audible)],
-        timeout=60,
+        timeout=180,
         capture_output=True,
         check=True,
     )

@@ -17,7 +17,7 @@ from bullet_viewer.painter import Painter
 from bullet_viewer.window import ViewerWindow
 from PyQt5.QtWidgets import QApplication
 
-DEADLINE = 30.0  # [s] of wall time for anything the viewer does
+DEADLINE = 90.0  # [s] of wall time for anything the viewer does
 
 BOX = """<robot name="box"><link name="box">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>

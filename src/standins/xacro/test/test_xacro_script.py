@@ -36,7 +36,7 @@ def _run(package, *args, script=SCRIPT):
     return subprocess.run(
         [sys.executable, script, *map(str, args)],
         env=env,
-        timeout=30,
+        timeout=90,
         capture_output=True,
         check=False,
     )

@@ -1,0 +1,14 @@
+"""Launch files as they are, in simulated time that waits for the nodes of a control loop."""
+
+import os
+
+
+def paced(*topics, lag=0.04):
+    """Gives the words that start pacer.py beside a launch file; for roslaunch, after that file.
+
+    Args:
+        topics: Of the control loop.
+        lag: Simulated time that they may lag behind [s].
+    """
+    file = os.path.join(os.path.dirname(os.path.abspath(__file__)), "pacer.launch")
+    return file, f"topics:=[{', '.join(topics)}]", f"lag:={lag}"

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Lets simulated time go on step by step, no faster than the nodes of a control loop follow.
+
+Beside a world that runs by itself a busy machine would let seconds of simulated time pass while a
+driver waits for a processor, and its car would leave the road. Here time waits for the driver: it
+goes on only while each topic of the loop has brought a message within ~lag of simulated time. A
+topic that brings nothing for ~patience of wall time has nothing to say; it counts again from its
+next message on.
+
+Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
+"""
+
+import time
+
+import rospy
+from std_srvs.srv import Empty
+
+from bullet_bridge.srv import Step
+
+PHYSICS_STEP = 0.001  # [s]
+START_LIMIT = 180.0  # wall time for the world to come up [s]
+
+
+class Topic:
+    """A topic of the loop.
+
+    Attributes:
+        name: The topic.
+        seen: Count of periods made when its last message came; None: it has nothing to say.
+    """
+
+    def __init__(self, name, count):
+        self.name, self.seen, self._count = name, None, count
+        rospy.Subscriber(name, rospy.AnyMsg, self._on_message, queue_size=1, tcp_nodelay=True)
+
+    def _on_message(self, _message):
+        self.seen = self._count()
+
+
+class Pacer:
+    """Makes periods for as long as the world is there."""
+
+    def __init__(self):
+        self._made = 0
+        self._period = rospy.get_param("~period", 0.008)
+        self._lag = max(1, round(rospy.get_param("~lag", 0.04) / self._period))
+        self._patience = rospy.get_param("~patience", 1.0)
+        self._topics = [Topic(name, lambda: self._made) for name in rospy.get_param("~topics")]
+        for name in ("pause_physics", "step"):
+            rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
+        self._pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
+        self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
+
+    def run(self):
+        """Makes periods; ends with the world."""
+        steps = round(self._period / PHYSICS_STEP)
+        self._pause()
+        while not rospy.is_shutdown():
+            self._wait()
+            answer = self._step(steps, [], [])
+            if not answer.success:  # somebody let the world run
+                rospy.logwarn(answer.status_message)
+                self._pause()
+            self._made += 1
+
+    def _wait(self):
+        """Waits until no topic of the loop is late."""
+        deadline = time.monotonic() + self._patience
+        while late := [topic for topic in self._topics if self._is_late(topic)]:
+            if time.monotonic() > deadline:
+                for topic in late:
+                    topic.seen = None
+            time.sleep(0.0005)
+
+    def _is_late(self, topic):
+        seen = topic.seen
+        return seen is not None and self._made - seen > self._lag
+
+
+def main():
+    """Runs the node; the world's end is its own."""
+    rospy.init_node("pacer")
+    try:
+        Pacer().run()
+    except (rospy.ServiceException, rospy.ROSInterruptException) as error:
+        rospy.loginfo("the world has ended: %s", error)
+
+
+if __name__ == "__main__":
+    main()

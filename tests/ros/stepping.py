@@ -1,0 +1,69 @@
+"""Simulated time in a test's own hands: it stands still but for the steps that the test makes.
+
+What happens then does not depend on how fast the machine is or what else runs on it.
+"""
+
+import rospy
+from gazebo_msgs.srv import GetWorldProperties
+from launching import wait_listened
+from sim_client import START_LIMIT, wait_until
+from std_srvs.srv import Empty
+
+from bullet_bridge.srv import Step
+
+PHYSICS_STEP = 0.001  # [s]
+LONGEST = 250  # steps in one call
+
+
+class Time:
+    """Stops simulated time; go() lets it pass.
+
+    Attributes:
+        now: The world's time [s].
+
+    Args:
+        commands: Topics of commands to the world, as a node sends them that the test talks to.
+        heard: Topics of the world of which the test must miss no message.
+    """
+
+    def __init__(self, commands=(), heard=()):
+        for name in ("pause_physics", "step", "get_world_properties"):
+            rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
+        rospy.ServiceProxy("/gazebo/pause_physics", Empty)()
+        wait_listened(heard)
+        self._commands = list(commands)
+        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
+        self.now = world().sim_time
+        self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
+
+    def go(self, seconds, commands=0):
+        """Lets time pass [s], once so many new messages have come on each topic of commands."""
+        steps = round(seconds / PHYSICS_STEP)
+        topics = self._commands if commands else []
+        while steps > 0:
+            count = min(steps, LONGEST)
+            answer = self._step(count, topics, [commands] * len(topics))
+            if not answer.success:
+                raise AssertionError(answer.status_message)
+            steps, topics = steps - count, []
+            self.now += count * PHYSICS_STEP
+
+    def latest(self, recorder, period=0.02):
+        """Gives a recorder's message of now.
+
+        Args:
+            recorder: Recorder of messages with a header.
+            period: Simulated time between two of them [s].
+        """
+        after = self.now - period + 0.5 * PHYSICS_STEP
+
+        def there():
+            last = recorder.last
+            return last and last.header.stamp.to_sec() > after and last
+
+        return wait_until(there, f"{recorder.topic} later than {after:g} s")
+
+    def close(self):
+        """Lets time go on by itself."""
+        self._step.close()
+        rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()

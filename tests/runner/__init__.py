@@ -1,0 +1,1 @@
+"""The test run: a table of jobs, run side by side, and one sum at the end."""

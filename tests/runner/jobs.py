@@ -1,0 +1,93 @@
+"""The table of all jobs: unit tests, linters, rostests."""
+
+import importlib.util
+import shutil
+import sys
+import xml.etree.ElementTree as ElementTree
+
+from runner.job import ROOT, Job, results_directory
+
+
+def all_jobs():
+    """Gives every job of the project.
+
+    Raises:
+        LookupError: A runner is not installed.
+    """
+    return [*unit_jobs(), *lint_jobs(), *ros_jobs()]
+
+
+def selected(jobs, filters):
+    """Keeps jobs whose stage is a filter or whose name contains one; all without filters."""
+    return [
+        job
+        for job in jobs
+        if not filters or any(word == job.stage or word in job.name for word in filters)
+    ]
+
+
+def unit_jobs():
+    """One pytest per test directory: packages stay apart, their test files may share names."""
+    directories = sorted({path.parent for path in ROOT.glob("src/**/test/test_*.py")})
+    own = {ROOT / "tests" / "unit": "project", ROOT / "tests" / "physics": "physics"}
+    for directory in [*own, *directories]:
+        package = own.get(directory, directory.parent.name)
+        report_file = results_directory("unit", package) / "pytest.xml"
+        options = ("-q", "-p", "no:cacheprovider", "--color=no", f"--rootdir={directory}")
+        command = (sys.executable, "-m", "pytest", *options, f"--junitxml={report_file}")
+        yield Job("unit", package, (*command, str(directory)))
+
+
+def lint_jobs():
+    """Linters of packages, Python and bash; each warning is an error."""
+    catkin_lint = (tool("catkin_lint"), "--strict", "-W1", str(ROOT / "src"))
+    scripts = [str(ROOT / name) for name in ("run", ".ci/run")]
+    for name, command in {
+        "catkin_lint": catkin_lint,
+        "ruff_check": (*module("ruff"), "check", "--no-cache"),
+        "ruff_format": (*module("ruff"), "format", "--check", "--no-cache"),
+        "mypy": (*module("mypy"), "--no-incremental"),
+        "shellcheck": (tool("shellcheck"), *scripts),
+    }.items():
+        yield Job("lint", name, command, counted=False)
+
+
+def ros_jobs():
+    """One rostest per .test file; rostest gives each a master on a port of its own."""
+    files = sorted(ROOT.glob("tests/ros/*.test")) + sorted(ROOT.glob("src/**/test/*.test"))
+    for path in files:
+        package, directory = package_of(path)
+        name = path.stem if package == "paddock_tests" else f"{package}/{path.stem}"
+        results = results_directory("ros", name)
+        yield Job(
+            "ros",
+            name,
+            (tool("rostest"), f"--package={package}", f"--pkgdir={directory}", str(path)),
+            {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")},
+        )
+
+
+def package_of(path):
+    """Gives name and directory of the catkin package that a file belongs to."""
+    for directory in path.parents:
+        if (directory / "package.xml").is_file():
+            return ElementTree.parse(directory / "package.xml").findtext("name"), directory
+    raise LookupError(f"{path}: no package.xml in any directory above")
+
+
+def tool(name):
+    """Gives the path of a command that must be there."""
+    path = shutil.which(name)
+    if path is None:
+        raise LookupError(f"{name} is not installed; config/apt.txt should bring it (./run setup)")
+    return path
+
+
+def module(name):
+    """Gives the words that start a Python module that must be there."""
+    if importlib.util.find_spec(name) is None:
+        raise LookupError(
+            f"{name} is not installed; config/requirements.txt or config/apt.txt should bring it "
+            "(./run setup)"
+        )
+    return sys.executable, "-m", name

@@ -1,0 +1,6 @@
+"""Lets tests import the test runner's package, which lies one directory up."""
+
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
