@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from figures import BenchError
 from spread import Spread, call
+from usage import between, summarise
 
 PAIRS = 9  # least number of pairs of a figure that may be quoted
 QUICK_PAIRS = 5  # of --quick, which says so
@@ -59,8 +60,12 @@ class Pairs:
         return Spread.of(self.ratios)
 
     def figures(self):
-        """The dict for JSON: Spreads of ratio, reference and variant, and the verdict on 1."""
-        return {
+        """The dict for JSON: Spreads of ratio, reference and variant, and the verdict on 1.
+
+        Where each turn tells what was spent (its details have "spent", see usage.between), also
+        spent and reference_spent, summed up.
+        """
+        figures = {
             "pairs": len(self.reference),
             "ratio": self.ratio.figures(),
             "against_reference": call(self.ratio, 1.0),
@@ -68,9 +73,13 @@ class Pairs:
             "variant": Spread.of(turn.value for turn in self.variant).figures(),
             "ratios": [round(ratio, 4) for ratio in self.ratios],
         }
+        for name, turns in (("spent", self.variant), ("reference_spent", self.reference)):
+            if all("spent" in turn.details for turn in turns):
+                figures[name] = summarise([turn.details["spent"] for turn in turns])
+        return figures
 
 
-def alternate(reference, variants, pairs):
+def alternate(reference, variants, pairs, watch=None):
     """Measure a reference and its variants in turns: A B A B ..., with two variants A B A C ...
 
     Args:
@@ -79,6 +88,7 @@ def alternate(reference, variants, pairs):
         variants: dict of name -> such a function. Each runs right after a turn of the reference of
             its own.
         pairs: how many of each variant.
+        watch: usage.Watch; then each turn's details tell what was spent during it.
 
     Returns:
         dict of name -> Pairs.
@@ -92,15 +102,18 @@ def alternate(reference, variants, pairs):
     measured = {name: Pairs([], []) for name in variants}
     for _ in range(pairs):
         for name, variant in variants.items():
-            measured[name].reference.append(_turn(reference, "the reference"))
-            measured[name].variant.append(_turn(variant, f"'{name}'"))
+            measured[name].reference.append(_turn(reference, "the reference", watch))
+            measured[name].variant.append(_turn(variant, f"'{name}'", watch))
     return measured
 
 
-def _turn(measure, name):
+def _turn(measure, name, watch):
+    before = watch.read() if watch else None
     turn = measure()
+    spent = {"spent": between(before, watch.read())} if watch else {}
     if not isinstance(turn, Turn):
         turn = Turn(float(turn))
+    turn = Turn(turn.value, {**turn.details, **spent})
     if not turn.value > 0:
         raise BenchError(f"a turn of {name} measured {turn.value}, must be above 0")
     return turn

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from sections import SECTIONS, section
 from spread import WITHIN, Spread, call
 
+IDLE = 0.1  # processors that others may have on a machine that counts as idle
+
 
 @dataclass(frozen=True)
 class Row:
@@ -67,6 +69,16 @@ def spent_text(spent):
     return text
 
 
+def busiest(result):
+    """The most processors that others had or that were stolen, a median of some figure's turns."""
+    values = result.values() if isinstance(result, dict) else result
+    found = [busiest(value) for value in values if isinstance(value, dict | list)]
+    own = []
+    if isinstance(result, dict) and "others" in result:
+        own = [result["others"] + result["stolen"]]
+    return max(found + own, default=0.0)
+
+
 def rows_of(result):
     """The Rows of a result, section by section."""
     for name in SECTIONS:
@@ -77,9 +89,14 @@ def rows_of(result):
 def table(result):
     """The table's text."""
     load = "/".join(f"{value:.1f}" for value in result["load_average"])
-    lines = [f"{row.label:36}{row.text}" for row in rows_of(result)]
+    lines = [f"{row.label:35} {row.text}" for row in rows_of(result)]
     lines += [f"{name} FAILED".ljust(36) + error for name, error in result["errors"].items()]
     lines.append(f"load average before {load} on {result['machine']['cpus']} processors")
+    if busiest(result) > IDLE:
+        lines.append(
+            f"others had up to {busiest(result):.2f} processors meanwhile: this was no idle "
+            "machine, the figures are disturbed"
+        )
     if result["quick"]:
         lines.append("a quick run: fewer pairs in shorter turns; its figures are not to be quoted")
     return "\n".join(lines)

@@ -2,7 +2,7 @@
 
 import json
 
-from report import rows_of
+from report import IDLE, busiest, rows_of
 from spread import Spread
 
 
@@ -77,5 +77,10 @@ def _doubts(results):
     if quick:
         yield f"\nQuick runs, not to be quoted: {', '.join(quick)}."
     for result in results:
+        if busiest(result) > IDLE:
+            yield (
+                f"\nNot an idle machine in {result['date']}: others had up to "
+                f"{busiest(result):.2f} processors."
+            )
         if result["errors"]:
             yield f"\nFailed in {result['date']}: {', '.join(result['errors'])}."

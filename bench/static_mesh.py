@@ -5,7 +5,6 @@ import pathlib
 import numpy as np
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-
 from worlds.ground import GROUND
 
 LINK = (

@@ -8,10 +8,10 @@ import yaml
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from gazebo_msgs.srv import GetPhysicsProperties
-
-from observers.circle import COMMANDS
 from pairs import rate_of_work
 from worlds.ground import GROUND
+
+from observers.circle import COMMANDS
 
 STEPS_A_CALL = 100
 CAR = {"model": "racecar", "description": "/robot_description", "namespace": "/racecar", "x": 0.0}

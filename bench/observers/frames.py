@@ -1,21 +1,21 @@
 """frames RENDERER: turns of pictures received, and of bare getCameraImage beside.
 
-Each line "received SECONDS" or "bare SECONDS" is a turn with one answer; the bridge is paused while
-the bare camera draws.
+Answers once it is ready; then each line "received SECONDS" or "bare SECONDS" is a turn with one
+answer. The bridge is paused while the bare camera draws.
 """
 
 import time
 
 import pybullet
+from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
-from bullet_sim.specs import CameraSpec
+from pairs import rate_of_work
 
 from observers import bare, graph
-from pairs import rate_of_work
 
 QUIET = 0.3  # [s] between pausing or going on and the window
 
@@ -73,6 +73,7 @@ def main(renderer):
     time.sleep(1.5)
     simulation.pause()
     bare_camera = BareCamera(bare.bare_world(), renderer)
+    graph.say(ready=True)
     while True:
         kind, seconds = graph.hear()
         if kind == "bare":

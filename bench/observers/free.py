@@ -10,8 +10,9 @@ import json
 import os
 import time
 
-from observers import bare, graph
 from usage import Watch, between
+
+from observers import bare, graph
 
 QUIET = 0.2  # [s] after a pause, until what was under way has arrived
 SETTLE = 0.3  # [s] after going on, until the window begins

@@ -9,10 +9,10 @@ import time
 import rospy
 from controller_manager_msgs.srv import LoadController, SwitchController, SwitchControllerRequest
 from gazebo_msgs.srv import SpawnModel, SpawnModelRequest
+from worlds.car_description import describe
 
 from observers import bare, graph
 from observers.circle import COMMANDS
-from worlds.car_description import describe
 
 SETTLE = 0.3  # [s] between pausing or going on and the window
 

@@ -4,7 +4,8 @@ from curves import bars
 from figures import BenchError
 from launching import Launch
 from pairs import alternate, pairs_of
-from report import ratio_row
+from report import Row, ratio_row, spent_text
+from usage import Watch
 
 # Renderer, width and height [px], rate that is asked for [Hz], whether a quick run takes it.
 CAMERAS = (
@@ -43,11 +44,17 @@ def _measure(renderer, width, height, rate, pairs, log):
         ],
     ) as launch:
         observer = launch.observer("frames", renderer)
+        observer.answer()
 
         def turn(kind):
             return observer.ask(f"{kind} 1.5")["rate"]
 
-        measured = alternate(lambda: turn("bare"), {"received": lambda: turn("received")}, pairs)
+        measured = alternate(
+            lambda: turn("bare"),
+            {"received": lambda: turn("received")},
+            pairs,
+            Watch(launch.roles()),
+        )
     return dict(measured["received"].figures(), asked_hz=rate)
 
 
@@ -55,6 +62,7 @@ def rows(figures):
     """One a camera."""
     for name, row in figures.items():
         yield ratio_row(f"pictures, {name}", row, "bare getCameraImage", "Hz")
+        yield Row("  processors", spent_text(row["spent"]))
 
 
 def draw(figures, folder):

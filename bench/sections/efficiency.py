@@ -11,7 +11,6 @@ from observers.circle import SPEED, WHEEL_RADIUS
 from pairs import Turn, alternate, pairs_of
 from report import Row, compared, ratio_row, spent_text
 from spread import Spread
-from usage import summarise
 
 TOPICS = ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock")
 CAR = {"model": "racecar", "description": "/robot_description", "namespace": "/racecar", "x": 0.0}
@@ -106,8 +105,6 @@ def _measure(variant, seconds, pairs, log):
         "own_time_ratio": _own_time(bare, free),
         "car_speeds_m_s": _same_speeds(bare, free),
         "received_per_sim_s": _received(free),
-        "spent": summarise([turn["spent"] for turn in free]),
-        "reference_spent": summarise([turn["spent"] for turn in bare]),
         "paused_graph": _paused(bare),
     }
 
@@ -180,7 +177,8 @@ def rows(figures):
         yield Row(ratio.label, text, ratio.value)
         if row["own_time_ratio"] is not None:
             own = Spread.read(row["own_time_ratio"])
-            yield Row(f"by its own processor time, {name}", own.text(), own)
+            text = f"{own.text()} per processor time of the stepping thread"
+            yield Row(f"own time, {name}", text, own)
         yield Row("  processors", spent_text(row["spent"]))
         yield Row(
             "  beside the reference",

@@ -1,11 +1,13 @@
 """A step with ten times the triangles outside the car's neighbourhood; no ROS."""
 
+import os
 import pathlib
 import tempfile
 
 from pairs import alternate, pairs_of, rate_of_work
 from report import ratio_row
 from static_mesh import world_with
+from usage import Watch
 
 CELLS = (32, 100)  # of the hills: 2 cells^2 triangles
 SECONDS = 0.5  # of a turn
@@ -26,7 +28,10 @@ def measure(quick, _log):
                 return rate_of_work(work, SECONDS)
 
             measured = alternate(
-                lambda: turn(worlds[0]), {"many": lambda: turn(worlds[1])}, pairs_of(quick)
+                lambda: turn(worlds[0]),
+                {"many": lambda: turn(worlds[1])},
+                pairs_of(quick),
+                Watch({"bench": [os.getpid()]}),
             )
         finally:
             for world in worlds:

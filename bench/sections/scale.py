@@ -7,11 +7,14 @@ same ratio for any number of cars means the same cost for each.
 import statistics
 
 from curves import RED, lines, pyplot, save
+from figures import BenchError
 from launching import Launch
+from observers.circle import SPEED, WHEEL_RADIUS
 from pairs import Turn, alternate, pairs_of
 from processes import memory_bytes
 from report import Row, compared, ratio_row
 from spread import Spread
+from usage import Watch
 
 MB = 1e6
 COUNTS, QUICK_COUNTS = (1, 2, 4, 8, 16, 32), (1, 2, 4)
@@ -37,8 +40,15 @@ def measure(quick, log):
                 lambda: observer.ask(f"bare {BARE_SECONDS}")["pace"],
                 {"cars": many},
                 pairs_of(quick),
+                Watch(launch.roles()),
             )["cars"]
             answers = [turn.details for turn in pairs.variant]
+            slowest = min(answer["speed"] for answer in answers)
+            if slowest < 0.5 * SPEED * WHEEL_RADIUS:
+                raise BenchError(
+                    f"the last of {cars} cars drives at {slowest:.2f} m/s only, its wheels' speed "
+                    f"is {SPEED * WHEEL_RADIUS:.2f} m/s"
+                )
             found.append(
                 {
                     **pairs.figures(),

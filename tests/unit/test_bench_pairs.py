@@ -9,7 +9,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from figures import BenchError  # noqa: E402
 from pairs import PAIRS, QUICK_PAIRS, Turn, alternate, pairs_of, rate_of_work  # noqa: E402
+from processes import Machine as Processors  # noqa: E402
 from spread import WITHIN  # noqa: E402
+from usage import Reading  # noqa: E402
 
 
 class Machine:
@@ -90,6 +92,30 @@ def test_each_variant_follows_a_reference_of_its_own():
     assert measured["b"].ratios == [2.0, 2.0] and measured["c"].ratios == [3.0, 3.0]
     assert [item.details["number"] for item in measured["c"].reference] == [3, 7]
     assert [item.details["number"] for item in measured["c"].variant] == [4, 8]
+
+
+def test_a_watch_tells_what_each_turn_spent():
+    """The machine is busy 0.75 of the variant's time and 0.5 of the reference's, all by others."""
+    clock = {"now": 0.0, "busy": 0.0}
+
+    class OwnWatch:
+        def read(self):
+            return Reading(clock["now"], Processors(clock["busy"], 0.0), {}, {})
+
+    def turn(share, value):
+        def measure():
+            clock["now"] += 2.0
+            clock["busy"] += 2.0 * share
+            return Turn(value, {"kept": True})
+
+        return measure
+
+    measured = alternate(turn(0.5, 2.0), {"v": turn(0.75, 1.0)}, 3, OwnWatch())["v"]
+    figures = measured.figures()
+    assert (figures["spent"]["others"], figures["reference_spent"]["others"]) == (0.75, 0.5)
+    assert figures["ratio"]["median"] == 0.5
+    assert all(turn.details["kept"] for turn in measured.variant)
+    assert "spent" not in alternate(turn(0.5, 2.0), {"v": turn(0.5, 2.0)}, 1)["v"].figures()
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])

@@ -8,11 +8,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-import bench  # noqa: E402
 from pairs import alternate  # noqa: E402
 from report import compared, ratio_row, table  # noqa: E402
 from sittings import merged, read_sittings  # noqa: E402
 from spread import WITHIN  # noqa: E402
+
+import bench  # noqa: E402
 
 
 def figures_of(*values):
@@ -61,6 +62,18 @@ def test_the_table_tells_what_failed_and_that_it_was_quick():
     assert "growth FAILED" in text and "no bridge" in text
     assert "not to be quoted" in text
     assert "not to be quoted" not in table(result("a", 1.0, 1.0, 1.0))
+
+
+def test_a_machine_that_was_not_idle_is_told():
+    spent = {
+        "spent": {"others": 1.2, "others_most": 2.0, "stolen": 0.05},
+        "rows": [{"spent": {"others": 0.02, "stolen": 0.0}}],
+    }
+    busy = result("a", 1.0, 1.0, 1.0, other_section=spent)
+    assert "others had up to 1.25 processors" in table(busy)
+    assert "Not an idle machine in a: others had up to 1.25" in merged([busy])
+    spent["spent"]["others"] = 0.04
+    assert "idle" not in table(busy) and "idle" not in merged([busy])
 
 
 def test_sittings_become_one_table_of_ranges(tmp_path):

@@ -12,13 +12,14 @@ import pytest
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
-import bench  # noqa: E402
 from figures import BenchError  # noqa: E402
 from pairs import Turn, alternate  # noqa: E402
 from report import Row, table  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
 from usage import summarise  # noqa: E402
 from worlds.car_description import describe  # noqa: E402
+
+import bench  # noqa: E402
 
 
 @pytest.mark.parametrize("name", SECTIONS)
