@@ -36,7 +36,7 @@ class BareCamera:
         mirror.apply(world.snapshot())
         car = world.model("racecar")
         spec = next(spec for spec in car.description.sensors if isinstance(spec, CameraSpec))
-        index, offset = car.carrier(spec.link)
+        index, offset = car.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, car.source.key, index + 1, 1)
         request = CameraRequest(**dict(vars(request), pose=(pose.position, pose.rpy)))
