@@ -1,4 +1,6 @@
-from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
+"""Python half of the package, read by catkin_python_setup."""
 
-setup(**generate_distutils_setup(packages=['bullet_viewer'], package_dir={'': 'src'}))
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import find_packages, setup
+
+setup(**generate_distutils_setup(packages=find_packages("src"), package_dir={"": "src"}))
