@@ -73,6 +73,7 @@ def _build(step):
             ROOT,
             f"-j{len(os.sched_getaffinity(0))}",
             f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
+            "-DCMAKE_PREFIX_PATH=",
             "-DCMAKE_BUILD_TYPE=Release",
             "-DCATKIN_ENABLE_TESTING=OFF",
             "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(inputs.installed_elsewhere()),

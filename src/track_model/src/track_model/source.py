@@ -9,11 +9,10 @@ from track_model.spec import TrackError
 def tracks_directory():
     """Return the folder of the tracks that come with the package."""
     here = os.path.dirname(os.path.realpath(__file__))
-    candidates = [os.path.join(here, "..", "..")]
-    candidates += [
-        os.path.join(prefix, "share", "track_model")
-        for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
-        if prefix
+    candidates = [
+        os.path.join(here, "..", ".."),  # source tree
+        # install space, from lib/python3/dist-packages/track_model
+        os.path.join(here, *[".."] * 4, "share", "track_model"),
     ]
     for candidate in candidates:
         directory = os.path.normpath(os.path.join(candidate, "tracks"))

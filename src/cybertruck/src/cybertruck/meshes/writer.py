@@ -59,10 +59,11 @@ def write(directory):
 
 
 def main(argv=None):
-    """Command line: optional target folder; prints the paths written."""
-    default = os.path.join(os.path.dirname(__file__), "..", "..", "..", "meshes")
+    """Command line: target folder, by default that of the source tree; prints the paths."""
+    default = os.path.normpath(os.path.join(os.path.dirname(__file__), "..", "..", "..", "meshes"))
+    optional = "?" if os.path.isdir(default) else None  # an install space has no sources
     parser = argparse.ArgumentParser(prog="make_meshes", description=__doc__)
-    parser.add_argument("directory", nargs="?", default=os.path.normpath(default))
+    parser.add_argument("directory", nargs=optional, default=default)
     for path in write(parser.parse_args(argv).directory):
         print(path)
     return 0
