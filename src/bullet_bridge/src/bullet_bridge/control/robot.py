@@ -155,7 +155,7 @@ class RobotControl:
             return False
         for note in spec.notes:
             self._say_once(rospy.loginfo, note.partition(": ")[2] or note, note)
-        for warning in (*spec.warnings, *self.manager.cut_gains(spec, self.world.time_step)):
+        for warning in spec.warnings:
             self._say_once(rospy.logwarn, warning, warning)
         try:
             with all_or_none():

@@ -4,8 +4,8 @@ import os
 
 import numpy as np
 
+from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.stiffness import joint_inertias
 from bullet_sim.description.lump import lump
 from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.errors import ModelError

@@ -1,39 +1,8 @@
-"""Gains that a physics step can bear.
-
-An effort that a PID computes acts for a whole step. A gain on velocity that is greater than inertia
-per step turns the joint's error around within the step; above twice that it grows in every step,
-and a light wheel chatters at full effort, whatever engine integrates it. Published robots have such
-gains (1 N m s/rad on a wheel of 1e-4 kg m^2): those are cut to what cancels the error within one
-step, the greatest that is of any use; smaller ones stay as they are.
-"""
-
-from dataclasses import replace
+"""Inertia that an effort of each joint has to move."""
 
 import numpy as np
 
 from bullet_sim.pose import Pose
-
-
-def bearable(gains, goal, inertia, period):
-    """The gains, cut where a step of the physics could not bear them.
-
-    Args:
-        gains: PidGains that give an effort.
-        goal: 'velocity' or 'position'.
-        inertia: that the joint moves [kg m^2, kg].
-        period: [s].
-    """
-    on_rate = inertia / period
-    if goal == "velocity":
-        return _cut(gains, p=on_rate)
-    return _cut(gains, p=on_rate / period, d=on_rate)
-
-
-def _cut(gains, **limits):
-    cut = {name: min(max(getattr(gains, name), -limit), limit) for name, limit in limits.items()}
-    return (
-        gains if all(cut[name] == getattr(gains, name) for name in cut) else replace(gains, **cut)
-    )
 
 
 def joint_inertias(lumped, fixed_base):
