@@ -57,6 +57,7 @@ def main():
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
     rospy.init_node("gazebo", disable_rostime=True)
     world = World()
+    world.contacts.on_implausible = rospy.logerr
     cameras = viewer = relay = None
     try:
         config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))

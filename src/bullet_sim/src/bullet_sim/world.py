@@ -7,6 +7,7 @@ from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.models.contacts import PERIOD, Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
 from bullet_sim.pose import PLACEABLE, Pose
@@ -29,7 +30,9 @@ class World:
         self.name = "default"
         self.models = {}
         self.forces = Forces()
+        self.contacts = Contacts(self._engine)
         self.step_count = 0
+        self._next_check = 0.0  # simulated time of the next check for implausible states
         self._loaded_names = ()  # models of the world file, in file order
         self._fresh = True  # no step since the start or the last reset
         self._changed = self._deleted = False  # models were spawned or deleted; deleted
@@ -131,6 +134,8 @@ class World:
         self._next_key += 1
         model = Model(self._engine, self._next_key, description, pose.normalised(), self._folder)
         self.models[description.name] = model
+        self.contacts.model_added(model)
+        model.on_moved = self.contacts.model_moved
         self._changed = True
         return model
 
@@ -149,6 +154,7 @@ class World:
     def delete(self, name):
         """Remove a model."""
         self.forces.remove_model(self.model(name))
+        self.contacts.model_removed(self.model(name))
         self.model(name).remove()
         del self.models[name]
         self._changed = self._deleted = True
@@ -160,19 +166,24 @@ class World:
             for model in self.models.values()
             if model.manager is not None and model.manager.periodic
         ]
-        if not managers and not self.forces.active:
-            self._engine.step(count)
-            self.step_count += count
-            self._fresh = False
-            return
-        for _ in range(count):
-            for manager in managers:
-                manager.update(self.time_step)
-            if self.forces.active:
-                self.forces.apply(self.step_count)
-            self._engine.step()
-            self.step_count += 1
+        self.contacts.prepare(self.models)
+        end = self.step_count + count
+        while self.step_count < end:
+            stride = self.contacts.stride(self.step_count, end - self.step_count)
+            if managers or self.forces.active:
+                stride = 1
+                for manager in managers:
+                    manager.update(self.time_step)
+                if self.forces.active:
+                    self.forces.apply(self.step_count)
+            self.contacts.apply_forces()
+            self._engine.step(stride)
+            self.step_count += stride
+            self.contacts.update(self.step_count)
         self._fresh = False
+        if self.time >= self._next_check:
+            self._next_check = self.time + PERIOD
+            self.contacts.check()
 
     def reset(self, time=True):
         """Reload every model at its initial pose into a cleared engine, as after a new start.
@@ -181,9 +192,8 @@ class World:
             time: also set simulated time to 0.
         """
         self.forces.clear()
-        self._engine.clear()
-        for model in self.models.values():
-            model.reload()
+        self._reload()
+        self._next_check = 0.0
         self._fresh, self._changed, self._deleted = True, False, False
         if time:
             self.step_count = 0
@@ -220,11 +230,18 @@ class World:
             return False
         self._deleted = False
         saved = [model.save_state() for model in self.models.values()]
-        self._engine.clear()
+        self._reload()
         for model, state in zip(self.models.values(), saved):
-            model.reload()
             model.restore_state(state)
         return True
+
+    def _reload(self):
+        """Load all models into a cleared engine, at their initial poses."""
+        self._engine.clear()
+        self.contacts.clear()
+        for model in self.models.values():
+            model.reload()
+            self.contacts.model_added(model)
 
     def sources(self):
         """BodySources of all models, for a mirror."""

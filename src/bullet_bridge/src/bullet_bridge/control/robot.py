@@ -157,7 +157,7 @@ class RobotControl:
             return False
         for note in spec.notes:
             self._log_once(rospy.loginfo, note.partition(": ")[2] or note, note)
-        for warning in (*spec.warnings, *self.manager.gain_warnings(spec, self.world.time_step)):
+        for warning in spec.warnings:
             self._log_once(rospy.logwarn, warning, warning)
         try:
             with all_or_none():

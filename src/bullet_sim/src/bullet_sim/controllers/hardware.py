@@ -8,8 +8,8 @@ it. An effort is applied before every step. A joint with gains of its own
 import math
 
 from bullet_sim.controllers.angles import position_error
-from bullet_sim.controllers.gain_limits import stable_gains
 from bullet_sim.controllers.pid import Pid
+from bullet_sim.controllers.servo import SERVOS, is_stiff
 from bullet_sim.errors import ControllerError
 
 
@@ -18,17 +18,18 @@ class Hardware:
 
     Args:
         joints: bullet_sim.models.joints.Joints.
-        interfaces: mapping joint name -> hardware interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see gain_limits.py; None:
-            gains are not limited.
+        interfaces: mapping joint name -> offered interfaces, from <transmission>s.
+        inertias: mapping joint name -> inertia that its effort moves, see inertias.py; joints that
+            are not in it get their PIDs' efforts as they are.
     """
 
     def __init__(self, joints, interfaces=None, inertias=None):
         self._joints = joints
-        self._inertias, self._stable_gains = inertias or {}, {}
+        self._inertias = inertias or {}
         self._interfaces = interfaces or {}
         self._pids, self._targets, self._efforts = {}, {}, {}
         self._by_pid = {}
+        self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
 
     @property
     def names(self):
@@ -100,19 +101,6 @@ class Hardware:
         else:
             self._pids[joint] = Pid(gains)
 
-    def stable_gains(self, joint, gains, goal, period):
-        """Gains of a PID that computes an effort, limited to stable ones; see gain_limits.py."""
-        key = (joint, gains, goal, period)
-        if key not in self._stable_gains:
-            if len(self._stable_gains) > 1000:
-                self._stable_gains.clear()
-            self._stable_gains[key] = (
-                gains
-                if joint not in self._inertias
-                else stable_gains(gains, goal, self._inertias[joint], period)
-            )
-        return self._stable_gains[key]
-
     def pid(self, joint):
         """The Pid of a joint, or None."""
         return self._pids.get(joint)
@@ -144,23 +132,58 @@ class Hardware:
                 self._joints.release([name])
             self._efforts[name] = value
 
+    def regulate(self, name, pid, goal, error, velocity, period):
+        """Push a joint with the effort of a PID, until told otherwise.
+
+        Args:
+            name: the joint.
+            pid: its Pid.
+            goal: "velocity" or "position".
+            error: of the goal.
+            velocity: the joint's [rad/s, m/s].
+            period: since the last time, and to the next [s].
+
+        Returns:
+            The effort that the PID gives [N m, N].
+        """
+        self._regulate(self._efforts, name, pid, goal, error, velocity, period)
+        return pid.output
+
+    def _regulate(self, efforts, name, pid, goal, error, velocity, period):
+        inertia = self._inertias.get(name)
+        if inertia is None or not is_stiff(pid.gains, goal, inertia, period):
+            if self._tracked.pop(name, None) is not None:
+                self._joints.release([name])
+            efforts[name] = pid.compute(error, period)
+            return
+        servo = self._servos.get(name)
+        if servo is None or servo.goal != goal or name not in self._tracked:
+            servo = self._servos[name] = SERVOS[goal](inertia)
+        rate = -velocity if goal == "position" else 0.0
+        pid.compute(error, period, error_rate=rate)
+        efforts.pop(name, None)
+        self._tracked[name] = servo.target(pid.gains, error, velocity, pid.terms[1], period)
+
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""
         for name in names:
-            for commands in (self._targets, self._efforts, self._by_pid):
+            for commands in self._commands():
                 commands.pop(name, None)
         self._joints.release(names)
 
+    def _commands(self):
+        return self._targets, self._efforts, self._by_pid, self._tracked, self._servos
+
     def restart(self):
-        """Drop all commands: the body was reloaded."""
-        for commands in (self._targets, self._efforts, self._by_pid):
+        """Forget all commands: the body was loaded anew."""
+        for commands in self._commands():
             commands.clear()
 
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self):
-        """Whether efforts have to be written before every step."""
-        return bool(self._efforts or self._targets)
+        """Whether something has to be written before every step."""
+        return bool(self._efforts or self._targets or self._tracked)
 
     def write(self, state, period):
         """Write the efforts for the next step; one that is not finite counts as 0.
@@ -178,9 +201,8 @@ class Hardware:
                     if kind == "velocity"
                     else position_error(self.limits[name], positions[name], target)
                 )
-                pid = self._pids[name]
-                self._by_pid[name] = pid.compute(
-                    error, period, gains=self.stable_gains(name, pid.gains, kind, period)
+                self._regulate(
+                    self._by_pid, name, self._pids[name], kind, error, velocities[name], period
                 )
         efforts = {}
         for wanted in (self._efforts, self._by_pid):
@@ -188,6 +210,11 @@ class Hardware:
                 low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
                 efforts[name] = min(max(effort, low), high) if math.isfinite(effort) else 0.0
         self._joints.apply_efforts(efforts)
+        for name, (speed, effort) in self._tracked.items():
+            low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
+            most = high if speed > velocities[name] else -low
+            effort = min(effort, most) if math.isfinite(effort) else 0.0
+            self._joints.track(name, speed if math.isfinite(speed) else 0.0, effort)
 
     def _speed_error(self, name, target, velocity):
         limit = self.limits[name].velocity or abs(target)

@@ -111,7 +111,7 @@ class PidControl(Controller):
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
         self.pids = tuple(Pid(gains) for gains in spec.gains)
-        self._command, self._cut = (), {}
+        self._command = ()
         self._write = {"velocity": hardware.velocities, "effort": hardware.efforts}[
             spec.kind.interface
         ]
@@ -136,28 +136,25 @@ class PidControl(Controller):
     def update(self, state, time, period):
         """One computation of each PID."""
         positions, velocities = state
-        outputs, first = [], None
+        outputs, first, goal = [], None, self.spec.kind.goal
         for joint, pid, target in zip(self.spec.joints, self.pids, self._command):
-            if self.spec.kind.goal == "position":
+            if goal == "position":
                 limits = self.hardware.limits[joint]
                 if limits.lower is not None:
                     target = min(max(target, limits.lower), limits.upper)
-                value, rate = positions[joint], velocities[joint]
+                value = positions[joint]
                 error = position_error(limits, value, target)
             else:
-                value, rate = velocities[joint], 0.0
+                value = velocities[joint]
                 error = target - value
-            outputs.append(pid.compute(error, period, gains=self._gains(joint, pid, period)))
-            first = first or (target, value, rate, error)
-        self._write(self.spec.joints, outputs)
+            rate = velocities[joint]
+            outputs.append(self._output(joint, pid, error, rate, period))
+            first = first or (target, value, rate if goal == "position" else 0.0, error)
+        if self.spec.kind.interface == "velocity":
+            self.hardware.velocities(self.spec.joints, outputs)
         self.sample = Sample(time, period, *first, outputs[0])
 
-    def _gains(self, joint, pid, period):
-        """Gains for the output: for an effort the PID's gains, limited to stable ones."""
-        if self.spec.kind.interface != "effort":
-            return pid.gains
-        own, cut, of_period = self._cut.get(joint, (None, None, 0.0))
-        if own is not pid.gains or of_period != period:
-            cut = self.hardware.stable_gains(joint, pid.gains, self.spec.kind.goal, period)
-            self._cut[joint] = (pid.gains, cut, period)
-        return cut
+    def _output(self, joint, pid, error, rate, period):
+        if self.spec.kind.interface == "velocity":
+            return pid.compute(error, period)
+        return self.hardware.regulate(joint, pid, self.spec.kind.goal, error, rate, period)

@@ -17,7 +17,7 @@ class Manager:
         joints: bullet_sim.models.joints.Joints of the robot: limits, positions, motors.
         description: ModelDescription: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
-        inertias: mapping joint name -> inertia that its effort moves, see gain_limits.py.
+        inertias: mapping joint name -> inertia that its effort moves, see inertias.py.
 
     Attributes:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
@@ -88,26 +88,6 @@ class Manager:
     def control_period(self, time_step):
         """Time [s] between two updates of a controller, with a physics step [s]."""
         return max(1, math.ceil(self._period / time_step - 1e-6)) * time_step
-
-    def gain_warnings(self, spec, time_step):
-        """A sentence for each joint whose gains are limited to stable ones (gain_limits.py).
-
-        Args:
-            spec: ControllerSpec of a loaded controller.
-            time_step: physics step [s].
-        """
-        if spec.kind.interface != "effort":
-            return []
-        period, texts = self.control_period(time_step), []
-        for joint, gains in zip(spec.joints, spec.gains):
-            cut = self.hardware.stable_gains(joint, gains, spec.kind.goal, period)
-            if cut != gains:
-                texts.append(
-                    f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are more than "
-                    f"the light joint '{joint}' bears at steps of {period:g} s; it works "
-                    f"with p {cut.p:.3g}, d {cut.d:.3g}"
-                )
-        return texts
 
     def is_running(self, name):
         """Whether a controller is loaded and running."""

@@ -86,6 +86,15 @@ def moved(link, pose):
         copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
         copy.visuals = [shape.at(pose) for shape in link.visuals]
         copy.collisions = [shape.at(pose) for shape in link.collisions]
+        copy.surface = _turned(link.surface, pose)
+    return copy
+
+
+def _turned(surface, pose):
+    """A copy of a link's surface in a frame in which the link's frame has the given pose."""
+    copy = Surface(**vars(surface))
+    if copy.direction is not None:
+        copy.direction = tuple((pose.matrix @ np.asarray(copy.direction)).tolist())
     return copy
 
 
@@ -107,7 +116,7 @@ def _merge(into, link, pose):
         target.extend(shape.at(pose) for shape in source)
     into.self_collide |= link.self_collide
     if into.surface.friction is None and link.collisions:
-        into.surface = Surface(**vars(link.surface))
+        into.surface = _turned(link.surface, pose)
 
 
 def _shift(mass, arm):

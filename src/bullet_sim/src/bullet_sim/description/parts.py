@@ -52,13 +52,30 @@ class Shape:
         return replace(self, pose=pose * self.pose)
 
 
+EVERYTHING = 0xFFFF  # collide_bitmask of what names none
+
+
 @dataclass
 class Surface:
-    """Contact properties; None: the engine's default."""
+    """Contact properties of a link; None: not given.
+
+    Attributes:
+        friction, friction2: Coulomb coefficients along the first and the second direction.
+        direction: the first direction (fdir1) in the link's frame.
+        stiffness [N/m], damping [N s/m]: of the contact.
+        bitmask: two links touch where the AND of their masks is not 0.
+        max_speed: [m/s] at which the link is pushed out of what it was spawned in.
+        min_depth: [m] of penetration that is left alone then.
+    """
 
     friction: float | None = None
+    friction2: float | None = None
+    direction: tuple[float, float, float] | None = None
     stiffness: float | None = None
     damping: float | None = None
+    bitmask: int = EVERYTHING
+    max_speed: float | None = None
+    min_depth: float = 0.0
 
 
 @dataclass

@@ -6,9 +6,10 @@ Poses are those of link frames (not of inertial frames), quaternions are (x, y, 
 from bullet_sim.engine.bodies import Bodies
 from bullet_sim.engine.pictures import Pictures
 from bullet_sim.engine.sensing import Sensing
+from bullet_sim.engine.touch import Touch
 
 
-class Engine(Bodies, Sensing, Pictures):
+class Engine(Bodies, Sensing, Touch, Pictures):
     """One headless PyBullet client.
 
     Args:

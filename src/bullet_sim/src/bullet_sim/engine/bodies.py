@@ -64,6 +64,8 @@ class Bodies(Motion, Motors):
             for i in range(p.getNumJoints(body, physicsClientId=self._client))
         ]
         self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
+        if not fixed_base:
+            self._free.add(body)
         self._prepare_dynamics(body, joints)
         self.set_base_pose(body, position, orientation)
         return body
@@ -71,7 +73,13 @@ class Bodies(Motion, Motors):
     def _prepare_dynamics(self, body, joints):
         client = self._client
         p.changeDynamics(
-            body, -1, linearDamping=0.0, angularDamping=0.0, restitution=0.0, physicsClientId=client
+            body,
+            -1,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            restitution=0.0,
+            maxJointVelocity=MAX_COORDINATE_SPEED,
+            physicsClientId=client,
         )
         for joint in joints:
             p.changeDynamics(
@@ -91,6 +99,9 @@ class Bodies(Motion, Motors):
         """Remove a body."""
         p.removeBody(body, physicsClientId=self._client)
         del self._movable[body], self._inertial[body], self._outward[body]
+        self._free.discard(body)
+        self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
+        self._scaled = {key for key in self._scaled if key[0] != body}
         self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
 
     def joint_names(self, body):
@@ -107,12 +118,9 @@ class Bodies(Motion, Motors):
             names[p.getJointInfo(body, i, physicsClientId=self._client)[12].decode()] = i
         return names
 
-    def set_surface(
-        self, body, link, friction=None, rolling=None, spinning=None, stiffness=None, damping=None
-    ):
+    def set_surface(self, body, link, rolling=None, spinning=None, stiffness=None, damping=None):
         """Set the contact properties of one link (index as link_indices gives it)."""
         values = {
-            "lateralFriction": friction,
             "rollingFriction": rolling,
             "spinningFriction": spinning,
         }

@@ -27,6 +27,8 @@ class Client:
 
     def _configure(self):
         self._movable = {}
+        self._free = set()  # bodies whose root link is not fixed
+        self._friction, self._scaled = {}, set()  # coefficients that were set, anisotropic links
         self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
         p.setTimeStep(self.time_step, physicsClientId=self._client)

@@ -140,6 +140,19 @@ class Joints:
             self._engine.drive_effort(self._body, self._index[name], effort)
             self._applied[name] = effort
 
+    def track(self, name, velocity, effort):
+        """Track a velocity [rad/s, m/s] with at most an effort [N m, N], without other limits.
+
+        The joint's own friction acts against it.
+        """
+        friction = self.limits[name].friction
+        if friction >= effort > 0.0:
+            velocity, effort = 0.0, friction
+        else:
+            effort = max(0.0, effort - friction)
+        self._applied.pop(name, None)
+        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
+
     def effort_bounds(self, name, position, velocity):
         """Least and greatest effort [N m, N] a joint's motor may give in a state.
 

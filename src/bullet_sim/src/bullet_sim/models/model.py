@@ -4,9 +4,10 @@ import os
 
 import numpy as np
 
-from bullet_sim.controllers.gain_limits import joint_inertias
+from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.lump import lump
+from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
 from bullet_sim.models.joints import Joints
@@ -39,6 +40,7 @@ class Model:
         self._engine = engine
         self._key = key
         self._changes = {}
+        self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
         localise(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
@@ -80,10 +82,11 @@ class Model:
             self._engine.set_surface(
                 self.body,
                 self._links[name],
-                friction=link.surface.friction,
                 stiffness=link.surface.stiffness,
                 damping=link.surface.damping,
             )
+            if link.surface.bitmask != EVERYTHING:
+                self._engine.set_bitmask(self.body, self._links[name], link.surface.bitmask)
 
         for change in self._changes.values():
             change()
@@ -137,6 +140,15 @@ class Model:
     def rigid_parts(self):
         """Links that remain when fixed joints are merged: Link by name."""
         return self._lumped.links
+
+    @property
+    def parts_joints(self):
+        """Joints that remain when fixed joints are merged."""
+        return self._lumped.joints
+
+    def index(self, part):
+        """Number in the engine of one of the rigid_parts."""
+        return self._links[part]
 
     @property
     def link_names(self):
@@ -219,6 +231,7 @@ class Model:
         if not self.is_static:
             self._engine.set_base_velocity(self.body, linear, angular)
         self._placed = (pose, linear, angular)
+        self.on_moved(self)
 
     def state(self):
         """BodyState for a snapshot."""

@@ -1,47 +1,16 @@
-"""Limits of PID gains for which a joint is stable with the physics step.
-
-An effort that a PID computes acts for a whole step. A velocity gain above inertia / step reverses
-the joint's error within the step; above twice that the error grows in every step and a light wheel
-chatters at full effort, with any physics engine. Published robots have such gains (1 N m s/rad on a
-wheel of 1e-4 kg m^2). They are cut to the value that cancels the error within one step, the largest
-useful one; smaller gains are not changed.
-"""
-
-from dataclasses import replace
+"""Inertia that an effort of each joint has to move."""
 
 import numpy as np
 
 from bullet_sim.pose import Pose
 
 
-def stable_gains(gains, goal, inertia, period):
-    """The gains, cut to those that are stable with the physics step.
-
-    Args:
-        gains: PidGains that give an effort.
-        goal: 'velocity' or 'position'.
-        inertia: moved by the joint [kg m^2, kg].
-        period: [s].
-    """
-    on_rate = inertia / period
-    if goal == "velocity":
-        return _cut(gains, p=on_rate)
-    return _cut(gains, p=on_rate / period, d=on_rate)
-
-
-def _cut(gains, **limits):
-    cut = {name: min(max(getattr(gains, name), -limit), limit) for name, limit in limits.items()}
-    return (
-        gains if all(cut[name] == getattr(gains, name) for name in cut) else replace(gains, **cut)
-    )
-
-
 def joint_inertias(lumped, fixed_base):
-    """Inertia that an effort of each joint moves, all joints at 0 and without contacts.
+    """Inertia that an effort of each joint has to move, all joints at 0 and nothing touching.
 
     Args:
         lumped: LumpedModel.
-        fixed_base: whether the root link is fixed to the world.
+        fixed_base: whether the root link is held by the world.
 
     Returns:
         Dict of joint name -> [kg m^2], of a prismatic joint [kg]: the reduced inertia of both
