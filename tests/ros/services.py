@@ -68,6 +68,8 @@ class Services(unittest.TestCase):
 
     def setUp(self):
         self.put_box(HOME)
+        car = ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), "world")
+        self.ok(call("set_model_state", srv.SetModelState, car))  # what it did before: all gone
 
     def put_box(self, pose, twist=None):
         state = ModelState("box", pose, twist or Twist(), "world")
