@@ -18,11 +18,13 @@ from sensor_msgs.msg import JointState
 from cybertruck.msg import CyberDriveStamped
 
 STEP = 0.01  # simulated time of a step [s]
-PACE = 0.004  # wall time of a step [s]
+PACE = 0.002  # least wall time of a step [s]
+LAG = 10  # steps that it goes on when commands that came fail to come
+PATIENCE = 0.5  # wall time for which it then waits [s]
 
 
 class FakeRig:
-    """Publishes in a thread of its own, simulated time running faster than the wall's."""
+    """Publishes in a thread of its own, as fast as whoever drives it sends commands."""
 
     def __init__(self, hitch_angle=0.0):
         """Starts at the origin with a hitch angle [rad]."""
@@ -41,6 +43,7 @@ class FakeRig:
         self._drive = rospy.Subscriber(
             "/cmd_cyberdrive", CyberDriveStamped, self._on_drive, queue_size=10
         )
+        self._made, self._heard = 0, None  # steps; their count at the last command, None: silence
         self._running = True
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -62,6 +65,7 @@ class FakeRig:
         with self.lock:
             self.command = message.drive.steering_angle, message.drive.speed
             self.commands.append((self.time, *self.command))
+            self._heard = self._made
 
     def _run(self):
         while self._running:
@@ -77,6 +81,16 @@ class FakeRig:
                     self.geometry,
                 )
                 self._publish(speed)
+                self._made += 1
+            time.sleep(PACE)
+            self._wait()
+
+    def _wait(self):
+        """Waits while commands that came before fail to come: a busy machine is no fault."""
+        deadline = time.monotonic() + PATIENCE
+        while self._running and self._heard is not None and self._made - self._heard > LAG:
+            if time.monotonic() > deadline:
+                self._heard = None
             time.sleep(PACE)
 
     def _publish(self, speed):

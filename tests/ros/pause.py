@@ -51,7 +51,8 @@ class Pause(unittest.TestCase):
 
     def test_pause_freezes_the_clock_and_unpause_goes_on(self):
         self.call("pause_physics")
-        time.sleep(0.3)  # what was on its way may still arrive
+        now = self.call("get_world_properties", GetWorldProperties).sim_time
+        wait_until(lambda: self.clock.last.clock.to_sec() > now - 1e-6, "/clock of the pause")
         frozen = self.clock.last.clock
         time.sleep(1.0)
         self.assertEqual(self.clock.last.clock, frozen)

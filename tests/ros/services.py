@@ -21,6 +21,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
 from std_srvs.srv import Empty
+from stepping import Time
 
 MASS = 2.0  # of the box [kg]
 UNTURNED = Quaternion(0, 0, 0, 1)
@@ -67,6 +68,8 @@ class Services(unittest.TestCase):
 
     def setUp(self):
         self.put_box(HOME)
+        car = ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), "world")
+        self.ok(call("set_model_state", srv.SetModelState, car))  # what it did before: all gone
 
     def put_box(self, pose, twist=None):
         state = ModelState("box", pose, twist or Twist(), "world")
@@ -100,6 +103,7 @@ class Services(unittest.TestCase):
     def test_physics_properties_are_told_and_changed(self):
         now = self.ok(call("get_physics_properties", srv.GetPhysicsProperties))
         self.assertEqual((now.time_step, now.max_update_rate, now.pause), (0.001, 1000.0, False))
+        time = Time()
         self.put_box(HOME)
         self.ok(
             call(
@@ -111,11 +115,8 @@ class Services(unittest.TestCase):
                 now.ode_config,
             )
         )
-        start = rospy.get_time()
-        sleep_sim(0.5)
-        speed = self.box().twist.linear.z
-        self.assertGreater(speed, 0.9 * 0.5)
-        self.assertLess(speed, rospy.get_time() - start + 0.1)
+        time.go(0.5)
+        self.assertAlmostEqual(self.box().twist.linear.z, 0.5, delta=0.01)
         self.assertEqual(
             call("get_physics_properties", srv.GetPhysicsProperties).max_update_rate, 2000.0
         )
@@ -129,6 +130,7 @@ class Services(unittest.TestCase):
                 now.ode_config,
             )
         )
+        time.close()
 
     def test_impossible_physics_is_refused_and_changes_nothing(self):
         before = call("get_physics_properties", srv.GetPhysicsProperties)
@@ -240,11 +242,11 @@ class Services(unittest.TestCase):
         names = links.next().name
         self.assertLessEqual({"box::link", "car::base_link", "car::rear_left"}, set(names))
         self.assertNotIn("car::laser", names, "fixed joints are merged, as in Gazebo")
+        time = Time(heard=[models.topic])
         models.clear()
-        start = rospy.get_time()
-        sleep_sim(1.0)
-        count = len(models.messages)
-        self.assertAlmostEqual(count, 100 * (rospy.get_time() - start), delta=15)
+        time.go(1.0)
+        self.assertAlmostEqual(len(models.wait_count(99)), 100, delta=1)
+        time.close()
         models.close()
         links.close()
 

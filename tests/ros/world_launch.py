@@ -2,9 +2,13 @@
 """world.launch as a user starts it: controllers, stamps, camera, transforms."""
 
 import math
+import subprocess
+import sys
+import tempfile
 import unittest
 
 import numpy as np
+import roslib.packages
 import rospy
 import rostest
 import tf2_ros
@@ -58,6 +62,26 @@ class WorldLaunch(unittest.TestCase):
         np.testing.assert_allclose(np.diff(stamps_of(messages)), 0.02, atol=1e-6)
         self.assertEqual(messages[-1].header.frame_id, "odom")
         self.assertEqual(messages[-1].child_frame_id, "base_link")
+
+    def test_rates_as_rostest_measures_them(self):
+        """By the clock at their arrival, so that the times must be long enough for a late one."""
+        [hztest] = roslib.packages.find_node("rostest", "hztest")
+        common = ("_hz:=50.0", "_hzerror:=2.5", "_test_duration:=10.0", "_wait_time:=120.0")
+        with tempfile.TemporaryDirectory() as folder:
+            running = {}
+            for topic in ("joint_states", "odom"):
+                arguments = (f"_topic:=/racecar/{topic}", f"__name:=hztest_{topic}")
+                report = f"--gtest_output=xml:{folder}/{topic}.xml"
+                running[topic] = subprocess.Popen(
+                    [sys.executable, hztest, *common, *arguments, report],
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                )
+            for topic, process in running.items():
+                output, _ = process.communicate(timeout=2.0 * START_LIMIT)
+                with self.subTest(topic):
+                    self.assertEqual(process.returncode, 0, output)
 
     def test_camera_pictures_and_their_info_belong_together(self):
         infos = Recorder("/camera/camera_info", CameraInfo)
