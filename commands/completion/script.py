@@ -12,7 +12,7 @@ _paddock_run() {
     --breaks "$COMP_WORDBREAKS" 2>/dev/null) || return
   case $candidates in
     '') ;;
-    @commands) mapfile -t COMPREPLY < <(compgen -c -- "${COMP_WORDS[COMP_CWORD]}") ;;
+    @commands) mapfile -t COMPREPLY < <(compgen -c -- "$2" | sort -u) ;;
     *) mapfile -t COMPREPLY <<<"$candidates" ;;
   esac
   case ${COMPREPLY[0]:-} in *=) compopt -o nospace 2>/dev/null ;; esac

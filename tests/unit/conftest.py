@@ -1,6 +1,8 @@
 """Fixtures of the project's own tests."""
 
+import os
 import pathlib
+import signal
 import sys
 
 import pytest
@@ -13,17 +15,41 @@ import run_rig  # puts the package commands on the path
 
 @pytest.fixture(scope="session")
 def package_index():
-    """A package index that answers at once."""
+    """A package index that makes pip wait until its event `open` is set."""
     index = run_rig.PackageIndex()
-    index.open.set()
     yield index
     index.close()
 
 
 @pytest.fixture(scope="session")
-def clone(tmp_path_factory, package_index):
-    """A small clone that is set up."""
+def interrupted(tmp_path_factory, package_index):
+    """A small clone whose set-up got SIGINT while pip was at work, and what came of it."""
     root = run_rig.small_clone(tmp_path_factory.mktemp("clone") / "paddock")
-    done = run_rig.run("setup", root=root, env=package_index.environment())
-    assert done.returncode == 0, done.stdout + done.stderr
-    return root
+    process = run_rig.start("setup", root=root, env=package_index.environment())
+    asked = package_index.asked.wait(run_rig.PATIENCE)
+    working = run_rig.processes_of(root)
+    os.kill(process.pid, signal.SIGINT)
+    said, _ = process.communicate(timeout=run_rig.PATIENCE)
+    assert asked, said
+    yield run_rig.Interruption(
+        root=root,
+        working=working,
+        status=process.returncode,
+        said=said,
+        left=run_rig.processes_of(root),
+        stamped=(root / ".venv" / ".stamp").exists(),
+    )
+
+
+@pytest.fixture(scope="session")
+def completed(interrupted, package_index):
+    """The set-up that goes on in that clone, to its end."""
+    package_index.open.set()
+    return run_rig.run("setup", root=interrupted.root, env=package_index.environment())
+
+
+@pytest.fixture(scope="session")
+def clone(interrupted, completed):
+    """A small clone that is set up."""
+    assert completed.returncode == 0, completed.stdout + completed.stderr
+    return interrupted.root

@@ -13,6 +13,7 @@ import sys
 import sysconfig
 import threading
 import zipfile
+from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 300.0  # longest wait for anything [s] of wall time
@@ -73,6 +74,40 @@ def small_clone(folder):
         "find_package(catkin REQUIRED)\ncatkin_package()\n"
     )
     return folder
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """What an interrupted set-up left.
+
+    Attributes:
+        root: The clone.
+        working: Command lines of its processes before.
+        status: Exit status of ./run.
+        said: What it printed.
+        left: Command lines of its processes after.
+        stamped: Whether .venv counts as complete.
+    """
+
+    root: pathlib.Path
+    working: list
+    status: int
+    said: str
+    left: list
+    stamped: bool
+
+
+def processes_of(folder):
+    """Lists command lines of the processes that have something to do with a folder."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            line = path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue
+        if str(folder) in line and path.parent.name != str(os.getpid()):
+            found.append(line)
+    return found
 
 
 class PackageIndex:

@@ -4,7 +4,6 @@ import fcntl
 import os
 import pathlib
 import shutil
-import signal
 import subprocess
 import time
 
@@ -21,43 +20,22 @@ print(inputs.build_key(contents, names))
 """
 
 
-def processes_of(folder):
-    """Command lines of the processes that have something to do with a folder."""
-    found = []
-    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            line = path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:
-            continue
-        if str(folder) in line and path.parent.name != str(os.getpid()):
-            found.append(line)
-    return found
+def test_interrupted(interrupted):
+    assert any(" pip install " in line for line in interrupted.working)
+    assert interrupted.status == 130
+    announced = "[2/3] Python packages ... (details in .cache/log/install_python.log)\n"
+    assert announced in interrupted.said
+    assert interrupted.said.endswith("\ninterrupted; start ./run again to go on\n")
+    assert interrupted.left == [] and not interrupted.stamped
 
 
-def test_interrupted_and_gone_on(tmp_path):
-    root = run_rig.small_clone(tmp_path / "paddock")
-    index = run_rig.PackageIndex()
-    try:
-        process = start("setup", root=root, env=index.environment())
-        assert index.asked.wait(PATIENCE)  # pip is at work, and waits
-        assert any(" pip install " in line for line in processes_of(root))
-        os.kill(process.pid, signal.SIGINT)
-        said, _ = process.communicate(timeout=PATIENCE)
-        assert process.returncode == 130
-        assert "[2/3] Python packages ... (details in .cache/log/install_python.log)" in said
-        assert said.endswith("\ninterrupted; start ./run again to go on\n")
-        assert processes_of(root) == []
-        assert not (root / ".venv" / ".stamp").exists()
-        index.open.set()
-        done = run("setup", root=root, env=index.environment())
-    finally:
-        index.close()
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "[2/3] Python packages done (" in done.stdout
-    assert "[3/3] Workspace done (" in done.stdout
-    assert done.stdout.endswith(f"ready: {root}\n")
-    again = run("setup", root=root)
-    assert (again.returncode, again.stdout) == (0, f"ready: {root}\n")
+def test_gone_on(completed, clone):
+    assert completed.returncode == 0 and completed.stderr == ""
+    assert "[2/3] Python packages done (" in completed.stdout
+    assert "[3/3] Workspace done (" in completed.stdout
+    assert completed.stdout.endswith(f"ready: {clone}\n")
+    again = run("setup", root=clone)
+    assert (again.returncode, again.stdout) == (0, f"ready: {clone}\n")
 
 
 def test_a_moved_clone_is_set_up_anew(tmp_path, clone, package_index):
