@@ -22,7 +22,7 @@ from install_contents import (
     references,
     references_in,
 )
-from install_tree import ROOT, InstallSpace, descendants
+from install_tree import ROOT, InstallSpace, cache_entry, descendants
 from sim_client import START_LIMIT, WHEELS
 
 OBSERVER = Path(__file__).with_name("install_observer.py")
@@ -100,6 +100,10 @@ class InstalledFiles(unittest.TestCase):
                 there = self.space.run("catkin_find", "--libexec", package).stdout
             self.assertTrue(there, f"{name}: {package} {kind}")
 
+    def test_a_bare_xacro_is_the_one_that_finds_packages(self):
+        place = self.space.run("sh", "-c", "command -v xacro").stdout.strip()
+        self.assertEqual(place, str(self.prefix / "bin" / "xacro"))
+
     def test_what_expanded_descriptions_name_is_there(self):
         for package, (file, *arguments) in DESCRIPTIONS.items():
             path = self.prefix / "share" / package / "urdf" / file
@@ -116,6 +120,10 @@ class InstalledFiles(unittest.TestCase):
         places = self.rospack()
         for name in self.packages:
             self.assertEqual(places.get(name), str(self.prefix / "share" / name))
+
+    def test_catkin_make_with_the_devel_space_sourced_does_not_chain_it(self):
+        # an entry in the cache, though empty, keeps CMake from asking the environment
+        self.assertEqual(cache_entry("CMAKE_PREFIX_PATH"), "")
 
     def test_dependencies_are_there(self):
         manifests = [path for _, path in self.named_in("package.xml")]
@@ -134,8 +142,8 @@ class InstalledFiles(unittest.TestCase):
         for path in self.prefix.rglob("*"):
             if path.is_file() and path.suffix != ".pyc":
                 content = path.read_bytes()
-                for place in SOURCES:
-                    self.assertNotIn(place.encode(), content, path)
+                named = [place for place in SOURCES if place.encode() in content]
+                self.assertEqual(named, [], path)
 
 
 class InstalledWorlds(unittest.TestCase):
@@ -172,8 +180,8 @@ class InstalledWorlds(unittest.TestCase):
             except (FileNotFoundError, ProcessLookupError):  # it has ended, as spawners do
                 continue
             for text in (commands[pid], environment, maps, "\n".join(places)):
-                for place in SOURCES:
-                    self.assertNotIn(place, text, commands[pid])
+                named = [place for place in SOURCES if place in text]
+                self.assertEqual(named, [], commands[pid])
         bridge = str(self.space.prefix / "lib" / "bullet_bridge" / "bridge")
         self.assertTrue(any(bridge in command for command in commands.values()), commands)
 
