@@ -14,6 +14,7 @@ from usage import Watch, between
 
 from observers import bare, graph
 
+UP_TO_SPEED = 1.0  # [s] simulated time until the cars drive steadily
 QUIET = 0.2  # [s] after a pause, until what was under way has arrived
 SETTLE = 0.3  # [s] after going on, until the window begins
 
@@ -29,10 +30,10 @@ class Turns:
         self._simulation = graph.Simulation()
         for car in cars:
             graph.start_circle(graph.publishers(car["namespace"]))
-        time.sleep(1.0)
+        self._simulation.wait(UP_TO_SPEED)
         self._simulation.pause()
         self.world = bare.bare_world(cars)
-        bare.pace_of(self.world, 0.5)
+        self.world.step(round(UP_TO_SPEED / self.world.time_step))
         self.watch = None
 
     def bridge(self, seconds):

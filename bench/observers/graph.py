@@ -161,6 +161,15 @@ class Simulation:
         """Simulated time [s]."""
         return self._properties().sim_time
 
+    def wait(self, seconds):
+        """Return when so much simulated time has passed [s]."""
+        end = self.time() + seconds
+        limit = time.monotonic() + START_LIMIT
+        while self.time() < end:
+            if time.monotonic() > limit:
+                fail(f"{seconds:g} simulated s do not pass within {START_LIMIT:g} s")
+            time.sleep(0.05)
+
     def pace(self, seconds):
         """(simulated seconds per wall second, simulated seconds) of a window of wall time [s]."""
         begin, first = self.moment()

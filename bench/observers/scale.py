@@ -14,6 +14,7 @@ from worlds.car_description import describe
 from observers import bare, graph
 from observers.circle import COMMANDS
 
+UP_TO_SPEED = 1.0  # [s] simulated time until the cars drive steadily
 SETTLE = 0.3  # [s] between pausing or going on and the window
 
 
@@ -59,7 +60,7 @@ class Turns:
         self._simulation.unpause()
         while len(self._scans) < count:
             self._scans.append(add(len(self._scans)))
-        time.sleep(0.5)
+        self._simulation.wait(UP_TO_SPEED)
         self._simulation.pause()
 
     def cars(self, seconds):

@@ -71,13 +71,24 @@ def measure(quick, log):
     for name, variant in VARIANTS.items():
         if variant.quick or not quick:
             try:
-                figures[name] = _measure(variant, seconds, pairs_of(quick), log)
+                figures[name] = measure_variant(variant, seconds, pairs_of(quick), log)
             except BenchError as error:
                 errors[name] = str(error)
     return dict(figures, errors=errors)
 
 
-def _measure(variant, seconds, pairs, log):
+def measure_variant(variant, seconds, pairs, log):
+    """Figures of one variant.
+
+    Args:
+        variant: Variant.
+        seconds: of a turn, wall time.
+        pairs: how many turns of each side.
+        log: file for what programs print.
+
+    Raises:
+        BenchError: the turns prove nothing.
+    """
     file = (str(WORLDS / variant.file),) if variant.file else ("track_model", "world.launch")
     topics = (*TOPICS, *variant.topics)
     with Launch(log, ["real_time_factor:=0", *variant.arguments], file) as launch:
