@@ -1,4 +1,4 @@
-"""Somebody else's workspace: a package that is built against ours and launched from there."""
+"""A user's workspace: a package that is built against ours and launched from there."""
 
 import os
 import re
@@ -17,7 +17,7 @@ STOP_LIMIT = 30.0  # wall time from SIGINT to the end of a launch [s]
 
 
 def free_port():
-    """Gives a TCP port nobody uses."""
+    """Returns an unused TCP port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

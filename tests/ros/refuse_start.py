@@ -13,7 +13,7 @@ DEADLINE = 40.0  # wall time for a launch to refuse its input [s]
 
 
 def free_port():
-    """Gives a TCP port nobody uses."""
+    """Returns an unused TCP port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The process that sends for the simulator dies: everybody hears the simulator again."""
+"""The relay process dies: all subscribers reconnect to the simulator."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from tf2_msgs.msg import TFMessage
 
-BACK = 30.0  # wall time until all is as before; it takes about five seconds [s]
+BACK = 30.0  # wall time for all subscribers to reconnect; it takes about five seconds [s]
 
 
 def relays(pid):
@@ -32,7 +32,7 @@ def relays(pid):
 
 
 class RelayDeath(unittest.TestCase):
-    """Kills it once."""
+    """Kills the relay once."""
 
     def test_subscribers_come_back(self):
         recorders = {
@@ -50,7 +50,7 @@ class RelayDeath(unittest.TestCase):
         os.kill(relay, signal.SIGKILL)
         wait_until(lambda: not relays(pid), "its end")
         counts = {name: len(recorder.messages) for name, recorder in recorders.items()}
-        # /tf comes from nodes that hear the simulator: they are rospy's and roscpp's
+        # /tf comes from subscribers of the simulator: a rospy and a roscpp node
         for name, recorder in recorders.items():
             wait_until(lambda r=recorder, n=counts[name]: len(r.messages) > n + 50, name, BACK)
         sleep_sim(1.0)

@@ -1,4 +1,4 @@
-"""What the integration tests share: waiting with deadlines, recording topics, naming things.
+"""Shared by the integration tests: waiting with deadlines, recording topics, names.
 
 Every wait polls in wall time and has a deadline; every expectation is computed from stamps.
 """
@@ -12,7 +12,7 @@ from controller_manager_msgs.srv import ListControllers
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
-WALL_LIMIT = 30.0  # longest wait for something that should come at once, with slack [s]
+WALL_LIMIT = 30.0  # longest wait for an immediate event, with slack [s]
 START_LIMIT = 60.0  # longest wait for the world to come up on a loaded machine [s]
 WHEELS = tuple(f"{side}_{end}_wheel" for end in ("rear", "front") for side in ("left", "right"))
 HINGES = ("left_steering_hinge", "right_steering_hinge")
@@ -28,7 +28,7 @@ def wait_until(condition, what, limit=WALL_LIMIT):
 
     Args:
         condition: Function without arguments; its first true value is returned.
-        what: What is waited for, for the error.
+        what: The awaited condition, for the error.
         limit: Longest wait in wall time [s].
 
     Raises:
@@ -64,7 +64,7 @@ def sleep_sim(seconds, limit=WALL_LIMIT):
 
 
 class Recorder:
-    """Keeps every message of a topic, in the order of arrival."""
+    """Records every message of a topic, in the order of arrival."""
 
     def __init__(self, topic, kind):
         self.topic = topic
@@ -78,7 +78,7 @@ class Recorder:
 
     @property
     def messages(self):
-        """A copy of what came so far."""
+        """A copy of the messages so far."""
         with self._lock:
             return list(self._messages)
 
@@ -89,7 +89,7 @@ class Recorder:
             return self._messages[-1] if self._messages else None
 
     def clear(self):
-        """Forgets what came so far."""
+        """Drops the messages so far."""
         with self._lock:
             self._messages.clear()
 
@@ -100,7 +100,7 @@ class Recorder:
         return self.last
 
     def wait_count(self, count, limit=WALL_LIMIT):
-        """Waits until at least `count` messages came and returns them."""
+        """Waits for at least `count` messages and returns them."""
         wait_until(lambda: len(self.messages) >= count, f"{count} messages on {self.topic}", limit)
         return self.messages
 
@@ -136,7 +136,7 @@ def wait_for_car(limit=START_LIMIT):
 
 
 def command_publishers():
-    """Gives a Float64 publisher, already connected, for each wheel and hinge by its name."""
+    """Returns a Float64 publisher, already connected, for each wheel and hinge by its name."""
     publishers = {}
     for name in WHEELS + HINGES:
         kind = "velocity" if name in WHEELS else "position"
@@ -149,10 +149,10 @@ def command_publishers():
 
 
 def wait_connected(publisher, what):
-    """Waits until somebody listens to a publisher."""
+    """Waits until a publisher has a subscriber."""
     wait_until(
         lambda: publisher.get_num_connections() > 0,
-        f"a listener on {publisher.name} ({what})",
+        f"a subscriber of {publisher.name} ({what})",
         START_LIMIT,
     )
 
@@ -168,11 +168,11 @@ def joint(message, name):
 
 
 def yaw_of(orientation):
-    """Gives the heading [rad, left positive] of a geometry_msgs/Quaternion."""
+    """Returns the heading [rad, left positive] of a geometry_msgs/Quaternion."""
     x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def turned(start, end):
-    """Gives the turn from one heading to another [rad], within ±pi."""
+    """Returns the turn from one heading to another [rad], within ±pi."""
     return math.remainder(end - start, 2.0 * math.pi)

@@ -30,15 +30,15 @@ def run(*arguments):
     ],
 )
 def test_bad_arguments(arguments, words):
-    status, said = run(*arguments)
+    status, output = run(*arguments)
     assert status != 0
     for word in words:
-        assert word in said
+        assert word in output
 
 
 @pytest.mark.parametrize(
     "command", ["", "setup", "demo", "lap", "test", "world", "teleop", "truck", "exec", "bench"]
 )
 def test_every_command_has_a_help(command):
-    status, said = run(*command.split(), "--help")
-    assert status == 0 and said.startswith(f"usage: ./run {command}".strip())
+    status, output = run(*command.split(), "--help")
+    assert status == 0 and output.startswith(f"usage: ./run {command}".strip())

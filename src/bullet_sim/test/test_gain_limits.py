@@ -1,4 +1,4 @@
-"""Inertias that joints move, and gains that a step can bear."""
+"""Inertias that joints move, and limits of gains."""
 
 import pytest
 from bullet_sim.controllers.gain_limits import joint_inertias, stable_gains

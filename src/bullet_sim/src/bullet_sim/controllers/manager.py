@@ -103,9 +103,9 @@ class Manager:
             cut = self.hardware.stable_gains(joint, gains, spec.kind.goal, period)
             if cut != gains:
                 texts.append(
-                    f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are more than "
-                    f"the light joint '{joint}' bears at steps of {period:g} s; it works "
-                    f"with p {cut.p:.3g}, d {cut.d:.3g}"
+                    f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are too high "
+                    f"for the light joint '{joint}' with steps of {period:g} s; they are "
+                    f"limited to p {cut.p:.3g}, d {cut.d:.3g}"
                 )
         return texts
 
