@@ -1,7 +1,10 @@
 """Measures what the simulator costs on this machine, and prints JSON and a table.
 
 bench.json, the log and one picture per curve go to out/bench/. Nothing else should run meanwhile.
-All of it takes less than ten minutes. docs/performance.md says what the figures mean.
+Ratios come from nine pairs of short turns and are told with their spread; all of it takes some 20
+minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON to a
+file; --sittings puts such files of several runs in one table and measures nothing.
+docs/performance.md says what the figures mean.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Somebody else's workspace: a package that is built against ours and launched from there."""
+"""A user's workspace: a package that is built against ours and launched from there."""
 
 import os
 import re

@@ -42,14 +42,14 @@ def python_files(directory):
 
 
 def is_python_script(path):
-    """Says whether a file's first line hands it to Python."""
+    """Returns whether a file's first line names Python."""
     with path.open("rb") as stream:
         first = stream.readline()
     return first.startswith(b"#!") and b"python" in first
 
 
 def imports_of(source):
-    """Gives the top-level names a source text imports, also inside functions.
+    """Returns the top-level names a source text imports, also inside functions.
 
     Returns:
         Set of (name, line).
@@ -79,7 +79,7 @@ def offences(directory, forbidden, exempt=()):
 
 
 def is_ros(name):
-    """Says whether a module is a ROS client library or a message package."""
+    """Returns whether a module is a ROS client library or a message package."""
     return name in ROS_CLIENTS or name.endswith("_msgs")
 
 

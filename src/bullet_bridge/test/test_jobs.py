@@ -126,7 +126,7 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
     jobs = JobQueue()
 
     class JustBegun(collections.deque):
-        """The owner takes the job between the time-out and the withdrawal."""
+        """The owner takes the job between the time-out and the cancellation."""
 
         def remove(self, job):
             owner = threading.Thread(target=jobs.run_pending)

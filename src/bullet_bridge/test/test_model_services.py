@@ -26,7 +26,7 @@ class FakeRobots:
         self.names, self.fault, self.closed, self.arrivals = [], None, [], self
 
     def subscribe(self, *_):
-        """Nobody sends."""
+        """No messages."""
 
     def connect(self, model, _namespace):
         """Note it, or fail."""
@@ -67,7 +67,7 @@ class Desk:
         def ask():
             try:
                 results.append(self.handlers[f"/gazebo/{name}"](request))
-            except Exception as error:  # what rospy would tell the caller
+            except Exception as error:  # what rospy would return to the caller
                 results.append(error)
 
         caller = threading.Thread(target=ask)

@@ -239,12 +239,12 @@ def test_the_real_viewer_opens_and_closes(rig):
     rig.link = ViewerLink(rig.jobs, rig.world, rig.server, "tiny")
     assert rig.link.open() == ""
     observed = []
-    look = viewer_link.Observer.view
+    view = viewer_link.Observer.view
     end = time.monotonic() + DEADLINE
 
     def spy(observer, paused):
         observed.append(paused)
-        return look(observer, paused)
+        return view(observer, paused)
 
     viewer_link.Observer.view = spy
     try:
@@ -253,6 +253,6 @@ def test_the_real_viewer_opens_and_closes(rig):
             rig.jobs.call(rig.world.step)
             time.sleep(0.05)
     finally:
-        viewer_link.Observer.view = look
+        viewer_link.Observer.view = view
     rig.link.close()
     assert rig.link.process.poll() == 0 and rig.warnings == []

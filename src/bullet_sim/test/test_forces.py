@@ -1,4 +1,4 @@
-"""Wrenches and efforts move things as Newton says, for as long as they were told."""
+"""Wrenches and efforts accelerate bodies as Newton says, for their duration."""
 
 import math
 

@@ -80,8 +80,8 @@ def test_frames_of_lumped_links():
     assert list(lumped.links) == ["base", "arm"]
     assert [joint.name for joint in lumped.joints] == ["turn"]
     assert lumped.frames["base"] == ("base", Pose()) and lumped.frames["arm"] == ("arm", Pose())
-    carrier, pose = lumped.frames["camera"]
-    assert carrier == "arm"
+    link, pose = lumped.frames["camera"]
+    assert link == "arm"
     np.testing.assert_allclose(pose.position, [0, 0.2, 0.5], atol=1e-12)
     np.testing.assert_allclose(pose.rpy, [0, 0, math.pi / 2], atol=1e-12)
 

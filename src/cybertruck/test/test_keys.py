@@ -12,7 +12,7 @@ FORWARD, BACK = (0.5, 0.0), (-0.5, 0.0)
 
 
 def play(script, teleop=None):
-    """Does "+key" (press) and "-key" (release), separated by spaces; gives the wanted command."""
+    """Does "+key" (press) and "-key" (release), separated by spaces; returns the wanted command."""
     teleop = teleop or KeyTeleop()
     for word in script.split():
         (teleop.press if word[0] == "+" else teleop.release)(word[1:])
@@ -140,7 +140,7 @@ def test_bad_speeds(linear, angular, words):
 
 
 def typed(events, until):
-    """Types (time, key) into a terminal and gives the teleop at a time."""
+    """Types (time, key) into a terminal and returns the teleop at a time."""
     teleop = KeyTeleop()
     keys = TerminalKeys(teleop)
     codes = {

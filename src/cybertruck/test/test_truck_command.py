@@ -1,4 +1,4 @@
-"""Commands: how old they may be, how fast the truck follows, what a pad says."""
+"""Commands: time-out, rate limits, pads."""
 
 import math
 

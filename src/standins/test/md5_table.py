@@ -1,8 +1,8 @@
 """MD5 sums of ROS Noetic's definitions: the contract with nodes built against the originals.
 
-SUMS: services as (request, response), actions as (goal, result, feedback). WIRE: what a connection
-is refused by: a service's sum over both parts; of an action the messages that travel, which wrap
-goal, result and feedback with header and id.
+SUMS: services as (request, response), actions as (goal, result, feedback). CONNECTION: the sums
+that are compared when a connection is made: of a service over both parts; of an action those of the
+messages that wrap goal, result and feedback with header and id.
 
 Where they come from: each sum of both tables was looked up, and found under its own name, in
 message code that others generated from the original packages and published (roscpp, roslisp,
@@ -127,7 +127,7 @@ SUMS = {
     "gazebo_msgs/srv/SpawnModel.srv": ("6d0eba5753761cd57e6263a056b79930", STATUS),
 }
 
-WIRE = {
+CONNECTION = {
     "control_msgs/action/FollowJointTrajectory.action": (
         "cff5c1d533bf2f82dd0138d57f4304bb",
         "c4fb3b000dc9da4fd99699380efcc5d9",

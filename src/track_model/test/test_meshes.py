@@ -1,4 +1,4 @@
-"""The generator makes the committed meshes, and they look as large as the car is."""
+"""The generator makes the committed meshes; their sizes are the car's."""
 
 import re
 

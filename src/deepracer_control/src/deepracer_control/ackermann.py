@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where a car's wheels are.
+    """Wheel positions of a car.
 
     Attributes:
         wheelbase: Rear axle to front axle [m].
@@ -52,7 +52,7 @@ class WheelCommands:
 
 
 def bicycle_steering(speed, yaw_rate, geometry):
-    """Gives the steering angle of the equivalent bicycle, within the car's limit.
+    """Returns the steering angle of the equivalent bicycle, within the car's limit.
 
     tan(steering) = wheelbase * yaw_rate / speed (kinematic bicycle, no side slip at the rear axle).
 

@@ -1,6 +1,6 @@
-"""The node `control`: listens to /cmd_vel and commands four wheels and two steering hinges.
+"""The node `control`: subscribes to /cmd_vel, commands four wheels and two steering hinges.
 
-The camelCase names are public interface (other people's nodes import them).
+The camelCase names are public interface (imported by other nodes).
 """
 
 import math
@@ -24,13 +24,13 @@ controlEngines = None
 
 @dataclass(frozen=True)
 class Settings:
-    """How commands are understood.
+    """Settings of the node.
 
     Attributes:
         mode: "original" (wheel rad/s and steps of 15 degrees, positive to the right) or
             "ackermann" (m/s and rad/s, positive to the left).
         command_timeout: ROS time without a command after which the car is stopped once [s]; 0: off.
-        geometry: Where the wheels are; ackermann mode only.
+        geometry: Wheel positions; ackermann mode only.
     """
 
     mode: str = "original"
@@ -73,7 +73,7 @@ def settings_from_parameters():
 
 
 def original_steering(w):
-    """Gives the hinge angle [rad, left positive] of the original's steering command.
+    """Returns the hinge angle [rad, left positive] of the original's steering command.
 
     Args:
         w: Steering in units of 15 degrees, positive to the right; capped at 60 degrees.
@@ -86,7 +86,7 @@ class CarControl:
     """Turns commands into the six joint commands of the car."""
 
     def __init__(self, settings=None):
-        """Connects to the topics.
+        """Advertises and subscribes.
 
         Args:
             settings: Settings; by default read from the node's private parameters.
@@ -104,7 +104,7 @@ class CarControl:
         self._lock = threading.RLock()
         self._speed = 0.0
         self._turn = 0.0
-        self._last_command = None  # ROS time [s] of the newest command, None: watchdog at rest
+        self._last_command = None  # ROS time [s] of the newest command, None: watchdog off
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
         rospy.on_shutdown(self._stop)
         if self.settings.command_timeout > 0.0:
@@ -163,7 +163,7 @@ class CarControl:
             self.drive(msg.linear.x, msg.angular.z)
 
     def _accepts(self, v, w):
-        """Says whether both values are finite; if not, logs it and stops the car."""
+        """Returns whether both values are finite; if not, logs it and stops the car."""
         if math.isfinite(v) and math.isfinite(w):
             return True
         name, value = ("linear.x", v) if not math.isfinite(v) else ("angular.z", w)
@@ -187,7 +187,7 @@ class CarControl:
             if self._last_command is None:
                 return
             now = rospy.get_time()
-            if now < self._last_command:  # the simulation was reset: count from here
+            if now < self._last_command:  # the simulation was reset: restart the watchdog
                 self._last_command = now
             elif now - self._last_command >= self.settings.command_timeout:
                 self._last_command = None

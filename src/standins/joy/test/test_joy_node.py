@@ -3,7 +3,7 @@
 import pytest
 from joy_node.driver import RETRY_PERIOD, Driver
 from joy_node.pad_state import PadState
-from joy_node.sending import Sending
+from joy_node.publish_timer import PublishTimer
 
 REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
 
@@ -30,28 +30,28 @@ class FakePad:
 
 
 class Bench:
-    """A driver with everything around it."""
+    """A driver with a fake pad and clock."""
 
     def __init__(self, pad, state=None, **sending):
-        self.pad, self.time, self.sent, self.said, self.looks = pad, 100.0, [], [], 0
+        self.pad, self.time, self.sent, self.logged, self.opened = pad, 100.0, [], [], 0
         self.driver = Driver(
             self._open,
             state or PadState(),
-            Sending(**sending),
+            PublishTimer(**sending),
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
-            self.said.append,
+            self.logged.append,
             lambda: self.time,
         )
 
     def _open(self):
-        self.looks += 1
+        self.opened += 1
         return self.pad
 
     def run(self, seconds, period=0.01):
-        """Turns for some wall time; how many messages came."""
+        """Run for some wall time; returns the number of messages."""
         before = len(self.sent)
         for _ in range(round(seconds / period)):
-            self.driver.turn()
+            self.driver.spin_once()
             self.time += period
         return len(self.sent) - before
 
@@ -136,7 +136,7 @@ def test_a_button_takes_a_waiting_axis_along():
     assert bench.run(0.2) == 1 and bench.sent[-1] == ([1.0, 0, 0, 0, 0], [0, 1])
 
 
-def test_nothing_new_is_not_repeated_unless_wished():
+def test_autorepeat_is_off_by_default():
     bench = Bench(FakePad())
     bench.run(0.1)
     assert bench.run(2.0) == 0
@@ -145,7 +145,7 @@ def test_nothing_new_is_not_repeated_unless_wished():
     assert bench.run(2.0) == pytest.approx(40, abs=2)
 
 
-def test_unplugged_sends_zeros_once_and_looks_again():
+def test_unplugging_sends_zeros_once_and_retries():
     bench = Bench(FakePad(), autorepeat_rate=50.0)
     bench.pad.reading = ([0.5, -1.0, 1.0], [1, 1], [(1, 1)])
     bench.run(0.2)
@@ -153,23 +153,23 @@ def test_unplugged_sends_zeros_once_and_looks_again():
     bench.sent.clear()
     gone, bench.pad = bench.pad, None
     gone.there = False
-    looks = bench.looks
+    looks = bench.opened
     assert bench.run(4.5 * RETRY_PERIOD) == 1
     assert bench.sent == [([0.0] * 5, [0, 0])] and gone.closed == 1
-    assert bench.looks - looks == 4
+    assert bench.opened - looks == 4
     bench.pad = FakePad()
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
-    assert bench.said == [
+    assert bench.logged == [
         "joystick 'fake pad'",
         "joystick 'fake pad' is gone; sent zeros",
         "joystick 'fake pad'",
     ]
 
 
-def test_no_pad_is_said_once():
+def test_a_missing_pad_is_logged_once():
     bench = Bench(None)
     assert bench.run(5.0) == 0
-    assert len(bench.said) == 1 and bench.looks == 5
+    assert len(bench.logged) == 1 and bench.opened == 5
 
 
 @pytest.mark.parametrize(
@@ -177,9 +177,9 @@ def test_no_pad_is_said_once():
     [
         (lambda: PadState(1.0), "deadzone is 1.0"),
         (lambda: PadState(-0.1), "deadzone is -0.1"),
-        (lambda: Sending(-1.0), "autorepeat_rate is -1.0"),
-        (lambda: Sending(0.0, float("nan")), "coalesce_interval is nan"),
-        (lambda: Sending(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
+        (lambda: PublishTimer(-1.0), "autorepeat_rate is -1.0"),
+        (lambda: PublishTimer(0.0, float("nan")), "coalesce_interval is nan"),
+        (lambda: PublishTimer(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
     ],
 )
 def test_bad_parameters_are_named(make, reason):

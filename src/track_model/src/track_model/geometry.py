@@ -49,8 +49,7 @@ def spline(points, closed, values=None):
 
     Args:
         points: (P, 2) [m]; a closed curve returns from the last to the first.
-        values: (P, K) numbers that go along with the points, interpolated monotonically between
-            them, or None.
+        values: (P, K) numbers of the points, interpolated monotonically between them, or None.
 
     Returns:
         (M, 2) positions [m] with the point of each knot among them, (M, K) values or None. The
@@ -61,7 +60,7 @@ def spline(points, closed, values=None):
         points = np.vstack([points, points[:1]])
     knots = np.concatenate(([0.0], np.cumsum(_knot_steps(points))))
     curve = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
-    # 5 mm apart or closer, so that chords stand for arcs
+    # at most 5 mm apart, so that chords approximate arcs
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     fine = np.concatenate(
         [
@@ -103,7 +102,7 @@ def resample(curve, step=STEP, start=0.0, closed=True, values=None):
         step: Wanted spacing [m]; the nearest that divides the length is taken.
         start: Arc length of the first sample [m]; an open curve begins there.
         closed: whether the last point is followed by the first.
-        values: (N, K) that go along, or None.
+        values: (N, K) numbers of the points, or None.
 
     Returns:
         (M, 2) curve, or with values: the curve and (M, K) values.

@@ -1,4 +1,4 @@
-"""Where tracks are read from: the shipped ones by name, other files by path and suffix."""
+"""Reading tracks: the package's by name, other files by path and suffix."""
 
 import os
 

@@ -68,7 +68,7 @@ class TrackSpec:
         closed: Whether the last point is followed by the first (a circuit).
         width: Lane from outer edge to outer edge of the white borders, the widest place.
         sides: (left, right) from each point to the lane's outer edges.
-        imported: Whether it comes from a route file, which may have tight bends and overlaps.
+        imported: Whether it is from a route file, which may have tight bends and overlaps.
         start_distance: Start pose, measured along the centreline from the first point.
     """
 

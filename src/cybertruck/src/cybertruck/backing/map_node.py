@@ -14,8 +14,8 @@ from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towin
 from cybertruck.trailer.steering import MeasuredSteering, write_map
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
-STEP_LIMIT = 20.0  # wall time without a new state after which the drive gives up [s]
-STUCK_FACTOR = 3.0  # a stretch may take so many times as long as it should
+STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]
+STUCK_FACTOR = 3.0  # limit of a stretch's time, in times of its planned time
 PERIOD = 0.02  # simulated time between commands [s]
 
 
@@ -57,14 +57,14 @@ class MapDrive:
                 )
 
     def run(self):
-        """Drives, writes and reports.
+        """Drives, writes the map and prints the result.
 
         Raises:
             TrailerError: The truck does not answer, or a circle cannot be fitted.
         """
         if self._source.wait(None, START_LIMIT) is None:
             raise TrailerError(f"no odometry on {self._settings.odom_topic}")
-        while self._driver.listeners == 0 and not rospy.is_shutdown():
+        while self._driver.subscribers == 0 and not rospy.is_shutdown():
             rospy.sleep(0.05)
         measured = [self._drive(angle) for angle in self._settings.angles]
         checked = [self._drive(angle) for angle in self._settings.check_angles]
@@ -96,7 +96,7 @@ class MapDrive:
         rospy.loginfo("written: %s %s", self._file, self._picture)
 
     def _drive(self, angle):
-        """Drives at one steering angle and gives its Measured."""
+        """Drives at one steering angle and returns its Measured."""
         self._stretch(angle, self._settings.settle_distance)
         poses = self._stretch(angle, self._settings.distance(angle, self._geometry.wheelbase))
         item = measure(angle, poses)
@@ -111,7 +111,7 @@ class MapDrive:
         return item
 
     def _stretch(self, angle, distance):
-        """Drives a distance [m] and gives the poses on the way."""
+        """Drives a distance [m] and returns the poses on the way."""
         state = self._next(None)
         start, last, driven, poses = state.stamp, state, 0.0, []
         limit = STUCK_FACTOR * distance / self._settings.speed + 5.0

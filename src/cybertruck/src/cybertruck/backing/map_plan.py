@@ -1,4 +1,4 @@
-"""What the steering map's drive does, and what it makes of the poses; no ROS."""
+"""Settings of the steering map's drive, and curvatures from its poses; no ROS."""
 
 import math
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class MapSettings:
         settle_distance: Driven before points are taken [m].
         circle: Share of a full circle that is then driven, ...
         longest: ... but no more than this [m].
-        odom_topic: What measures. Not wheel odometry: that takes the steering for granted.
+        odom_topic: Odometry to measure with; not wheel odometry, computed from the steering.
     """
 
     angles: tuple = tuple(math.radians(angle) for angle in np.arange(-45.0, 46.0, 7.5))
@@ -54,7 +54,7 @@ class MapSettings:
                 raise TrailerError(f"{name} is {getattr(self, name)!r}; it must be above 0")
 
     def distance(self, angle, wheelbase):
-        """How far points are taken at a steering angle [rad] of a truck of a wheelbase [m]."""
+        """Distance [m] over which points are taken, by steering angle [rad] and wheelbase [m]."""
         bend = abs(math.tan(angle)) / wheelbase
         return min(self.longest, 2.0 * math.pi * self.circle / max(bend, 1e-9))
 
@@ -69,7 +69,7 @@ class Measured:
 
 
 def measure(angle, poses):
-    """Makes a curvature of the poses of one angle.
+    """Computes the curvature from the poses of one angle.
 
     Args:
         angle: Steering angle [rad].
@@ -104,7 +104,7 @@ def write_picture(file, measured, checked, steering, wheelbase):
     """Draws measured curvatures, the map and tan φ / L, with residuals, into a PNG.
 
     Args:
-        file: To write.
+        file: PNG file to write.
         measured: List of Measured of which the map was made.
         checked: List of Measured that were not used for it.
         steering: MeasuredSteering.

@@ -1,4 +1,4 @@
-"""What the backing node can be told; no ROS."""
+"""Settings of the backing node; no ROS."""
 
 import math
 from dataclasses import dataclass, fields
@@ -17,7 +17,7 @@ class NodeSettings:
 
     Attributes:
         control_period: Simulated time between two commands [s].
-        state_timeout: Silence of odometry or joint states after which the truck stops [s].
+        state_timeout: Time without odometry or joint states after which the truck stops [s].
         stuck_time: A goal ends when nothing moved for this time [s].
         odom_frame: Frame of goals' paths.
         hitch_joint: Name in /joint_states.
@@ -48,7 +48,7 @@ class NodeSettings:
 
 @dataclass(frozen=True)
 class Settings:
-    """All settings: geometry, tuning, node, and the steering that they name."""
+    """All settings: geometry, tuning, node, and the steering map."""
 
     geometry: Geometry
     tuning: Tuning
@@ -57,7 +57,7 @@ class Settings:
 
 
 def known(kind, data, what):
-    """Makes a dataclass of a dict.
+    """Makes a dataclass from a dict.
 
     Raises:
         TrailerError: A key that the class does not have, or a value that it refuses.
@@ -72,7 +72,7 @@ def known(kind, data, what):
 
 
 def settings_from(parameters):
-    """Makes Settings of the node's private parameters.
+    """Makes Settings from the node's private parameters.
 
     Args:
         parameters: Dict with truck.yaml's keys, of which the geometry is used, and the tables

@@ -1,4 +1,4 @@
-"""The newest drive command and how old it is. No ROS."""
+"""The newest drive command and its age. No ROS."""
 
 import math
 import threading
@@ -13,7 +13,7 @@ def refusal(**values):
 
 
 class Command:
-    """Steering and speed that were asked for last; callbacks write, the drive loop reads.
+    """The last commanded steering and speed; callbacks write, the drive loop reads.
 
     Args:
         timeout: age [s] above which the truck stops.
@@ -35,7 +35,7 @@ class Command:
         self._time = None
 
     def give(self, steering, speed, time):
-        """Take over a checked command given at a time [s]."""
+        """Set a checked command given at a time [s]."""
         with self._lock:
             self._steering, self._speed, self._time = steering, speed, time
 
@@ -45,7 +45,7 @@ class Command:
             self._speed, self._time = 0.0, None
 
     def target(self, now):
-        """What to drive at a time [s].
+        """Target at a time [s].
 
         Returns:
             (steering [rad], speed [m/s], expired): expired is True once, when the command has

@@ -1,4 +1,4 @@
-"""Between messages and the numbers of odometry."""
+"""Messages <-> input and output of the odometry."""
 
 import math
 
@@ -10,7 +10,7 @@ from cybertruck.drive.odometry import Measured
 WHEELS = ("rear_left_wheel_joint", "rear_right_wheel_joint")
 HINGES = ("front_left_steer_joint", "front_right_steer_joint")
 ENCODERS = ("front_left_wheel_joint", "front_right_wheel_joint")
-PLANAR_VARIANCE = 1e-6  # of height, roll and pitch, which a flat yard leaves at 0
+PLANAR_VARIANCE = 1e-6  # variance of height, roll and pitch, which are 0 on flat ground
 
 
 def measured(message):

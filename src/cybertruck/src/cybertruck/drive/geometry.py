@@ -1,4 +1,4 @@
-"""The truck's measures and limits, as config/truck.yaml holds them."""
+"""The truck's dimensions and limits, as in config/truck.yaml."""
 
 import math
 from dataclasses import dataclass, fields

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class JoyDrive:
-    """Which axes drive.
+    """Axes and scales of the drive command.
 
     Attributes:
         speed_axis, steering_axis: indices into sensor_msgs/Joy.axes.

@@ -1,7 +1,7 @@
 """The node `drive`: commands in, wheels out; joint states in, odometry and TF out.
 
 Everything happens once per message of the bridge's joint states (every 8 ms of simulated time);
-only when they fall silent a timer stops the wheels.
+if they stop, a timer stops the wheels.
 """
 
 import math
@@ -26,12 +26,14 @@ from cybertruck.msg import CyberDriveStamped
 
 ROBOT = "/cybertruck"
 ODOM_SOURCES = ("wheels", "ground_truth")
-LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
-WATCH_PERIOD = 0.1  # [s] between looks for silent joint states, at the most
+LONGEST_STEP = (
+    0.1  # [s] longest period of the rate limits, also after a longer gap between joint states
+)
+WATCH_PERIOD = 0.1  # [s] longest time between checks for missing joint states
 
 
 class Drive:
-    """Connects the truck's topics.
+    """The drive node.
 
     Raises:
         ValueError: a parameter is wrong; names it, its value and what is valid.
@@ -54,8 +56,8 @@ class Drive:
             )
         self._frames = get("odom_frame", "odom"), get("base_frame", "base_footprint")
         self._time = self._measured = None  # stamps of the last and the last good joint states [s]
-        self._heard, self._silent = None, False  # ROS time of their arrival [s]
-        self._lock = threading.Lock()  # joint states and timer come in threads of their own
+        self._received, self._silent = None, False  # ROS time of their arrival [s]
+        self._lock = threading.Lock()  # joint states and timer have different threads
         self._publish_to()
         joy = get("joy", False)
         if not isinstance(joy, bool):
@@ -81,7 +83,7 @@ class Drive:
         self._broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, joy):
-        # Of commands the newest counts; of measurements a few may wait: a hiccup loses none.
+        # Commands: only the newest is used. Measurements: a short queue, so that none is lost.
         for topic, kind, callback, waiting in (
             ("/cmd_vel", Twist, self._twist, 1),
             ("/cmd_cyberdrive", CyberDriveStamped, self._cyberdrive, 1),
@@ -140,7 +142,7 @@ class Drive:
             )
         now = message.header.stamp.to_sec()
         with self._lock:
-            self._heard, self._silent = rospy.get_time(), False
+            self._received, self._silent = rospy.get_time(), False
             reset = self._reset_reason(now, measured)
             if reset:
                 rospy.loginfo(f"{reset}: odometry starts afresh")
@@ -165,7 +167,7 @@ class Drive:
             )
 
     def _reset_reason(self, now, measured):
-        """How joint states stamped `now` [s] show that the simulation was reset, or ''."""
+        """Why joint states stamped `now` [s] indicate a reset of the simulation, or ''."""
         if self._time is not None and now < self._time:
             return f"time went back from {self._time:g} s to {now:g} s"
         if (
@@ -177,13 +179,13 @@ class Drive:
         return ""
 
     def _watch(self, _event):
-        """Stop the wheels when joint states have been silent for longer than command_timeout."""
+        """Stop the wheels when there were no joint states for command_timeout."""
         with self._lock:
             now = rospy.get_time()
-            if self._heard is None:  # nothing was told to the wheels yet
+            if self._received is None:  # no command was published yet
                 return
-            self._heard = min(self._heard, now)  # time may have gone back
-            if now - self._heard <= self._command.timeout:
+            self._received = min(self._received, now)  # time may have gone back
+            if now - self._received <= self._command.timeout:
                 return
             if not self._silent:
                 rospy.logerr(
@@ -191,11 +193,11 @@ class Drive:
                     f"{self._command.timeout:g} s: the truck stops"
                 )
             self._silent = True
-            self._limiter.speed = 0.0  # when they are back it pulls away from standstill
+            self._limiter.speed = 0.0  # with new joint states it starts from standstill
             self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
 
     def _drive(self, now, period):
-        """Send hinges and wheels where the limits let them be after a period [s]."""
+        """Publish hinge and wheel commands within the limits after a period [s]."""
         steering, speed, expired = self._command.target(now)
         if expired:
             rospy.logwarn("the last command is older than command_timeout: the truck stops")

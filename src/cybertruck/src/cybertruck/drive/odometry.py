@@ -1,4 +1,4 @@
-"""Where the truck is, from what its wheels and hinges did. No ROS."""
+"""Odometry from wheel and hinge angles. No ROS."""
 
 import math
 from dataclasses import dataclass
@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 TICKS_PER_TURN = 42  # of a front wheel's encoder
-SMALL_TURN = 1e-6  # [rad] below which an arc is taken as a line
-JUMP_PERIOD = 0.1  # [s] that a shorter time between measurements counts as
+SMALL_TURN = 1e-6  # [rad] below which an arc counts as a line
+JUMP_PERIOD = 0.1  # [s] least time between measurements
 RATE_FLOOR = 1e-6  # variance of speed and yaw rate at standstill
 STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
 
 @dataclass(frozen=True)
 class Errors:
-    """How much the wheels leave uncertain, as standard deviations after the first metre or radian.
+    """Errors of wheel odometry, as standard deviations after the first metre or radian.
 
-    They grow with the square root of the way, as sums of independent errors do.
+    They grow with the square root of the distance, as sums of independent errors do.
 
     Attributes:
         distance_error: of the distance [m], per root of the metres driven.
@@ -40,7 +40,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a real truck can measure.
+    """Measurements of a real truck.
 
     Attributes:
         rear_left, rear_right: angles the rear wheels have turned [rad].
@@ -85,7 +85,7 @@ class WheelOdometry:
         self._last = None
 
     def jumped(self, measured, period):
-        """Whether a rear wheel has turned further than it can: the simulator put the truck back.
+        """Whether a rear wheel has turned further than it can: the simulator was reset.
 
         Args:
             measured: Measured.
@@ -103,7 +103,7 @@ class WheelOdometry:
         )
 
     def update(self, measured):
-        """Take over a new measurement.
+        """Update with a new measurement.
 
         Args:
             measured: Measured.
@@ -123,7 +123,7 @@ class WheelOdometry:
         self.yaw_rate = curvature * self.speed
 
     def _move(self, distance, turn):
-        """Along an arc: distance [m], turn [rad]."""
+        """Advance along an arc: distance [m], turn [rad]."""
         chord = (
             distance if abs(turn) < SMALL_TURN else distance * math.sin(turn / 2.0) / (turn / 2.0)
         )

@@ -17,10 +17,10 @@ from cybertruck.srv import Goal, GoalResponse
 
 
 class GoalNode:
-    """Joins the controller and ROS. It publishes commands only while it has a goal."""
+    """The go-to-goal node. It publishes commands only while it has a goal."""
 
     def __init__(self):
-        """Reads the parameters and offers the services.
+        """Reads the parameters and advertises the services.
 
         Raises:
             ValueError: A parameter is wrong; the message names it.
@@ -33,8 +33,8 @@ class GoalNode:
             }
         )
         self._controller = GoalController(self._settings)
-        self._lock = threading.RLock()  # service, odometry and timer come in threads of their own
-        self._pose, self._frame, self._heard = None, "odom", None
+        self._lock = threading.RLock()  # service, odometry and timer have different threads
+        self._pose, self._frame, self._received = None, "odom", None
         self._count, self._id = 0, None
         self._command = rospy.Publisher("cmd_vel", Twist, queue_size=10)
         self._status = rospy.Publisher("goal/status", GoalStatus, queue_size=10, latch=True)
@@ -55,7 +55,7 @@ class GoalNode:
     def _on_goal(self, request):
         position = request.pose.position
         with self._lock:
-            stale = self._silent()
+            stale = self._odometry_is_stale()
             pose = None if stale else self._pose
             reason = self._controller.refusal((position.x, position.y, position.z), pose)
             if reason and self._pose is not None and stale and "no odometry" in reason:
@@ -64,7 +64,7 @@ class GoalNode:
                 rospy.logwarn("goal: refused (%g, %g): %s", position.x, position.y, reason)
                 return GoalResponse(success=False)
             if self._controller.goal is not None:
-                self._tell(GoalStatus.PREEMPTED, "replaced by a new goal")
+                self._publish_status(GoalStatus.PREEMPTED, "replaced by a new goal")
             self._controller.start(position.x, position.y)
             self._count += 1
             self._id = f"goal-{self._count}"
@@ -73,7 +73,7 @@ class GoalNode:
             current.pose.position.x, current.pose.position.y = position.x, position.y
             current.pose.orientation.w = 1.0
             self._current.publish(current)
-            self._tell(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
+            self._publish_status(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
         return GoalResponse(success=True)
 
     def _on_cancel(self, _request):
@@ -95,7 +95,7 @@ class GoalNode:
             return
         with self._lock:
             self._pose, self._frame = (x, y, heading), message.header.frame_id or "odom"
-            self._heard = (rospy.get_time(), time.monotonic())
+            self._received = (rospy.get_time(), time.monotonic())
             update = self._controller.update(x, y, heading, message.header.stamp.to_sec())
             if update is None:
                 return
@@ -103,53 +103,53 @@ class GoalNode:
             self._send(linear, angular)
             controller = self._controller
             if state == REACHED:
-                self._tell(
+                self._publish_status(
                     GoalStatus.SUCCEEDED,
                     f"arrived, {controller.distance:.3f} m from the goal, drove "
                     f"{controller.driven:.2f} m, shortest {controller.shortest:.2f} m",
                 )
             elif state == STUCK:
-                self._tell(
+                self._publish_status(
                     GoalStatus.ABORTED,
                     f"stuck {controller.distance:.2f} m from the goal: moved less than "
                     f"{self._settings.stuck_distance:g} m in "
                     f"{self._settings.stuck_time:g} s",
                 )
             elif state == RESET:
-                self._tell(GoalStatus.ABORTED, "time went back: the simulation was reset")
+                self._publish_status(GoalStatus.ABORTED, "time went back: the simulation was reset")
 
     def _watch(self, _event):
         with self._lock:
-            if self._controller.goal is not None and self._silent():
+            if self._controller.goal is not None and self._odometry_is_stale():
                 self._give_up(
                     GoalStatus.ABORTED,
                     f"the odometry has been silent for {self._settings.odom_timeout:g} s",
                 )
 
-    def _silent(self):
-        """Says whether there is no odometry, or none lately.
+    def _odometry_is_stale(self):
+        """Returns whether there is no recent odometry.
 
-        Silence must last in ROS time, so that a paused world is not silent, and in wall time, so
-        that a world which runs faster than real time is not when a message comes a little late.
-        ROS time below that of the last message tells of a reset: then wall time alone counts.
+        The time-out must have passed in ROS time, because of paused worlds, and in wall time,
+        because messages of a world faster than real time may be a little late. ROS time below that
+        of the last message means a reset: then only wall time counts.
         """
-        if self._heard is None:
+        if self._received is None:
             return True
         limit = self._settings.odom_timeout
-        age = rospy.get_time() - self._heard[0]
-        return (age >= limit or age < 0.0) and time.monotonic() - self._heard[1] >= limit
+        age = rospy.get_time() - self._received[0]
+        return (age >= limit or age < 0.0) and time.monotonic() - self._received[1] >= limit
 
     def _give_up(self, status, text):
         self._controller.stop()
         self._send(0.0, 0.0)
-        self._tell(status, text)
+        self._publish_status(status, text)
 
     def _send(self, linear, angular):
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
         self._command.publish(message)
 
-    def _tell(self, status, text):
+    def _publish_status(self, status, text):
         message = GoalStatus(status=status, text=text)
         message.goal_id.stamp, message.goal_id.id = rospy.Time.now(), self._id
         self._status.publish(message)
@@ -161,7 +161,7 @@ class GoalNode:
             if self._controller.goal is not None:
                 self._controller.stop()
                 self._send(0.0, 0.0)
-                time.sleep(0.1)  # rospy's threads send it
+                time.sleep(0.1)  # rospy sends from a thread
 
 
 def main():

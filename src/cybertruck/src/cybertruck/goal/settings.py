@@ -1,4 +1,4 @@
-"""What the go-to-goal controller can be told."""
+"""Settings of the go-to-goal controller."""
 
 import math
 from dataclasses import dataclass, fields
@@ -33,7 +33,7 @@ class GoalSettings:
         turn_rate: Greatest rate at which a heading error decays [1/s].
         tolerance: Distance within which the goal counts as reached [m].
         max_distance: A goal further away is refused [m].
-        odom_timeout: Silence of the odometry that ends the drive [s].
+        odom_timeout: Time without odometry after which the drive ends [s].
         stuck_time: The drive ends when the truck moved less than stuck_distance in this time [s].
         stuck_distance: See stuck_time [m].
     """

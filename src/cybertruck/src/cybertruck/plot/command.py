@@ -13,11 +13,11 @@ from nav_msgs.msg import Odometry
 from cybertruck.plot.picture import draw
 from cybertruck.plot.trajectory import Trajectory
 
-SPACING = 0.01  # between kept poses [m]
+SPACING = 0.01  # between stored poses [m]
 
 
 def heading_of(q):
-    """Gives the heading [rad] of a geometry_msgs/Quaternion."""
+    """Returns the heading [rad] of a geometry_msgs/Quaternion."""
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
@@ -137,7 +137,7 @@ def non_negative(text):
 
 
 def main():
-    """Records, writes, says what it wrote.
+    """Records, writes, prints the paths of the files.
 
     Returns:
         Exit status.

@@ -1,4 +1,4 @@
-"""What a teleop may ask for: limits on speed, turning and their rates."""
+"""Limits of a teleop's commands: speed, turning rate and their rates of change."""
 
 import math
 from dataclasses import dataclass, fields
@@ -71,7 +71,7 @@ class Limits:
         return geometry.max_curvature
 
     def clip(self, linear, angular):
-        """Cuts a command to what is allowed; the truck cannot turn where it stands.
+        """Limits a command; the truck cannot turn at rest.
 
         Args:
             linear: Wanted linear.x [m/s].
@@ -100,11 +100,11 @@ class RateLimiter:
         self.reset()
 
     def reset(self):
-        """Forgets the motion: at rest, wheels straight."""
+        """Resets to rest with straight wheels."""
         self._linear, self._steering = 0.0, 0.0
 
     def step(self, linear, angular, period):
-        """Gives the next command.
+        """Returns the next command.
 
         Args:
             linear: Wanted linear.x [m/s].

@@ -1,4 +1,4 @@
-"""What both teleops share: ROS, signals, the terminal, and the one zero at the end."""
+"""Shared by both teleops: ROS, signals, the terminal, and the zero at the end."""
 
 import curses
 import io
@@ -18,7 +18,7 @@ from cybertruck.teleop import guard
 from cybertruck.teleop.limits import Limits, RateLimiter
 from cybertruck.teleop.screen import Screen
 
-FLUSH = 0.15  # wall time given to rospy's threads for sending the last message [s]
+FLUSH = 0.15  # wall time for rospy's threads to send the last message [s]
 LIMIT_NAMES = (
     "wheelbase",
     "max_speed",
@@ -34,14 +34,14 @@ LIMIT_NAMES = (
 
 
 class Ended(Exception):
-    """Says why the teleop ends by itself, as a message for its user."""
+    """The teleop ends by itself; the text tells the user why."""
 
 
 class Session:
     """One run of a teleop, from its first message to its last zero."""
 
     def __init__(self, name):
-        """Starts the ROS node and takes over the signals.
+        """Starts the ROS node and installs signal handlers.
 
         Args:
             name: Default name of the node.
@@ -71,7 +71,7 @@ class Session:
         rospy.on_shutdown(self.finish)
 
     def open_screen(self):
-        """Takes the terminal for the picture, if there is one; then logs go to /rosout only."""
+        """Opens the screen, if there is a terminal; then logs go to /rosout only."""
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             return
         try:
@@ -98,7 +98,7 @@ class Session:
                 self._publish(*self.sent)
 
     def send_zero(self):
-        """Publishes one zero and forgets the motion."""
+        """Publishes one zero and resets the motion."""
         self._limiter.reset()
         self.send(0.0, 0.0, 0.0)
 
@@ -122,7 +122,7 @@ class Session:
             time.sleep(max(0.0, period - (time.monotonic() - now)))
 
     def finish(self):
-        """Sends the one zero; nothing is sent after it."""
+        """Publishes the zero; nothing is published after it."""
         with self._lock:
             if self._over:
                 return
@@ -131,7 +131,7 @@ class Session:
         time.sleep(FLUSH)
 
     def close(self):
-        """Sends the one zero and gives the terminal back; may be called twice."""
+        """Publishes the zero and restores the terminal; may be called twice."""
         self.finish()
         if self.screen:
             try:
@@ -173,7 +173,7 @@ def number_parameter(name, default):
 
 
 def terminal_gone():
-    """Says whether the terminal hung up."""
+    """Returns whether the terminal was closed."""
     poll = select.poll()
     poll.register(0, select.POLLIN)
     return any(
@@ -202,7 +202,7 @@ def run(name, body):
             session.close()
         print(f"{name}: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:  # before the session took over the signals
+    except KeyboardInterrupt:  # before the signal handlers were installed
         return 0
     finally:
         if session:

@@ -1,9 +1,9 @@
-"""The two speeds that the driver sets in steps of ten percent."""
+"""The two speeds of a teleop, set in steps of ten percent."""
 
 import math
 
 STEP_UP, STEP_DOWN = 1.1, 0.9  # one step of ten percent
-LEAST = 0.01  # the speeds never get below [m/s, rad/s], so that they can grow again
+LEAST = 0.01  # least speeds [m/s, rad/s], so that they can grow again
 
 
 class Speeds:

@@ -1,16 +1,16 @@
-"""The lengths and limits of truck and trailer, and what follows from them alone."""
+"""Lengths and limits of truck and trailer, and quantities that follow from them."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-HITCH_STOP = math.radians(80.0)  # where the hitch's mechanical stop lies [rad]
+HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical stop [rad]
 NEAR_AXLE = 0.15  # share of the tongue below which a hitch counts as on the axle
 
 
 class TrailerError(ValueError):
-    """Says which value of geometry, path, goal or map is wrong, and what is right."""
+    """A value of geometry, path, goal or map is wrong; the text names it and what is valid."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Geometry:
 
 
 def towing_curvature(hitch_angle, geometry):
-    """Gives the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
+    """Returns the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
 
     Args:
         hitch_angle: ψ [rad].
@@ -75,7 +75,7 @@ def towing_curvature(hitch_angle, geometry):
 
 
 def steady_hitch_angle(curvature, geometry):
-    """Gives the hitch angle that a truck's circle ends in when it drives forward.
+    """Returns the hitch angle that a truck's circle ends in when it drives forward.
 
     sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
     sin(ψ + atan(F L1)) = -F L2 / sqrt(1 + F²L1²).
@@ -95,7 +95,7 @@ def steady_hitch_angle(curvature, geometry):
 
 
 def has_steady_towing(curvature, geometry):
-    """Says whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
+    """Returns whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
 
     Args:
         curvature: F of the truck [1/m], any shape.
@@ -107,9 +107,9 @@ def has_steady_towing(curvature, geometry):
 
 
 def jackknife_angle(geometry):
-    """Gives the hitch angle beyond which backing folds the trailer whatever the steering.
+    """Returns the hitch angle beyond which backing folds the trailer whatever the steering.
 
-    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle at which full lock just holds.
+    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle that full lock just holds.
 
     Returns:
         The angle [rad], or None where no root exists: full lock unfolds from anywhere.
@@ -119,7 +119,7 @@ def jackknife_angle(geometry):
 
 
 def backing_limit(geometry, margin):
-    """Gives the hitch angle up to which the trailer may be backed.
+    """Returns the hitch angle up to which the trailer may be backed.
 
     Args:
         geometry: Geometry.
@@ -130,7 +130,7 @@ def backing_limit(geometry, margin):
 
 
 def towing_limit(geometry, hitch_angle=math.radians(45.0)):
-    """Gives the greatest curvature to drive forward with so that no circle folds the trailer.
+    """Returns the greatest curvature to drive forward with so that no circle folds the trailer.
 
     Args:
         geometry: Geometry.
@@ -143,7 +143,7 @@ def towing_limit(geometry, hitch_angle=math.radians(45.0)):
 
 
 def steady_trailer(trailer_curvature, geometry):
-    """Gives the truck's curvature and the hitch angle of a trailer on a circle.
+    """Returns the truck's curvature and the hitch angle of a trailer on a circle.
 
     The hitch is on one circle with both axles: R² + L1² = R2² + L2².
 
@@ -163,7 +163,7 @@ def steady_trailer(trailer_curvature, geometry):
 
 
 def trailer_curvature_limit(hitch_angle, geometry):
-    """Gives the curvature of a trailer that is towed or backed steadily at a hitch angle.
+    """Returns the curvature of a trailer that is towed or backed steadily at a hitch angle.
 
     Args:
         hitch_angle: |ψ| below a right angle [rad].

@@ -97,7 +97,7 @@ class Tuning:
 
 @dataclass
 class Status:
-    """Where the rigs are and what they are told; every field has the rigs' shape.
+    """Errors and commands of the rigs; every field has the rigs' shape.
 
     Attributes:
         speed: v for the truck, negative backwards [m/s].
@@ -119,10 +119,10 @@ class Status:
 
 
 class Tracker:
-    """Tells rigs how to drive from where they are."""
+    """Computes commands of rigs from their poses."""
 
     def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
-        """Begins with a path.
+        """Starts with a path.
 
         Args:
             path: Path of the trailer's axle, in the order in which it is driven backwards.
@@ -157,11 +157,11 @@ class Tracker:
         self._pull_start = np.zeros(shape)
 
     def begin(self, x, y, arc=None):
-        """Finds the rigs' places on the path.
+        """Finds the rigs' arc lengths on the path.
 
         Args:
             x, y: Trailer axles' centres, of the rigs' shape [m].
-            arc: Arc lengths to search from [m]; without them the nearest place on the path's
+            arc: Arc lengths to search from [m]; without them the nearest point on the path's
                 first metres.
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
@@ -172,7 +172,7 @@ class Tracker:
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
     def step(self, x, y, trailer_heading, hitch_angle):
-        """Gives the commands for where the rigs are.
+        """Returns the commands for the rigs' poses.
 
         Args:
             x, y: Q [m].
@@ -185,7 +185,7 @@ class Tracker:
         if self.arc is None:
             self.begin(x, y)
         arc = self.path.nearest(x, y, self.arc)
-        # backwards the place on the path only advances, so that a path may cross itself
+        # while backing the arc length only grows, so that a path may cross itself
         self.arc = np.where(self.mode == BACKING, np.maximum(arc, self.arc), arc)
         lateral, heading = self.path.errors(x, y, trailer_heading + math.pi, self.arc)
         self._change_mode(hitch_angle, heading)
@@ -209,7 +209,7 @@ class Tracker:
         return Status(self._speed(), steering, wanted, self.arc, lateral, heading, self.mode)
 
     def wanted_curvature(self, lateral, heading):
-        """Gives κd of the trailer from its errors.
+        """Returns κd of the trailer from its errors.
 
         Along the driven arc length s, with e to the left and h = heading error, e' = sin h and
         h' = κ - κp cos h / (1 - κp e). An approach angle a(e) = -A tanh(e / (l1 A)) is wanted, and
@@ -256,12 +256,12 @@ class Tracker:
         self.mode = np.where((self.recoveries > tuning.max_recoveries) | pulled, FAILED, mode)
 
     def _speed(self):
-        """Gives v [m/s]: slower towards the end of the path, forward while pulling."""
+        """Returns v [m/s]: slower towards the end of the path, forward while pulling."""
         backing = backing_speed(self.path.length - self.arc, self.tuning)
         return np.choose(self.mode, (backing, self.tuning.recovery_speed, 0.0, 0.0))
 
 
 def backing_speed(left, tuning):
-    """Gives v < 0 with some way left [m/s], [m]: as fast as it can still be slowed down."""
+    """Returns v < 0 [m/s] for a distance left [m]: the fastest that can still be slowed down."""
     fastest = np.sqrt(2.0 * tuning.deceleration * np.maximum(left, 0.0))
     return -np.clip(fastest, min(tuning.creep_speed, tuning.speed), tuning.speed)

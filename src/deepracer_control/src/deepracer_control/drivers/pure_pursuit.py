@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 
 from deepracer_control.drivers.pursuit import Path, Pursuit
-from deepracer_control.drivers.running import Wheel, run
+from deepracer_control.drivers.running import CommandPublisher, run
 
 REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
 
@@ -31,21 +31,21 @@ class PurePursuit:
         }
         self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
         Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)  # checks the limits
-        self._wheel, self._pursuit = Wheel(), None
-        rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
+        self._commands, self._pursuit = CommandPublisher(), None
+        rospy.Subscriber("path", PathMessage, self._on_path, queue_size=1)
         rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
 
-    def _take_path(self, message):
+    def _on_path(self, message):
         try:
             path = Path([(pose.pose.position.x, pose.pose.position.y) for pose in message.poses])
         except ValueError as error:
             rospy.logerr("pure_pursuit: path refused: %s", error)
             return
-        with self._wheel.lock:
+        with self._commands.lock:
             self._pursuit = Pursuit(path, **self._limits)
 
     def _drive(self, message):
-        with self._wheel.lock:
+        with self._commands.lock:
             if self._pursuit is None:
                 return
             q, place = message.pose.pose.orientation, message.pose.pose.position
@@ -59,7 +59,7 @@ class PurePursuit:
                     place.y + self._rear_axle * math.sin(yaw),
                     yaw,
                 )
-            self._wheel.send(speed, curvature)
+            self._commands.send(speed, curvature)
 
 
 def main():

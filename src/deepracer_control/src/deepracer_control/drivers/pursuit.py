@@ -9,11 +9,11 @@ import math
 import numpy as np
 
 CLOSED_GAP = 0.01  # first and last point nearer than this: a circuit [m]
-WINDOW = 1.0  # way around the last place that is searched first [m]
+WINDOW = 1.0  # distance around the last position that is searched first [m]
 
 
 def towards(x, y):
-    """Gives the curvature [1/m, left positive] of the arc to a point (x ahead, y left) [m]."""
+    """Returns the curvature [1/m, left positive] of the arc to a point (x ahead, y left) [m]."""
     return 2.0 * y / max(x * x + y * y, 1e-6)
 
 
@@ -21,7 +21,7 @@ class Path:
     """A path to follow, resampled evenly."""
 
     def __init__(self, points, step=0.02):
-        """Takes the points.
+        """Resamples the points.
 
         Args:
             points: (N, 2) [m] in driving order; a circuit repeats its first point.
@@ -49,7 +49,7 @@ class Path:
         self.headings = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
 
     def nearest(self, x, y, near=None):
-        """Gives the index of the nearest sample; near: only around that index, if given."""
+        """Returns the index of the nearest sample; near: only around that index, if given."""
         if near is None:
             pick = np.arange(len(self.points))
         else:
@@ -61,16 +61,16 @@ class Path:
         return int(pick[np.argmin(np.hypot(self.points[pick, 0] - x, self.points[pick, 1] - y))])
 
     def at(self, index):
-        """Gives the sample of an index that may run beyond the end."""
+        """Returns the sample of an index that may run beyond the end."""
         count = len(self.points)
         return self.points[index % count if self.closed else min(index, count - 1)]
 
     def left_to_go(self, index):
-        """Gives the way to the end of an open path [m]; of a circuit: infinite."""
+        """Returns the distance to the end of an open path [m]; of a circuit: infinite."""
         return math.inf if self.closed else (len(self.points) - 1 - index) * self.step
 
     def curvature_ahead(self, index, way):
-        """Gives the largest |curvature| [1/m] of the path over the next `way` [m]."""
+        """Returns the largest |curvature| [1/m] of the path over the next `way` [m]."""
         span = max(2, round(0.16 / self.step))
         steps = np.arange(index, index + max(1, round(way / self.step)) + 1)
         count = len(self.points)
@@ -93,7 +93,7 @@ class Pursuit:
     """Follows a Path from poses of the rear axle."""
 
     def __init__(self, path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
-        """Takes path and limits.
+        """Checks the limits.
 
         Args:
             path: Path.
@@ -120,13 +120,13 @@ class Pursuit:
         self._index = None
 
     def command(self, x, y, yaw):
-        """Gives (speed [m/s], curvature [1/m, left positive]) for a rear-axle pose.
+        """Returns (speed [m/s], curvature [1/m, left positive]) for a rear-axle pose.
 
         Both are 0 at the end of an open path.
         """
         index = self.path.nearest(x, y, self._index)
         if math.dist(self.path.points[index], (x, y)) > 1.0:
-            index = self.path.nearest(x, y)  # it was put somewhere else
+            index = self.path.nearest(x, y)  # it was moved by a service
         self._index = index
         if self.path.left_to_go(index) < 0.03:
             return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""What the driver nodes share: number parameters, the last word on /cmd_vel, the node's life."""
+"""Shared by the driver nodes: number parameters, the publisher of /cmd_vel, running the node."""
 
 import sys
 import threading
@@ -12,10 +12,10 @@ from deepracer_control.drivers.units import Units
 
 
 def number(name, default):
-    """Gives a private parameter as a float.
+    """Returns a private parameter as a float.
 
     Raises:
-        ValueError: It is no number.
+        ValueError: It is not a number.
     """
     value = rospy.get_param("~" + name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -23,11 +23,11 @@ def number(name, default):
     return float(value)
 
 
-class Wheel:
-    """Sends commands until the node ends; then one zero and nothing more.
+class CommandPublisher:
+    """Publishes commands; at shutdown one zero, and nothing after it.
 
     Attributes:
-        lock: Held while a command is worked out and sent.
+        lock: Held while a command is computed and published.
 
     Raises:
         ValueError: The parameter ~mode is not valid.
@@ -35,19 +35,19 @@ class Wheel:
 
     def __init__(self):
         self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
-        self.lock, self._over = threading.Lock(), False
+        self.lock, self._ended = threading.Lock(), False
         self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         rospy.on_shutdown(self._stop)
 
     def send(self, speed, curvature):
         """Commands a speed [m/s] and a curvature [1/m]; call it with the lock held."""
-        if not self._over:
+        if not self._ended:
             self._publisher.publish(self._units.twist(speed, curvature))
 
     def _stop(self):
-        """One zero, then silence; waits until it is on its way."""
+        """Publishes one zero and waits until it is sent."""
         with self.lock:
-            self._over = True
+            self._ended = True
             self._publisher.publish(Twist())
         time.sleep(0.1)
 

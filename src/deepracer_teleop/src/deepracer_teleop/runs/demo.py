@@ -1,7 +1,7 @@
-"""The node `demo`: drives through the window's real widgets and checks what the car did.
+"""The node `demo`: drives with the window's widgets and checks the car's motion.
 
-Runs offscreen or on a screen. All manoeuvres are timed by ROS time; every wait has a deadline in
-wall time as well, so nothing hangs. Writes pictures, path and result.json into ~out_dir.
+Runs offscreen or on a screen. All manoeuvres are timed by ROS time; every wait also has a deadline
+in wall time. Writes pictures, path and result.json into ~out_dir.
 """
 
 import json
@@ -17,7 +17,7 @@ from nav_msgs.msg import Odometry
 from PyQt5.QtTest import QTest
 from track_model.track import load_track
 
-from deepracer_teleop.drivers.hands import Hands
+from deepracer_teleop.drivers.mouse import Mouse
 from deepracer_teleop.runs import birdseye
 from deepracer_teleop.runs.recorder import Pursuit, Recorder, along
 from deepracer_teleop.window.window import connect
@@ -25,18 +25,18 @@ from deepracer_teleop.window.window import connect
 FILES = ("window.png", "camera.png", "birdseye.png", "path.csv", "result.json")
 WHEEL_RADIUS = 0.03  # [m]
 REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
-STILL = 0.01  # speed that counts as standing [m/s]
+STILL = 0.01  # speed below which the car counts as stopped [m/s]
 
 
 class DemoError(RuntimeError):
-    """The demo cannot go on; the message says what was missing."""
+    """The demo cannot continue; the message says why."""
 
 
 class Demo:
     """One drive."""
 
     def __init__(self, window, track, out_dir, drive_time, patience):
-        """Takes what it needs.
+        """Subscribes to the odometry.
 
         Args:
             window: InterfaceWindow.
@@ -47,24 +47,24 @@ class Demo:
         """
         self.window, self.track, self.out_dir = window, track, out_dir
         self.drive_time, self.patience = drive_time, patience
-        self.hands = Hands(window)
+        self.mouse = Mouse(window)
         self.recorder = Recorder()
         self.pursuit = Pursuit(track.centreline)
-        self.speed = window.settings.default_speed * WHEEL_RADIUS  # that is commanded [m/s]
+        self.speed = window.settings.default_speed * WHEEL_RADIUS  # commanded [m/s]
         self.checks = []
         self._frame = None
 
     # Waiting
     def wait(self, what, done, seconds=None):
-        """Lets Qt run until done() is true.
+        """Runs Qt's event loop until done() is true.
 
         Args:
-            what: What is waited for, for the error.
+            what: Awaited event, for the error.
             done: Function without arguments.
             seconds: Limit in ROS time [s]; reaching it is no error. None: only done() ends it.
 
         Raises:
-            DemoError: The window was closed, or it took longer than the wall-clock patience.
+            DemoError: The window was closed, or `patience` of wall time has passed.
         """
         begin, deadline = rospy.get_time(), time.monotonic() + self.patience
         while not done():
@@ -79,26 +79,26 @@ class Demo:
             QTest.qWait(5)
 
     def run_for(self, seconds):
-        """Lets ROS time pass [s]."""
+        """Waits for a ROS time [s] to pass."""
         self.wait(f"{seconds:g} s of ROS time (does /clock run?)", lambda: False, seconds)
 
     def settle(self, limit=3.0):
-        """Waits, within ROS time, until timed moves are over and the car stands."""
+        """Waits, within ROS time, until timed moves are over and the car has stopped."""
         self.wait("end of the timed move", lambda: not self.window.isMoving())
         self.run_for(0.1)
         self.wait("standing car", lambda: abs(self.recorder.last.v) < STILL, limit)
         return self.recorder.last
 
     def click(self, name):
-        """Clicks a button with the mouse; gives the car's state just before."""
+        """Clicks a button with the mouse; returns the car's state just before."""
         before = self.recorder.last
         self.recorder.phase = name
-        self.hands.click(name)
+        self.mouse.click(name)
         return before
 
     # Checks
     def check(self, what, measured, low, high, unit):
-        """Prints and keeps one check: low <= measured <= high."""
+        """Prints and stores one check: low <= measured <= high."""
         passed = bool(low <= measured <= high)
         self.checks.append(
             {
@@ -122,7 +122,7 @@ class Demo:
 
     # Manoeuvres
     def wait_for_car(self):
-        """Waits for the first picture in the window and the first odometry, and for stillness."""
+        """Waits for the first picture in the window, for odometry, and until the car stands."""
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=100)
         self.recorder.phase = "start"
         self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.recorder.last is not None)
@@ -133,7 +133,7 @@ class Demo:
             f"car on {ODOMETRY_TOPIC} that stands still", lambda: abs(self.recorder.last.v) < STILL
         )
         self.wait(
-            "listener to the window's commands",
+            "subscriber of the window's commands",
             lambda: self.window.publisher().get_num_connections() > 0,
         )
         self.run_for(0.5)
@@ -161,22 +161,22 @@ class Demo:
     def drive_cruise(self):
         """Cruise on, slider to both sides, then along the track, then Stop."""
         self.recorder.phase = "cruise"
-        self.hands.toggle_cruise()
+        self.mouse.toggle_cruise()
         self.run_for(0.5)
         self.check("Cruise: speed", self.recorder.last.v, self.speed * 0.9, self.speed * 1.1, "m/s")
-        self.hands.grab_slider()
+        self.mouse.grab_slider()
         # right first: the Left and Right buttons have brought the car to the lane's left side
         for name, value, low, high in (("right", 15, -90.0, -5.0), ("left", -15, 5.0, 90.0)):
             start = self.recorder.last
-            self.hands.pull_slider(value)
+            self.mouse.pull_slider(value)
             self.run_for(0.5)
             turned = math.degrees(self.recorder.last.yaw - start.yaw)
             self.check(f"Slider {name}: change of heading", turned, low, high, "deg")
         self.follow_track()
-        self.hands.release_slider()
+        self.mouse.release_slider()
         self.click("Stop")
         self.check("Stop in cruise: speed", abs(self.settle(0.5).v), 0.0, STILL, "m/s")
-        self.hands.toggle_cruise()
+        self.mouse.toggle_cruise()
 
     def follow_track(self):
         """Drives along the centre line with the slider, steering 10 times a second."""
@@ -191,8 +191,8 @@ class Demo:
                 car.y + REAR_AXLE * math.sin(car.yaw),
                 car.yaw,
             )
-            self.hands.pull_slider(self.hands.slider_value(curvature))
-            if car.t > settled:  # it comes from the side after the turns before
+            self.mouse.pull_slider(self.mouse.slider_value(curvature))
+            if car.t > settled:  # it starts beside the line after the turns before
                 worst = max(worst, self.pursuit.nearest(car.x, car.y)[1])
             if car.t - begin.t > next_print:
                 print(
@@ -235,7 +235,7 @@ class Demo:
                 raise DemoError(f"cannot write {path}")
 
     def run(self):
-        """Does it all; returns whether every check passed."""
+        """Runs all manoeuvres; returns whether every check passed."""
         self.window.start()
         self.wait_for_car()
         print(

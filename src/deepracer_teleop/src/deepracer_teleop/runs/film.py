@@ -35,8 +35,8 @@ class Film:
 
         Args:
             time: Stamp [s].
-            picture: (H, W, 3) uint8 BGR; stays as it is.
-            words: Line at the bottom.
+            picture: (H, W, 3) uint8 BGR; not changed.
+            words: Text at the bottom.
 
         Returns:
             The frame as filmed, or None: not due, or the film is closed.

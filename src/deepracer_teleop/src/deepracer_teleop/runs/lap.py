@@ -1,4 +1,4 @@
-"""The node `lap`: places the car, waits for its laps, keeps film, path, figures.
+"""The node `lap`: places the car, waits for its laps, records film, path and figures.
 
 It does not drive: a driver on /cmd_vel does. Writes into ~out_dir: lap.mp4, lap.png (a frame of
 the film), path.png, path.csv and result.json. Every wait ends: by ROS time and by wall time.
@@ -36,7 +36,7 @@ OPEN_LEAD = 0.15  # start after the line of an open course [m]
 
 
 class LapError(RuntimeError):
-    """The lap cannot go on; the message says what was missing."""
+    """The lap cannot continue; the message says why."""
 
 
 class LapKeeper:
@@ -72,13 +72,13 @@ class LapKeeper:
         self._filming = self._stale = False
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=200)
         rospy.Subscriber("/referee/status", LapStatus, self._judge, queue_size=200)
-        rospy.Subscriber(CAMERA_TOPIC, Image, self._take_picture, queue_size=2, buff_size=2**24)
+        rospy.Subscriber(CAMERA_TOPIC, Image, self._on_picture, queue_size=2, buff_size=2**24)
 
     # Subscribers' threads
     def _judge(self, status):
         with self._lock:
             if self._stale and (status.laps or status.running):
-                return  # it was on its way when the referee was restarted
+                return  # it was sent before the referee was restarted
             self._stale = False
             if self._status is not None and self._status.laps:
                 return  # what comes after the finish does not count
@@ -86,7 +86,7 @@ class LapKeeper:
             if status.running:
                 self._errors.append(abs(status.lateral_error))
 
-    def _take_picture(self, message):
+    def _on_picture(self, message):
         status = self._status
         if not self._filming or status is None:
             return
@@ -115,7 +115,7 @@ class LapKeeper:
             time.sleep(0.02)
 
     def place(self, number):
-        """Puts the car before the line; from the second start on, or with several, at random."""
+        """Places the car before the line; at random with several starts or from the second on."""
         s = -LEAD if self.track.closed else OPEN_LEAD
         side = turn = 0.0
         if self.starts > 1:

@@ -1,4 +1,4 @@
-"""Keeps the ground truth of a drive: pose and speed over ROS time, from nav_msgs/Odometry."""
+"""Records the ground truth of a drive: pose and speed over ROS time, from nav_msgs/Odometry."""
 
 import csv
 import math
@@ -23,13 +23,13 @@ class Sample:
 
 
 def yaw_of(quaternion):
-    """Gives the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
+    """Returns the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X angles)."""
     q = quaternion
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
 def along(start, end):
-    """Gives how far one moved from start in the direction start was heading [m]."""
+    """Returns how far one moved from start in the direction start was heading [m]."""
     return (end.x - start.x) * math.cos(start.yaw) + (end.y - start.y) * math.sin(start.yaw)
 
 
@@ -42,11 +42,11 @@ class Recorder:
         self.phase = ""
 
     def callback(self, message):
-        """Takes a nav_msgs/Odometry with its twist in the child frame."""
+        """Records a nav_msgs/Odometry with its twist in the child frame."""
         pose, twist = message.pose.pose, message.twist.twist
         yaw = yaw_of(pose.orientation)
         with self._lock:
-            if self._samples:  # the nearest turn to the last heading
+            if self._samples:  # unwrapped: nearest to the last heading
                 last = self._samples[-1].yaw
                 yaw += 2.0 * math.pi * round((last - yaw) / (2.0 * math.pi))
             self._samples.append(
@@ -74,7 +74,7 @@ class Recorder:
             return self._samples[-1] if self._samples else None
 
     def since(self, t):
-        """Gives the samples from ROS time t [s] on."""
+        """Returns the samples from ROS time t [s] on."""
         return [sample for sample in self.samples if sample.t >= t]
 
     def write_csv(self, path):
@@ -99,7 +99,7 @@ class Pursuit:
     """
 
     def __init__(self, centreline, ahead=0.45):
-        """Takes the path.
+        """Stores the path.
 
         Args:
             centreline: (N, 2) evenly spaced closed curve [m], in driving direction.
@@ -110,17 +110,17 @@ class Pursuit:
         self._steps = max(1, round(ahead / self._spacing))
 
     def nearest(self, x, y):
-        """Gives (index of the nearest point, distance to it [m])."""
+        """Returns (index of the nearest point, distance to it [m])."""
         gaps = np.hypot(self._line[:, 0] - x, self._line[:, 1] - y)
         index = int(np.argmin(gaps))
         return index, float(gaps[index])
 
     def progress(self, start, end):
-        """Gives the way along the path from index start to index end [m], forwards."""
+        """Returns the way along the path from index start to index end [m], forwards."""
         return ((end - start) % len(self._line)) * self._spacing
 
     def curvature(self, x, y, yaw):
-        """Gives the curvature [1/m, left positive] that leads from a rear-axle pose to the goal."""
+        """Returns the curvature [1/m, left positive] from a rear-axle pose to the goal."""
         index, _ = self.nearest(x, y)
         goal = self._line[(index + self._steps) % len(self._line)]
         dx, dy = goal[0] - x, goal[1] - y

@@ -1,4 +1,4 @@
-"""The camera's part of the window: frame rate, picture that grows, and words when there is none."""
+"""The camera's part of the window: frame rate, resized picture, message when there is none."""
 
 import threading
 
@@ -15,7 +15,7 @@ class FrameRate:
         self._last = None
 
     def update(self, stamp):
-        """Takes the next frame's stamp.
+        """Updates with the next frame's stamp.
 
         Args:
             stamp: Time of the frame [s].
@@ -31,7 +31,7 @@ class FrameRate:
 
 
 def frame_rate_text(rate):
-    """Gives the words drawn into the picture, from a rate [Hz] or None."""
+    """Returns the text drawn into the picture, from a rate [Hz] or None."""
     if rate is None:
         return "Image Framerate: --"
     return f"Image Framerate: {rate:.0f}" if rate >= 9.95 else f"Image Framerate: {rate:.1f}"
@@ -64,21 +64,21 @@ def draw_frame_rate(picture, rate):
     return picture
 
 
-class Mailbox:
-    """Holds the newest thing handed in by another thread; older ones are dropped."""
+class LatestValue:
+    """Stores the latest value set by another thread; older ones are dropped."""
 
     def __init__(self):
         self._lock = threading.Lock()
         self._item = None
 
     def put(self, item):
-        """Leaves an item; returns whether the box was empty (so the owner must be told)."""
+        """Stores an item; returns whether there was none (the owner then has to be notified)."""
         with self._lock:
             empty, self._item = self._item is None, item
             return empty
 
     def take(self):
-        """Gives the newest item and empties the box; None if nothing is there."""
+        """Returns the latest item and removes it; None if there is none."""
         with self._lock:
             item, self._item = self._item, None
             return item
@@ -107,7 +107,7 @@ class CameraView(QLabel):
         self.setStyleSheet("#camera { background: #20242a; color: #e8eaed; border-radius: 6px; }")
 
     def sizeHint(self):
-        """Gives the preferred size, whatever picture is shown."""
+        """Returns the preferred size, whatever picture is shown."""
         return self._size
 
     def show_picture(self, pixmap):
@@ -116,7 +116,7 @@ class CameraView(QLabel):
         self._refresh()
 
     def show_message(self, words):
-        """Shows words: alone if there was never a picture, else over the darkened last one."""
+        """Shows a message, over the darkened last picture if there is one."""
         if words != self.message:
             self.message = words
             self._refresh()

@@ -1,4 +1,4 @@
-"""What the window can be told: speeds, times, limits. The defaults are the original's values."""
+"""Settings of the window: speeds, times, limits. The defaults are the original's values."""
 
 import math
 from dataclasses import dataclass, fields
@@ -23,8 +23,8 @@ class Settings:
         slider_scale: angular.z is the slider's value divided by this.
         angular_sign: 1: positive angular.z steers right (the original). -1: left (REP-103).
         repeat_rate: How often a moving car's command is repeated, in ROS time [Hz].
-        camera_timeout: Silence after which the camera counts as stopped [s] of wall time.
-        master_timeout: Silence after which the ROS master counts as lost [s] of wall time.
+        camera_timeout: Wall time without a picture after which the camera counts as stopped [s].
+        master_timeout: Wall time without a response after which the master counts as lost [s].
     """
 
     default_speed: float = DEFAULT_SPEED
@@ -59,7 +59,7 @@ class Settings:
             raise ValueError(f"slider_limit is {self.slider_limit!r}; it must be a whole number")
 
     def slider_to_angular(self, value):
-        """Gives angular.z for a slider value (positive is right in the window)."""
+        """Returns angular.z for a slider value (positive is right in the window)."""
         return self.angular_sign * value / self.slider_scale
 
 

@@ -1,7 +1,7 @@
 """The node `teleop`: a window with buttons, a slider and the camera that commands /cmd_vel.
 
-Widgets change only on Qt's thread: the camera's subscriber leaves frames in a mailbox and sends a
-Qt signal. Handlers never wait: timed moves are ended by a timer that looks at the ROS time.
+Widgets change only in Qt's thread: the camera's subscriber stores the latest frame and sends a Qt
+signal. Handlers never block: timed moves are ended by a timer that checks the ROS time.
 The camelCase names are public interface.
 """
 
@@ -29,15 +29,15 @@ from PyQt5.QtWidgets import (
 )
 from sensor_msgs.msg import Image
 
-from deepracer_teleop.window.camera_view import CameraView, FrameRate, Mailbox, draw_frame_rate
+from deepracer_teleop.window.camera_view import CameraView, FrameRate, LatestValue, draw_frame_rate
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
 from deepracer_teleop.window.mover import Mover
 from deepracer_teleop.window.settings import Settings, settings_from_parameters
 
 TITLE = "Teleop Interface"
 DISPLAY_WIDTH, DISPLAY_HEIGHT = 640, 480  # of the camera [px]; shown at half size
-TICK_MS = 5  # how exactly timed moves end [ms]
-HEALTH_MS = 250  # how often camera and master are looked after [ms]
+TICK_MS = 5  # period of the timer that ends timed moves [ms]
+HEALTH_MS = 250  # period of the checks of camera and master [ms]
 
 movementPublisher = None  # rospy.Publisher of COMMANDED_DATA_TOPIC
 directionalSlider = None  # the QSlider
@@ -46,7 +46,7 @@ _settings = Settings()
 
 
 def _publish(linear, angular):
-    """Sends one command; quietly does nothing before the publisher exists."""
+    """Publishes one command; does nothing before the publisher exists."""
     if movementPublisher is None:
         return
     message = Twist()
@@ -141,7 +141,7 @@ class InterfaceWindow(QWidget):
     closeAsked = pyqtSignal()  # from rospy's shutdown to Qt's
 
     def __init__(self, settings=None, watch=None):
-        """Builds the widgets; executeInterface() brings them to life.
+        """Builds the widgets; executeInterface() runs them.
 
         Args:
             settings: Settings; by default the original's values.
@@ -160,7 +160,7 @@ class InterfaceWindow(QWidget):
         self._finished = False
         self._subscriber = None
         self._bridge = CvBridge()
-        self._mailbox = Mailbox()
+        self._latest_frame = LatestValue()
         self._frame_rate = FrameRate()
         self._picture = None  # newest camera frame as it came, (H, W, 3) uint8 BGR
         self._last_frame = None  # (wall time, ROS time, words) of the newest picture
@@ -219,7 +219,7 @@ class InterfaceWindow(QWidget):
         self.grid.addWidget(self.slider, 2, 3)
 
     def addImages(self):
-        """Adds the camera, the command's read-out beside it and the line for trouble below."""
+        """Adds the camera, the command's read-out next to it and the error line below."""
         self.cameraLabel = CameraView(DISPLAY_WIDTH // 2, DISPLAY_HEIGHT // 2, self)
         self.grid.addWidget(self.cameraLabel, 3, 1, 1, 3)
         self.commandLabel = QLabel(self)
@@ -256,7 +256,7 @@ class InterfaceWindow(QWidget):
         )
         if self._watch is not None:
             self._watch.start()
-        rospy.on_shutdown(self._ros_goes)
+        rospy.on_shutdown(self._on_ros_shutdown)
         self.show()
 
     def executeInterface(self):
@@ -271,33 +271,33 @@ class InterfaceWindow(QWidget):
         return self.exitCode
 
     def isMoving(self):
-        """Says whether a timed move runs or the car is asked to roll."""
+        """Returns whether a timed move runs or the commanded speed is not 0."""
         return _mover.active
 
     def publisher(self):
-        """Gives the rospy.Publisher of the commands, or None before start()."""
+        """Returns the rospy.Publisher of the commands, or None before start()."""
         return movementPublisher
 
     def lastPicture(self):
-        """Gives the newest camera frame as it came, (H, W, 3) uint8 BGR, or None."""
+        """Returns the newest camera frame as it came, (H, W, 3) uint8 BGR, or None."""
         return self._picture
 
     def pictureTime(self):
-        """Gives the ROS time [s] at which the newest camera frame was shown, or None."""
+        """Returns the ROS time [s] at which the newest camera frame was shown, or None."""
         return None if self._last_frame is None else self._last_frame[1]
 
     def imageCb(self, message):
-        """Takes a camera frame; runs in the subscriber's thread, so it touches no widget."""
-        if self._mailbox.put(message):
+        """Stores a camera frame; runs in the subscriber's thread, so it changes no widget."""
+        if self._latest_frame.put(message):
             self.frameArrived.emit()
 
     def closeEvent(self, event):
-        """Stops the car when the window goes."""
+        """Stops the car when the window closes."""
         self.finish()
         super().closeEvent(event)
 
     def finish(self):
-        """Sends one zero and ends timers and watch; a second call does nothing."""
+        """Publishes one zero and ends timers and threads; a second call does nothing."""
         if self._finished:
             return
         self._finished = True
@@ -309,14 +309,14 @@ class InterfaceWindow(QWidget):
             self._subscriber.unregister()
         _mover.stop()
 
-    def _ros_goes(self):
+    def _on_ros_shutdown(self):
         """Stops the car while topics are still open; called by rospy in some thread."""
         if self._finished:
             return
         _publish(0.0, 0.0)
         try:
             self.closeAsked.emit()
-        except RuntimeError:  # Qt's side of the window is gone already
+        except RuntimeError:  # the Qt object is deleted already
             pass
 
     def _timer(self, period, handler, kind):
@@ -334,7 +334,7 @@ class InterfaceWindow(QWidget):
             self.commandLabel.setText(words)
 
     def _show_frame(self):
-        message = self._mailbox.take()
+        message = self._latest_frame.take()
         if message is None or self._finished:
             return
         now = rospy.get_time()
@@ -408,7 +408,7 @@ def main():
         print(f"teleop cannot start: {error}", file=sys.stderr)
         return 1
     code = window.executeInterface()
-    time.sleep(0.1)  # the publisher's queue is emptied by a thread of its own
+    time.sleep(0.1)  # rospy sends from a thread
     rospy.signal_shutdown("the window was closed")
     return code
 

@@ -11,7 +11,7 @@ POLL_PERIOD = 0.05  # [s]
 
 
 class WaitTimeout(Exception):
-    """What was waited for did not come in time."""
+    """The awaited condition did not hold in time."""
 
 
 def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
@@ -20,7 +20,7 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
     Args:
         check: callable; anything true ends the wait and is returned.
         timeout: wall-clock limit [s]; None waits without limit.
-        what: what is waited for, for the error text.
+        what: the awaited condition, for the error text.
         poll_period: wall-clock time between two checks [s].
 
     Returns:
@@ -42,7 +42,7 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
 
 
 def wait_for_service(name, timeout):
-    """Waits until a service is offered and answers a probe.
+    """Waits until a service is advertised and responds to a probe.
 
     Args:
         name: service name, resolved against this node's namespace.

@@ -13,7 +13,7 @@ TIMEOUT = 60.0  # [s] wall clock
 
 
 def open_viewer(service=SERVICE, timeout=TIMEOUT):
-    """Has the viewer opened.
+    """Opens the viewer.
 
     Returns:
         '' or why there is none.

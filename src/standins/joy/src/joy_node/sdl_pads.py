@@ -9,13 +9,13 @@ os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
 os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
 os.environ.setdefault("SDL_JOYSTICK_HIDAPI", "0")  # Linux' own order of axes and buttons
 
-import pygame  # noqa: E402  the variables above count when it is imported
+import pygame  # noqa: E402  reads the variables above when it is imported
 
 
 def number_of(device):
-    """Number of the pad that a device name means: '/dev/input/js1', 'js1' and 1 are the second.
+    """Number of the pad of a device name: '/dev/input/js1', 'js1' and 1 are the second.
 
-    A link, as in /dev/input/by-id, counts as what it leads to.
+    A link, as in /dev/input/by-id, is followed.
 
     Raises:
         ValueError: the text has no such number.
@@ -40,7 +40,7 @@ class SdlPad:
         self.name = joystick.get_name()
 
     def attached(self):
-        """Whether it is still there."""
+        """Whether it is still connected."""
         return self._joystick.get_instance_id() not in self._gone()
 
     def read(self):
@@ -53,12 +53,12 @@ class SdlPad:
         )
 
     def close(self):
-        """Let go of it."""
+        """Close it."""
         self._joystick.quit()
 
 
 class SdlPads:
-    """All pads that SDL sees.
+    """All pads known to SDL.
 
     Args:
         device: see number_of; used when name is empty.
@@ -72,14 +72,14 @@ class SdlPads:
         pygame.joystick.init()
 
     def _gone(self):
-        """Take SDL's news; needed for the numbers of the pads to change, too."""
+        """Process SDL's events, which also update the numbers of the pads."""
         for event in pygame.event.get():
             if event.type == pygame.JOYDEVICEREMOVED:
                 self._away.add(event.instance_id)
         return self._away
 
     def open(self):
-        """The pad, or None if it is not there."""
+        """The pad, or None if it is not connected."""
         self._gone()
         for number in range(pygame.joystick.get_count()):
             joystick = pygame.joystick.Joystick(number)

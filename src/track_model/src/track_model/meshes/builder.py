@@ -35,7 +35,7 @@ class Mesh:
         return corners.min(axis=0), corners.max(axis=0)
 
     def to_obj(self, name):
-        """Return the OBJ text: positions to 0.01 mm, normals to 0.001, shared by number."""
+        """Return the OBJ text: positions to 0.01 mm, normals to 0.001, shared by index."""
         positions, normals, lines = {}, {}, []
         for face in self.faces:
             normal = np.cross(face[1] - face[0], face[2] - face[0])

@@ -1,4 +1,4 @@
-"""The node `referee`: ground truth in, LapStatus, paths and a CSV out; puts the car back."""
+"""The node `referee`: ground truth in, LapStatus, paths and a CSV out; resets the car."""
 
 import math
 import sys
@@ -85,7 +85,7 @@ class RefereeNode:
             self._publish(message.header, status)
         self._display.update(message.header.stamp, pose, status)
         for event in events:
-            self._tell(event, status)
+            self._log_event(event, status)
         if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
             threading.Thread(target=self._reset_car, daemon=True).start()
 
@@ -97,7 +97,7 @@ class RefereeNode:
         self._status.publish(message)
 
     @staticmethod
-    def _tell(event, status):
+    def _log_event(event, status):
         if event == "lap":
             rospy.loginfo(
                 "lap %d: %.3f s, penalties %g s", status.laps, status.last_lap_time, status.penalty
@@ -108,7 +108,7 @@ class RefereeNode:
             rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
     def _put_back(self):
-        """Put the car on the centreline, standing; returns an error text or ''."""
+        """Place the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
         state = ModelState(model_name=self._model, reference_frame="world")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts.
+    """Rules of the referee.
 
     Attributes:
         off_track: 'all': the car is off when all four wheels are outside the lane (the DeepRacer
@@ -15,7 +15,7 @@ class Rules:
             what the DeepRacer community's evaluation template sets.
         stuck_time: [s] without progress, once a lap runs.
         stuck_distance: progress that ends being stuck [m].
-        wrong_way_distance: [m] of going back that counts as the wrong way.
+        wrong_way_distance: driving back by more is the wrong way [m].
         standing_start: a car first seen up to this far behind the line [m] starts its first lap
             when it first moves; any other starts it when it crosses the line.
         auto_reset: put the car back on the track when it is off, crashed or stuck.
@@ -48,7 +48,7 @@ class Rules:
 
 @dataclass(frozen=True)
 class Car:
-    """Where the car's wheels and corners are, from its reference point (base_link) [m].
+    """Wheel and corner positions, from the reference point (base_link) [m].
 
     Attributes:
         front, rear: x of the axles.

@@ -16,14 +16,14 @@ WAITING, DRIVING, LOST = "waiting", "driving", "lost"
 
 
 class JoystickNode:
-    """Joins pad, logic, screen and publisher.
+    """The joystick node.
 
-    It is silent until the pad is touched, sends periodically from then on, and when the pad is
-    lost it sends one zero and is silent until the pad is back and touched.
+    It publishes periodically from the first input of the pad on. When the pad is lost it publishes
+    one zero and nothing more until the next input.
     """
 
     def __init__(self, session):
-        """Reads the parameters and listens to /joy.
+        """Reads the parameters and subscribes to /joy.
 
         Args:
             session: Session.
@@ -49,7 +49,7 @@ class JoystickNode:
         self._reader = PadReader(parse(rospy.get_param("~pad", None)), deadzone)
         self._timeout = number_parameter("joy_timeout", 0.5)
         self._messages = queue.SimpleQueue()
-        self._state, self._heard, self._phase = WAITING, None, 0
+        self._state, self._received, self._phase = WAITING, None, 0
         self._complaint = None
         rospy.Subscriber(
             "joy",
@@ -59,7 +59,7 @@ class JoystickNode:
         )
 
     def tick(self, now, period):
-        """Takes the pad's messages, sends the command, draws.
+        """Processes the pad's messages, publishes the command, draws.
 
         Args:
             now: Time [s].
@@ -70,21 +70,23 @@ class JoystickNode:
                 when, message = self._messages.get_nowait()
             except queue.Empty:
                 break
-            self._heard = when
+            self._received = when
             self._take(message)
-        if self._state == DRIVING and now - self._heard > self._timeout:
-            self._lose(f"no /joy for {self._timeout:g} s: the pad is lost, the truck was stopped")
+        if self._state == DRIVING and now - self._received > self._timeout:
+            self._on_pad_lost(
+                f"no /joy for {self._timeout:g} s: the pad is lost, the truck was stopped"
+            )
         if self._state == DRIVING:
             self._session.send(*self.teleop.wanted, period)
         drive, turn = self.teleop.motion
         self._phase = self._phase + 1 if drive else 0
         screen = self._session.screen
         if screen:
-            screen.keys()  # what is typed here means nothing
+            screen.keys()  # typed keys are ignored
             screen.show(self.view(drive, turn))
 
     def view(self, drive, turn):
-        """Gives what the screen shows."""
+        """Returns the View for the screen."""
         limits, speeds = self._session.limits, self.teleop.speeds
         linear, angular = self._session.sent
         note = {
@@ -110,14 +112,14 @@ class JoystickNode:
         )
 
     def _take(self, message):
-        """Takes one Joy message."""
+        """Processes one Joy message."""
         try:
             pad = self._reader.read(message.axes, message.buttons)
         except ValueError as error:
-            self._lose(f"/joy: {error}; the truck was stopped")
+            self._on_pad_lost(f"/joy: {error}; the truck was stopped")
             return
         if pad.unplugged and self._state == DRIVING:
-            self._lose("the pad was unplugged; the truck was stopped")
+            self._on_pad_lost("the pad was unplugged; the truck was stopped")
             return
         if self._state != DRIVING:
             if pad.idle:
@@ -125,8 +127,8 @@ class JoystickNode:
             self._state, self._complaint = DRIVING, None
         self.teleop.update(pad)
 
-    def _lose(self, text):
-        """Stops the truck once and falls silent; says why, once."""
+    def _on_pad_lost(self, text):
+        """Publishes one zero, stops publishing and logs the reason once."""
         if self._complaint != text:
             rospy.logwarn("joystick: %s", text)
         self._complaint = text

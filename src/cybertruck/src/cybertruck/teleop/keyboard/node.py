@@ -26,7 +26,7 @@ HELP = (
 
 
 class KeyboardNode:
-    """Joins key source, logic, screen and publisher."""
+    """The keyboard node."""
 
     def __init__(self, session):
         """Reads the parameters and finds a source of keys.
@@ -81,7 +81,7 @@ class KeyboardNode:
         )
 
     def tick(self, now, period):
-        """Takes the keys, sends the command, draws.
+        """Processes the keys, publishes the command, draws.
 
         Args:
             now: Time [s].
@@ -92,7 +92,7 @@ class KeyboardNode:
         """
         screen = self._session.screen
         codes = screen.keys() if screen else ()
-        if self._x:  # what the terminal echoes of the same keys is dropped
+        if self._x:  # the same keys from the terminal are dropped
             self._x.poll()
             if not self._x.alive:
                 self.teleop.release_all()
@@ -109,7 +109,7 @@ class KeyboardNode:
             screen.show(self.view(drive, turn))
 
     def view(self, drive, turn):
-        """Gives what the screen shows."""
+        """Returns the View for the screen."""
         limits, speeds = self._session.limits, self.teleop.speeds
         linear, angular = self._session.sent
         return View(

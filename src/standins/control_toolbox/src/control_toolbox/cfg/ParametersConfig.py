@@ -1,6 +1,6 @@
 """The PID's configuration type for dynamic_reconfigure: names, ranges and defaults of its gains.
 
-Servers take this module as their `type`. It spells by hand what a .cfg generator would write.
+Servers take this module as their `type`. It is written by hand as a .cfg generator would write it.
 """
 
 # name, type, default, least, greatest, description; every one of level 1

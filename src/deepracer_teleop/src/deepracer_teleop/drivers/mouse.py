@@ -1,4 +1,4 @@
-"""Operates the window's real widgets with mouse events, as a person would."""
+"""Operates the window's widgets with mouse events."""
 
 import math
 
@@ -10,8 +10,8 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QStyle
 
 
-class Hands:
-    """One mouse on one window.
+class Mouse:
+    """A mouse on one window.
 
     Args:
         window: InterfaceWindow, shown.
@@ -29,8 +29,8 @@ class Hands:
         box = self._window.cruise
         QTest.mouseClick(box, Qt.LeftButton, pos=QPoint(8, box.height() // 2))
 
-    def slider_place(self, value):
-        """Gives the pixel of the slider's handle for a value."""
+    def slider_pixel(self, value):
+        """Returns the pixel of the slider's handle for a value."""
         slider = self._window.slider
         handle = slider.style().pixelMetric(QStyle.PM_SliderLength, None, slider)
         span = slider.width() - handle
@@ -40,12 +40,12 @@ class Hands:
     def grab_slider(self):
         """Presses the mouse on the slider's handle."""
         QTest.mousePress(
-            self._window.slider, Qt.LeftButton, pos=self.slider_place(self._window.slider.value())
+            self._window.slider, Qt.LeftButton, pos=self.slider_pixel(self._window.slider.value())
         )
 
     def pull_slider(self, value):
-        """Moves the pressed mouse to a value's place."""
-        slider, place = self._window.slider, QPointF(self.slider_place(value))
+        """Moves the pressed mouse to a value's pixel."""
+        slider, place = self._window.slider, QPointF(self.slider_pixel(value))
         QApplication.sendEvent(
             slider,
             QMouseEvent(
@@ -59,13 +59,13 @@ class Hands:
         )
 
     def release_slider(self):
-        """Lets go of the slider."""
+        """Releases the slider."""
         QTest.mouseRelease(
-            self._window.slider, Qt.LeftButton, pos=self.slider_place(self._window.slider.value())
+            self._window.slider, Qt.LeftButton, pos=self.slider_pixel(self._window.slider.value())
         )
 
     def slider_value(self, curvature, geometry=Geometry()):
-        """Gives the slider's value for a curvature [1/m, left positive]; right is positive.
+        """Returns the slider's value for a curvature [1/m, left positive]; right is positive.
 
         The car's control has to run in the original mode: steps of 15 degrees to the right.
         """

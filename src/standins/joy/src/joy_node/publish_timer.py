@@ -1,8 +1,8 @@
-"""When a message is due: at once for a button, soon for an axis, again and again if wished."""
+"""Times of messages: at once for a button, after an interval for an axis, and autorepeat."""
 
 
-class Sending:
-    """Times of messages, in wall time, for the clock has no say in what a hand does.
+class PublishTimer:
+    """Decides when to publish. All times are wall time: a hand does not move in simulated time.
 
     Args:
         autorepeat_rate: messages per second while nothing changes [Hz]; 0: none.
@@ -25,24 +25,24 @@ class Sending:
         self._coalesce = coalesce_interval
         self._due, self._last = float("inf"), float("-inf")
 
-    def note(self, now, axis, button):
-        """Something changed at wall time [s]."""
+    def input_changed(self, now, axis, button):
+        """An axis or a button changed at wall time [s]."""
         if button:
             self._due = now
         elif axis:
             self._due = min(self._due, now + self._coalesce)
 
     def due(self, now):
-        """Whether to send now; then it counts as sent."""
+        """Whether to publish now; if so, it counts as published."""
         if now < self._due and now - self._last < self._repeat:
             return False
         self._due, self._last = float("inf"), now
         return True
 
     def stop(self):
-        """Nothing is to be sent until something changes."""
+        """Publish nothing until an input changes."""
         self._due, self._last = float("inf"), float("inf")
 
     def start(self, now):
-        """Autorepeat counts from here."""
+        """Restart autorepeat."""
         self._due, self._last = float("inf"), now
