@@ -4,12 +4,13 @@ The camelCase names are public interface (imported by other nodes).
 """
 
 import math
-import sys
 import threading
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.nodes import start
+from paddock_common.settings import check, choice, number, read
 from std_msgs.msg import Float64
 
 from deepracer_control import topics
@@ -33,18 +34,12 @@ class Settings:
         geometry: Wheel positions; ackermann mode only.
     """
 
-    mode: str = "original"
-    command_timeout: float = 0.0
-    geometry: Geometry = field(default_factory=Geometry)
+    mode: str = choice("original", MODES)
+    command_timeout: float = number(0.0, least=0.0, unit="s")
+    geometry: Geometry = Geometry()
 
     def __post_init__(self):
-        if self.mode not in MODES:
-            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
-        if not (math.isfinite(self.command_timeout) and self.command_timeout >= 0.0):
-            raise ValueError(
-                f"command_timeout is {self.command_timeout!r}; "
-                "it must be 0 (off) or a time in seconds"
-            )
+        check(self)
 
 
 def settings_from_parameters():
@@ -56,19 +51,10 @@ def settings_from_parameters():
     Raises:
         ValueError: A parameter is no number or out of range; the message names it.
     """
-
-    def number(name, default):
-        value = rospy.get_param("~" + name, default)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
-        return float(value)
-
     return Settings(
         mode=rospy.get_param("~mode", Settings.mode),
-        command_timeout=number("command_timeout", Settings.command_timeout),
-        geometry=Geometry(
-            **{item.name: number(item.name, item.default) for item in fields(Geometry)}
-        ),
+        command_timeout=rospy.get_param("~command_timeout", Settings.command_timeout),
+        geometry=read(Geometry, rospy.get_param),
     )
 
 
@@ -224,12 +210,7 @@ class CarControl:
 def main():
     """Runs the node `control` until ROS shuts down."""
     global controlEngines
-    rospy.init_node("control")
-    try:
-        controlEngines = CarControl()
-    except ValueError as error:
-        rospy.logfatal("control cannot start: %s", error)
-        sys.exit(1)
+    controlEngines = start("control", CarControl)
     rospy.spin()
 
 

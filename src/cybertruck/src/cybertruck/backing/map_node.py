@@ -5,10 +5,10 @@ import os
 import sys
 
 import rospy
+from paddock_common.settings import from_table, read
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.map_plan import MapSettings, measure, write_picture
-from cybertruck.backing.settings import known
 from cybertruck.backing.state import StateSource
 from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towing
 from cybertruck.trailer.steering import MeasuredSteering, write_map
@@ -32,14 +32,8 @@ class MapDrive:
         given = {
             name: value for name, value in parameters.get("map", {}).items() if value != []
         }  # an empty list stands for the default
-        self._settings = known(MapSettings, given, "map")
-        self._geometry = Geometry(
-            **{
-                name: parameters[name]
-                for name in ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
-                if name in parameters
-            }
-        )
+        self._settings = from_table(MapSettings, given, "map", TrailerError)
+        self._geometry = read(Geometry, parameters.get, prefix="")
         if rospy.get_param("~trailer", False):
             self._refuse_folding()
         self._file = str(rospy.get_param("~file"))

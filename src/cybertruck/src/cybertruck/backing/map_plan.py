@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number, text
 
 from cybertruck.trailer.circle import fit_circle
 from cybertruck.trailer.geometry import TrailerError
@@ -31,13 +32,14 @@ class MapSettings:
     check_angles: tuple = tuple(
         math.radians(angle) for angle in (-41.0, -26.0, -11.0, 11.0, 26.0, 41.0)
     )
-    speed: float = 0.5
-    settle_distance: float = 0.6
-    circle: float = 0.75
-    longest: float = 3.0
-    odom_topic: str = "/ground_truth/odom"
+    speed: float = number(0.5, above=0.0, below=TOP_SPEED, unit="m/s")
+    settle_distance: float = number(0.6, above=0.0, unit="m")
+    circle: float = number(0.75, above=0.0)
+    longest: float = number(3.0, above=0.0, unit="m")
+    odom_topic: str = text("/ground_truth/odom")
 
     def __post_init__(self):
+        check(self, TrailerError)
         for name in ("angles", "check_angles"):
             values = np.atleast_1d(np.array(getattr(self, name), dtype=float))
             if not np.all(np.isfinite(values)) or np.any(np.abs(values) >= math.pi / 2):
@@ -45,13 +47,6 @@ class MapSettings:
             object.__setattr__(self, name, tuple(values.tolist()))
         if len(self.angles) < 3 or not np.all(np.diff(self.angles) > 0.0):
             raise TrailerError("angles: there must be 3 or more, each above the one before")
-        if not 0.0 < self.speed < TOP_SPEED:
-            raise TrailerError(
-                f"speed is {self.speed!r} m/s; it must be above 0 and below {TOP_SPEED:g}"
-            )
-        for name in ("settle_distance", "circle", "longest"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise TrailerError(f"{name} is {getattr(self, name)!r}; it must be above 0")
 
     def distance(self, angle, wheelbase):
         """Distance [m] over which points are taken, by steering angle [rad] and wheelbase [m]."""

@@ -1,7 +1,6 @@
 """The node `back_up`: an action that backs the trailer's axle along a path."""
 
 import math
-import sys
 import threading
 from dataclasses import dataclass, field
 
@@ -10,6 +9,7 @@ import rospy
 from actionlib import ActionServer
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.nodes import start
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.plan import make_tracker
@@ -240,10 +240,4 @@ class BackUpServer:
 
 def main():
     """Runs the node; exits with 1 and the reason if it cannot start."""
-    rospy.init_node("back_up")
-    try:
-        server = BackUpServer()
-    except TrailerError as error:
-        rospy.logfatal("back_up cannot start: %s", error)
-        sys.exit(1)
-    server.run()
+    start("back_up", BackUpServer).run()

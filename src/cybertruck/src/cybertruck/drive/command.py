@@ -3,6 +3,8 @@
 import math
 import threading
 
+from paddock_common.rules import Number
+
 
 def refusal(**values):
     """Reason to refuse a command, or '' when all its numbers are finite."""
@@ -23,13 +25,7 @@ class Command:
     """
 
     def __init__(self, timeout):
-        if (
-            isinstance(timeout, bool)
-            or not isinstance(timeout, (int, float))
-            or not (math.isfinite(timeout) and timeout > 0.0)
-        ):
-            raise ValueError(f"command_timeout is {timeout!r}, must be a time above 0 [s]")
-        self.timeout = float(timeout)
+        self.timeout = float(Number(above=0.0, unit="s").check("command_timeout", timeout))
         self._lock = threading.Lock()
         self._steering = self._speed = 0.0
         self._time = None

@@ -4,32 +4,30 @@ Everything happens once per message of the bridge's joint states (every 8 ms of 
 if they stop, a timer stops the wheels.
 """
 
-import math
-import sys
 import threading
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.nodes import run
+from paddock_common.settings import read
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
 
 from cybertruck.drive import conversions
 from cybertruck.drive.command import Command, refusal
-from cybertruck.drive.geometry import geometry_from
+from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.drive.joystick import JoyDrive
 from cybertruck.drive.limits import RateLimiter
 from cybertruck.drive.model import CyberModel
 from cybertruck.drive.odometry import Errors, WheelOdometry, ticks
+from cybertruck.drive.settings import Settings
 from cybertruck.msg import CyberDriveStamped
 
 ROBOT = "/cybertruck"
-ODOM_SOURCES = ("wheels", "ground_truth")
-LONGEST_STEP = (
-    0.1  # [s] longest period of the rate limits, also after a longer gap between joint states
-)
-WATCH_PERIOD = 0.1  # [s] longest time between checks for missing joint states
+LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
+WATCH_PERIOD = 0.1  # [s] between looks for silent joint states, at the most
 
 
 class Drive:
@@ -40,29 +38,19 @@ class Drive:
     """
 
     def __init__(self):
-        def get(name, default):
-            return rospy.get_param("~" + name, default)
-
-        self._model = CyberModel(geometry_from(get))
+        settings = read(Settings, rospy.get_param)
+        self._model = CyberModel(read(TruckGeometry, rospy.get_param))
         self._limiter = RateLimiter(self._model.geometry)
-        self._command = Command(get("command_timeout", 0.5))
-        start = [_number(get, name, 0.0) for name in ("start_x", "start_y", "start_yaw")]
-        errors = Errors(**{name: get(name, default) for name, default in vars(Errors()).items()})
-        self._odometry = WheelOdometry(self._model, start, errors)
-        self._source = get("odom_source", "wheels")
-        if self._source not in ODOM_SOURCES:
-            raise ValueError(
-                f"odom_source is '{self._source}', must be one of {', '.join(ODOM_SOURCES)}"
-            )
-        self._frames = get("odom_frame", "odom"), get("base_frame", "base_footprint")
+        self._command = Command(settings.command_timeout)
+        start = settings.start_x, settings.start_y, settings.start_yaw
+        self._odometry = WheelOdometry(self._model, start, read(Errors, rospy.get_param))
+        self._source = settings.odom_source
+        self._frames = settings.odom_frame, settings.base_frame
         self._time = self._measured = None  # stamps of the last and the last good joint states [s]
         self._received, self._silent = None, False  # ROS time of their arrival [s]
         self._lock = threading.Lock()  # joint states and timer have different threads
         self._publish_to()
-        joy = get("joy", False)
-        if not isinstance(joy, bool):
-            raise ValueError(f"joy is {joy!r}, must be true or false")
-        self._subscribe(JoyDrive.from_parameters(get) if joy else None)
+        self._subscribe(read(JoyDrive, rospy.get_param, "~joy_") if settings.joy else None)
         rospy.Timer(
             rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch, reset=True
         )
@@ -215,19 +203,6 @@ class Drive:
         self._broadcaster.sendTransform(conversions.transform(message))
 
 
-def _number(get, name, default):
-    value = get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{name} is {value!r}, must be a finite number")
-    return float(value)
-
-
 def main():
     """Run the node until ROS shuts down; exit with 1 and the reason if it cannot start."""
-    rospy.init_node("drive")
-    try:
-        Drive()
-    except ValueError as error:
-        rospy.logfatal("drive cannot start: %s", error)
-        sys.exit(1)
-    rospy.spin()
+    run("drive", Drive)

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
 TICKS_PER_TURN = 42  # of a front wheel's encoder
 SMALL_TURN = 1e-6  # [rad] below which an arc counts as a line
@@ -24,18 +25,12 @@ class Errors:
         heading_drift: of the heading [rad], per root of the metres driven.
     """
 
-    distance_error: float = 0.005
-    heading_error: float = 0.005
-    heading_drift: float = 0.001
+    distance_error: float = number(0.005, least=0.0)
+    heading_error: float = number(0.005, least=0.0)
+    heading_drift: float = number(0.001, least=0.0)
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value >= 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}, must be a number, 0 or more")
+        check(self)
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,14 @@
 import math
 import threading
 import time
-from dataclasses import fields
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.angles import yaw_of
+from paddock_common.nodes import run
+from paddock_common.settings import read
 from std_srvs.srv import Trigger, TriggerResponse
 
 from cybertruck.goal.controller import REACHED, RESET, STUCK, GoalController
@@ -25,13 +27,7 @@ class GoalNode:
         Raises:
             ValueError: A parameter is wrong; the message names it.
         """
-        self._settings = GoalSettings(
-            **{
-                item.name: rospy.get_param("~" + item.name)
-                for item in fields(GoalSettings)
-                if rospy.has_param("~" + item.name)
-            }
-        )
+        self._settings = read(GoalSettings, rospy.get_param)
         self._controller = GoalController(self._settings)
         self._lock = threading.RLock()  # service, odometry and timer have different threads
         self._pose, self._frame, self._received = None, "odom", None
@@ -85,9 +81,7 @@ class GoalNode:
 
     def _on_odometry(self, message):
         pose = message.pose.pose
-        x, y, w = pose.position.x, pose.position.y, pose.orientation.w
-        q = pose.orientation
-        heading = math.atan2(2.0 * (w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        x, y, heading = pose.position.x, pose.position.y, yaw_of(pose.orientation)
         if not all(map(math.isfinite, (x, y, heading))):
             rospy.logwarn_throttle(
                 5.0, "goal: the odometry holds a number that is not finite; it counts as silent"
@@ -165,16 +159,5 @@ class GoalNode:
 
 
 def main():
-    """Runs the node.
-
-    Returns:
-        Exit status.
-    """
-    rospy.init_node("goal")
-    try:
-        GoalNode()
-    except ValueError as error:
-        rospy.logfatal("goal: %s", error)
-        return 1
-    rospy.spin()
-    return 0
+    """Runs the node; exits with 1 and the reason if it cannot start."""
+    run("goal", GoalNode)

@@ -13,24 +13,15 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.rules import Number
+from paddock_common.settings import parameter, read
 
 from cybertruck.teleop import guard
 from cybertruck.teleop.limits import Limits, RateLimiter
-from cybertruck.teleop.screen import Screen
+from cybertruck.teleop.screen import Screen, View
+from cybertruck.teleop.speeds import Speeds
 
-FLUSH = 0.15  # wall time for rospy's threads to send the last message [s]
-LIMIT_NAMES = (
-    "wheelbase",
-    "max_speed",
-    "max_angular",
-    "max_steering",
-    "max_acceleration",
-    "max_steering_rate",
-    "trailer",
-    "hitch_offset",
-    "tongue_length",
-    "max_hitch_angle",
-)
+FLUSH = 0.15  # wall time given to rospy's threads for sending the last message [s]
 
 
 class Ended(Exception):
@@ -57,18 +48,29 @@ class Session:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, self._on_signal)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck
-        self.limits = Limits(
-            **{key: rospy.get_param("~" + key) for key in LIMIT_NAMES if rospy.has_param("~" + key)}
-        )
-        self.rate = number_parameter("rate", 20.0)
+        self.limits = read(Limits, rospy.get_param)
+        self.rate = parameter(rospy.get_param, "rate", 20.0, Number(above=0.0, unit="Hz"))
         self._limiter = RateLimiter(self.limits)
         self.sent = (0.0, 0.0)  # the last command [m/s, rad/s]
-        self.screen = None
+        self.screen, self._phase = None, 0
         self._lock = threading.Lock()
         self._over = False
         self._stderr = None
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=10)
         rospy.on_shutdown(self.finish)
+
+    def speeds(self):
+        """Gives the Speeds that the parameters set, within the limits.
+
+        Raises:
+            ValueError: A parameter is wrong; the message names it.
+        """
+        return Speeds(
+            rospy.get_param("~linear_speed", 0.5),
+            rospy.get_param("~angular_speed", 0.5),
+            self.limits.max_speed,
+            self.limits.max_angular,
+        )
 
     def open_screen(self):
         """Opens the screen, if there is a terminal; then logs go to /rosout only."""
@@ -96,6 +98,38 @@ class Session:
         with self._lock:
             if not self._over:
                 self._publish(*self.sent)
+
+    def show(self, title, teleop, notes, keys):
+        """Draws what is driven; without a screen nothing.
+
+        Args:
+            title: First line.
+            teleop: KeyTeleop or PadTeleop.
+            notes: Lines about the source of the events, warnings first.
+            keys: Lines of key help.
+        """
+        if not self.screen:
+            return
+        drive, turn = teleop.motion
+        self._phase = self._phase + 1 if drive else 0
+        linear, angular = self.sent
+        self.screen.show(
+            View(
+                title,
+                linear,
+                angular,
+                teleop.speeds.linear,
+                teleop.speeds.angular,
+                self.limits.max_speed,
+                self.limits.max_angular,
+                teleop.continuous,
+                drive,
+                turn,
+                notes,
+                keys,
+                self._phase // 4,
+            )
+        )
 
     def send_zero(self):
         """Publishes one zero and resets the motion."""
@@ -155,23 +189,6 @@ class Session:
         self.signal = number
 
 
-def number_parameter(name, default):
-    """Reads a private parameter that is a number above 0.
-
-    Raises:
-        ValueError: It is not; the message names it.
-    """
-    value = rospy.get_param("~" + name, default)
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not value > 0.0
-        or value == float("inf")
-    ):
-        raise ValueError(f"{name} is {value!r}; it must be a number above 0")
-    return float(value)
-
-
 def terminal_gone():
     """Returns whether the terminal was closed."""
     poll = select.poll()
@@ -181,12 +198,12 @@ def terminal_gone():
     )
 
 
-def run(name, body):
+def run(name, kind):
     """Runs a teleop under the guard of its terminal.
 
     Args:
         name: Default name of the node.
-        body: Function (session) that returns when the teleop ends.
+        kind: Class or function (session); what it gives has a tick(now, period).
 
     Returns:
         Exit status: 0 after Ctrl-C or a shutdown of the node, 128 + number after another signal,
@@ -196,7 +213,9 @@ def run(name, body):
     session = None
     try:
         session = Session(name)
-        body(session)
+        node = kind(session)
+        session.open_screen()
+        session.loop(node.tick)
     except (Ended, ValueError) as error:
         if session:
             session.close()

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
 HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical stop [rad]
 NEAR_AXLE = 0.15  # share of the tongue below which a hitch counts as on the axle
@@ -25,29 +26,14 @@ class Geometry:
         hitch_stop: Hitch angle at which the joint meets its stop [rad].
     """
 
-    wheelbase: float = 0.508
-    hitch_offset: float = 0.30
-    tongue_length: float = 0.70
-    max_steering: float = 0.7854
-    hitch_stop: float = HITCH_STOP
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
+    hitch_stop: float = number(HITCH_STOP, above=0.0, below=math.pi, unit="rad")
 
     def __post_init__(self):
-        for name, low, high in (
-            ("wheelbase", 0.0, math.inf),
-            ("hitch_offset", None, math.inf),
-            ("tongue_length", 0.0, math.inf),
-            ("max_steering", 0.0, math.pi / 2),
-            ("hitch_stop", 0.0, math.pi),
-        ):
-            value = getattr(self, name)
-            ok = isinstance(value, (int, float, np.number)) and math.isfinite(value)
-            if low is None:
-                ok, valid = ok and value >= 0.0, "0 or more"
-            else:
-                ok = ok and low < value < high
-                valid = f"above {low:g}" + (f" and below {high:g}" if high < math.inf else "")
-            if not ok:
-                raise TrailerError(f"{name} is {value!r}, it must be {valid}")
+        check(self, TrailerError)
 
     @property
     def max_curvature(self):

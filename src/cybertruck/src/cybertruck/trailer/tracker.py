@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
 from cybertruck.trailer.geometry import (
     TrailerError,
@@ -20,6 +21,7 @@ from cybertruck.trailer.laws import backing_law
 
 START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
 TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
+STEEP = math.radians(80.0)  # path and trailer are met at less [rad]
 BACKING, PULLING, ARRIVED, FAILED = range(4)
 MODES = ("backing", "pulling forward", "arrived", "failed")
 
@@ -49,50 +51,27 @@ class Tuning:
         end_tolerance: Distance to the path's end at which it is reached [m].
     """
 
-    speed: float = 0.3
-    recovery_speed: float = 0.3
-    deceleration: float = 0.3
-    creep_speed: float = 0.05
-    lateral_length: float = 0.8
-    heading_length: float = 0.4
-    approach_angle: float = math.radians(35.0)
-    hitch_length: float = 0.3
-    steering_gain: float = 1.1
-    reference_limit: float = math.radians(42.0)
-    guard_margin: float = math.radians(5.0)
-    lost_angle: float = math.radians(80.0)
-    resume_hitch: float = math.radians(10.0)
-    resume_heading: float = math.radians(30.0)
-    recovery_length: float = 0.5
-    max_recoveries: int = 5
-    max_pull: float = 6.0
-    end_tolerance: float = 0.01
+    speed: float = number(0.3, above=0.0, below=TOP_SPEED, unit="m/s")
+    recovery_speed: float = number(0.3, above=0.0, below=TOP_SPEED, unit="m/s")
+    deceleration: float = number(0.3, above=0.0, unit="m/s²")
+    creep_speed: float = number(0.05, above=0.0, below=TOP_SPEED, unit="m/s")
+    lateral_length: float = number(0.8, above=0.0, unit="m")
+    heading_length: float = number(0.4, above=0.0, unit="m")
+    approach_angle: float = number(math.radians(35.0), above=0.0, below=STEEP, unit="rad")
+    hitch_length: float = number(0.3, above=0.0, unit="m")
+    steering_gain: float = number(1.1, above=0.0)
+    reference_limit: float = number(math.radians(42.0), above=0.0, below=STEEP, unit="rad")
+    guard_margin: float = number(math.radians(5.0), above=0.0, unit="rad")
+    lost_angle: float = number(math.radians(80.0), above=0.0, below=math.pi, unit="rad")
+    resume_hitch: float = number(math.radians(10.0), above=0.0, unit="rad")
+    resume_heading: float = number(math.radians(30.0), above=0.0, unit="rad")
+    recovery_length: float = number(0.5, above=0.0, unit="m")
+    max_recoveries: int = number(5, above=0)
+    max_pull: float = number(6.0, above=0.0, unit="m")
+    end_tolerance: float = number(0.01, above=0.0, unit="m")
 
     def __post_init__(self):
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise TrailerError(f"{name} is {value!r}; it must be a number above 0")
-        for name in ("speed", "recovery_speed", "creep_speed"):
-            if getattr(self, name) >= TOP_SPEED:
-                raise TrailerError(
-                    f"{name} is {getattr(self, name):g} m/s; it must be above 0 "
-                    f"and below {TOP_SPEED:g}"
-                )
-        for name, limit in (
-            ("approach_angle", 80.0),
-            ("reference_limit", 80.0),
-            ("lost_angle", 180.0),
-        ):
-            if getattr(self, name) >= math.radians(limit):
-                raise TrailerError(
-                    f"{name} is {getattr(self, name):g} rad; it must be above 0 "
-                    f"and below {math.radians(limit):.3f}"
-                )
+        check(self, TrailerError)
 
 
 @dataclass

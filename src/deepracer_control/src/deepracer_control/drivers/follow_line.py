@@ -4,12 +4,14 @@ import math
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
+from paddock_common.nodes import run
+from paddock_common.rules import Number
 from sensor_msgs.msg import CameraInfo, Image
 
 from deepracer_control import topics
-from deepracer_control.drivers.line_vision import LineVision, Mount
+from deepracer_control.drivers.commands import CommandPublisher
+from deepracer_control.drivers.line_vision import vision_from
 from deepracer_control.drivers.pursuit import towards
-from deepracer_control.drivers.running import CommandPublisher, number, run
 
 
 class LineFollower:
@@ -24,12 +26,7 @@ class LineFollower:
 
     def __init__(self, vision, speed=0.6, grip=0.8, patience=1.0):
         for name, value in (("speed", speed), ("grip", grip), ("patience", patience)):
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+            Number(above=0.0).check(name, value)
         self.vision, self.speed, self.grip, self.patience = vision, speed, grip, patience
         self._curvature, self._seen = 0.0, None
 
@@ -56,15 +53,12 @@ class FollowLine:
         Raises:
             ValueError: A parameter is not valid.
         """
-        mount = Mount(
-            *(
-                number("camera_" + name, getattr(Mount, name))
-                for name in ("ahead", "height", "pitch")
-            )
-        )
-        vision = LineVision(mount, lookahead=number("lookahead", 0.55))
+        get = rospy.get_param
         self._follower = LineFollower(
-            vision, number("speed", 0.6), number("grip", 0.8), number("patience", 1.0)
+            vision_from(get, lookahead=0.55),
+            get("~speed", 0.6),
+            get("~grip", 0.8),
+            get("~patience", 1.0),
         )
         self._commands, self._bridge = CommandPublisher(), CvBridge()
         self._matrix = None

@@ -9,6 +9,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from paddock_common.rules import Number
+from paddock_common.settings import check, number, read
+
+from deepracer_control.drivers.pursuit import towards
 
 FARTHEST = 1.6  # of the points used [m] from the rear axle
 RINGS = 0.09  # spacing of the rings in which the line is searched [m]
@@ -27,22 +31,12 @@ class Mount:
     """
 
     # The DeepRacer's mast and lens; its chassis rests nose up by 0.024 rad.
-    ahead: float = 0.227
-    height: float = 0.127
-    pitch: float = 0.2375
+    ahead: float = number(0.227, unit="m")
+    height: float = number(0.127, above=0.0, unit="m")
+    pitch: float = number(0.2375, above=-1.5, below=1.5, unit="rad")
 
     def __post_init__(self):
-        if not (
-            math.isfinite(self.ahead)
-            and math.isfinite(self.height)
-            and self.height > 0.0
-            and math.isfinite(self.pitch)
-            and abs(self.pitch) < 1.5
-        ):
-            raise ValueError(
-                f"camera mount is {self}; height must be above 0 m, pitch within "
-                "1.5 rad, all finite"
-            )
+        check(self, prefix="camera_")
 
 
 def ground_points(width, height, matrix, mount, scale=1):
@@ -125,8 +119,7 @@ class LineVision:
         lookahead=0.55,
         half_lane=0.365,
     ):
-        if not (math.isfinite(lookahead) and 0.4 <= lookahead <= FARTHEST):
-            raise ValueError(f"lookahead is {lookahead!r}; it must be 0.4 to {FARTHEST} m")
+        Number(least=0.4, most=FARTHEST, unit="m").check("lookahead", lookahead)
         self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
         self._low, self._high = (np.array(ends, np.uint8) for ends in zip(hue, saturation, value))
         self._ground = self._key = None
@@ -167,7 +160,7 @@ class LineVision:
         )
         if goal is None:
             return None
-        self._curvature = 2.0 * goal[1] / (goal[0] ** 2 + goal[1] ** 2)
+        self._curvature = towards(*goal)
         return tuple(map(float, goal))
 
     def _points(self, mask):
@@ -228,3 +221,17 @@ class LineVision:
                 width = float(np.median(gap.min(axis=0)))
                 if 0.15 < width < 1.5:
                     self._half += 0.1 * (width - self._half)
+
+
+def vision_from(get, lookahead):
+    """Makes the LineVision that a node's private parameters camera_* and lookahead describe.
+
+    Args:
+        get: rospy.get_param or a function like it: (name, default) -> value.
+        lookahead: Default distance of the goal from the rear axle [m].
+
+    Raises:
+        ValueError: A parameter is not valid; the message names it.
+    """
+    mount = read(Mount, get, "~camera_")
+    return LineVision(mount, lookahead=get("~lookahead", lookahead))

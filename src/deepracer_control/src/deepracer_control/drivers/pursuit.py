@@ -7,6 +7,7 @@ CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
 import math
 
 import numpy as np
+from paddock_common.rules import Number
 
 CLOSED_GAP = 0.01  # first and last point nearer than this: a circuit [m]
 WINDOW = 1.0  # distance around the last position that is searched first [m]
@@ -109,12 +110,7 @@ class Pursuit:
             ("max_speed", max_speed),
             ("max_lateral_acceleration", max_lateral_acceleration),
         ):
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+            Number(above=0.0).check(name, value)
         self.path, self.lookahead = path, lookahead
         self.max_speed, self.grip = max_speed, max_lateral_acceleration
         self._index = None

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist
+from paddock_common.settings import check, choice
 
 from deepracer_control.ackermann import Geometry
 from deepracer_control.control import DEGREES_PER_UNIT, MODES
@@ -18,12 +19,11 @@ class Units:
         geometry: The car's Geometry.
     """
 
-    mode: str = "ackermann"
+    mode: str = choice("ackermann", MODES)
     geometry: Geometry = Geometry()
 
     def __post_init__(self):
-        if self.mode not in MODES:
-            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
+        check(self)
 
     def steering(self, curvature):
         """Returns the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""

@@ -10,9 +10,10 @@ import sys
 import time
 
 import rospy
-from deepracer_control.drivers.line_vision import LineVision, Mount
+from deepracer_control.drivers.line_vision import vision_from
 from deepracer_control.drivers.pursuit import towards
-from deepracer_control.drivers.running import number
+from paddock_common.rules import Number
+from paddock_common.settings import parameter
 from PyQt5.QtCore import QTimer
 from sensor_msgs.msg import CameraInfo
 
@@ -32,15 +33,7 @@ class LineDetector:
 
     def __init__(self, window):
         self._window = window
-        self._vision = LineVision(
-            Mount(
-                *(
-                    number("camera_" + name, getattr(Mount, name))
-                    for name in ("ahead", "height", "pitch")
-                )
-            ),
-            lookahead=number("lookahead", 0.5),
-        )
+        self._vision = vision_from(rospy.get_param, lookahead=0.5)
         self._matrix, self._last = None, None
         rospy.Subscriber("camera_info", CameraInfo, self._on_camera_info, queue_size=1)
 
@@ -73,12 +66,8 @@ class SliderDriver:
 
     def __init__(self, window):
         self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
-        self._rate = float(rospy.get_param("~changes_per_second", 5.0))
-        if not 0.0 < self._rate <= 5.0:
-            raise ValueError(
-                f"parameter ~changes_per_second is {self._rate}; it must be above 0 "
-                "and at most 5, as a person's"
-            )
+        rate = Number(above=0.0, most=5.0, unit="1/s")  # as a person's
+        self._rate = parameter(rospy.get_param, "changes_per_second", 5.0, rate)
         self._changed = self._seen = -math.inf
         self._driving = False
 
@@ -122,7 +111,9 @@ class ButtonsDriver:
 
     def __init__(self, window):
         self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
-        self._wide = math.radians(float(rospy.get_param("~wide_angle", 22.0)))
+        self._wide = math.radians(
+            parameter(rospy.get_param, "wide_angle", 22.0, Number(unit="degrees"))
+        )
         self._rest_until = 0.0
 
     def spin_once(self):

@@ -15,6 +15,7 @@ import rospy
 from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.topics import CAMERA_TOPIC, COMMANDED_DATA_TOPIC
 from geometry_msgs.msg import Twist
+from paddock_common.settings import read
 from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QImage, QPixmap
 from PyQt5.QtWidgets import (
@@ -32,7 +33,7 @@ from sensor_msgs.msg import Image
 from deepracer_teleop.window.camera_view import CameraView, FrameRate, LatestValue, draw_frame_rate
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
 from deepracer_teleop.window.mover import Mover
-from deepracer_teleop.window.settings import Settings, settings_from_parameters
+from deepracer_teleop.window.settings import Settings
 
 TITLE = "Teleop Interface"
 DISPLAY_WIDTH, DISPLAY_HEIGHT = 640, 480  # of the camera [px]; shown at half size
@@ -394,7 +395,7 @@ def connect(name):
             "or set ROS_MASTER_URI"
         )
     rospy.init_node(name, disable_signals=True)
-    window = InterfaceWindow(settings_from_parameters(rospy.get_param), MasterWatch(uri))
+    window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: window.close())
     return window

@@ -4,13 +4,13 @@ import queue
 import time
 
 import rospy
+from paddock_common.rules import Number
+from paddock_common.settings import parameter
 from sensor_msgs.msg import Joy
 
 from cybertruck.teleop.joystick.pad_map import PadReader, parse
 from cybertruck.teleop.joystick.schemes import PadTeleop
-from cybertruck.teleop.screen import View
-from cybertruck.teleop.session import number_parameter, run
-from cybertruck.teleop.speeds import Speeds
+from cybertruck.teleop.session import run
 
 WAITING, DRIVING, LOST = "waiting", "driving", "lost"
 
@@ -31,25 +31,14 @@ class JoystickNode:
         Raises:
             ValueError: A parameter is wrong; the message names it.
         """
-        limits = session.limits
         self._session = session
         self._name = rospy.get_param("~scheme", "traditional")
-        self.teleop = PadTeleop(
-            self._name,
-            Speeds(
-                rospy.get_param("~linear_speed", 0.5),
-                rospy.get_param("~angular_speed", 0.5),
-                limits.max_speed,
-                limits.max_angular,
-            ),
-        )
-        deadzone = number_parameter("deadzone", 0.05)
-        if deadzone >= 1.0:
-            raise ValueError(f"deadzone is {deadzone!r}; it must be below 1")
+        self.teleop = PadTeleop(self._name, session.speeds())
+        deadzone = parameter(rospy.get_param, "deadzone", 0.05, Number(above=0.0, below=1.0))
         self._reader = PadReader(parse(rospy.get_param("~pad", None)), deadzone)
-        self._timeout = number_parameter("joy_timeout", 0.5)
+        self._timeout = parameter(rospy.get_param, "joy_timeout", 0.5, Number(above=0.0, unit="s"))
         self._messages = queue.SimpleQueue()
-        self._state, self._received, self._phase = WAITING, None, 0
+        self._state, self._received = WAITING, None
         self._complaint = None
         rospy.Subscriber(
             "joy",
@@ -78,38 +67,19 @@ class JoystickNode:
             )
         if self._state == DRIVING:
             self._session.send(*self.teleop.wanted, period)
-        drive, turn = self.teleop.motion
-        self._phase = self._phase + 1 if drive else 0
-        screen = self._session.screen
-        if screen:
-            screen.keys()  # typed keys are ignored
-            screen.show(self.view(drive, turn))
+        if self._session.screen:
+            self._session.screen.keys()  # what is typed here means nothing
+        title = f"Cyber Truck: joystick teleop, {self._name}"
+        self._session.show(title, self.teleop, self._notes(), self.teleop.scheme.help)
 
-    def view(self, drive, turn):
-        """Returns the View for the screen."""
-        limits, speeds = self._session.limits, self.teleop.speeds
-        linear, angular = self._session.sent
+    def _notes(self):
+        """Lines about the pad, and what is wrong with it."""
         note = {
             WAITING: "Waiting for /joy: move a stick or press a button.",
             DRIVING: "The pad drives.",
             LOST: "The pad is lost; nothing is sent.",
         }[self._state]
-        notes = (note,) if self._complaint is None else (note, self._complaint)
-        return View(
-            f"Cyber Truck: joystick teleop, {self._name}",
-            linear,
-            angular,
-            speeds.linear,
-            speeds.angular,
-            limits.max_speed,
-            limits.max_angular,
-            self.teleop.continuous,
-            drive,
-            turn,
-            notes,
-            self.teleop.scheme.help,
-            self._phase // 4,
-        )
+        return (note,) if self._complaint is None else (note, self._complaint)
 
     def _take(self, message):
         """Processes one Joy message."""
@@ -139,17 +109,10 @@ class JoystickNode:
         self._state = LOST
 
 
-def body(session):
-    """Drives until the session ends."""
-    node = JoystickNode(session)
-    session.open_screen()
-    session.loop(node.tick)
-
-
 def main():
     """Runs the node.
 
     Returns:
         Exit status.
     """
-    return run("joystick", body)
+    return run("joystick", JoystickNode)

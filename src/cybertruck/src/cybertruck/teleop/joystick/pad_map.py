@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from paddock_common.rules import Number
+
 STICKS = ("left_x", "left_y")
 TRIGGERS = ("l2", "r2")
 BUTTONS = ("cross", "circle", "square", "triangle", "l1", "r1", "r3")
@@ -51,14 +53,7 @@ def parse(table):
     buttons = indices(table, "buttons", BUTTONS)
     ends = {}
     for key, default in (("trigger_released", 1.0), ("trigger_pressed", -1.0)):
-        value = table.get(key, default)
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, (int, float))
-            or not math.isfinite(value)
-        ):
-            raise ValueError(f"pad map: {key} is {value!r}; it must be a number")
-        ends[key] = float(value)
+        ends[key] = float(Number().check(f"pad map: {key}", table.get(key, default)))
     if ends["trigger_released"] == ends["trigger_pressed"]:
         raise ValueError("pad map: trigger_released and trigger_pressed are the same")
     inverted = table.get("inverted", [])
@@ -84,11 +79,7 @@ def indices(table, kind, names):
                 f"pad map: unknown name {name!r} in {kind}; there are {', '.join(names)}"
             )
     for name in names:
-        value = given.get(name)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise ValueError(
-                f"pad map: {kind}/{name} is {value!r}; it must be a whole number from 0 on"
-            )
+        Number(least=0, whole=True).check(f"pad map: {kind}/{name}", given.get(name))
     return dict(given)
 
 

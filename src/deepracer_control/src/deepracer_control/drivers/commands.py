@@ -1,6 +1,5 @@
-"""Shared by the driver nodes: number parameters, the publisher of /cmd_vel, running the node."""
+"""Shared by the driver nodes: the publisher of /cmd_vel, which ends with a zero."""
 
-import sys
 import threading
 import time
 
@@ -9,18 +8,6 @@ from geometry_msgs.msg import Twist
 
 from deepracer_control import topics
 from deepracer_control.drivers.units import Units
-
-
-def number(name, default):
-    """Returns a private parameter as a float.
-
-    Raises:
-        ValueError: It is not a number.
-    """
-    value = rospy.get_param("~" + name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
-    return float(value)
 
 
 class CommandPublisher:
@@ -50,19 +37,3 @@ class CommandPublisher:
             self._ended = True
             self._publisher.publish(Twist())
         time.sleep(0.1)
-
-
-def run(name, driver):
-    """Runs a driver's node until ROS shuts down.
-
-    Args:
-        name: Of the node.
-        driver: Class or function that connects, without arguments.
-    """
-    rospy.init_node(name)
-    try:
-        driver()
-    except ValueError as error:
-        rospy.logfatal("%s cannot start: %s", name, error)
-        sys.exit(1)
-    rospy.spin()
