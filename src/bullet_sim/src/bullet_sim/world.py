@@ -2,16 +2,21 @@
 
 import shutil
 import tempfile
+from collections.abc import Callable
 
+from bullet_sim.description.parts import ModelDescription
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats.sdf.world import WorldDescription
 from bullet_sim.models.contacts import PERIOD, Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
-from bullet_sim.pose import PLACEABLE, Pose
-from bullet_sim.snapshot import Snapshot
+from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.snapshot import BodySource, Snapshot
+
+Resolve = Callable[[str], str]  # URI -> path
 
 
 class World:
@@ -23,41 +28,46 @@ class World:
         engine: an Engine to use instead of a new one (tests).
     """
 
-    def __init__(self, time_step=0.001, gravity=(0.0, 0.0, -9.81), engine=None):
+    def __init__(
+        self,
+        time_step: float = 0.001,
+        gravity: Point = (0.0, 0.0, -9.81),
+        engine: Engine | None = None,
+    ) -> None:
         self._engine = engine or Engine(time_step, gravity)
         self._folder = tempfile.mkdtemp(prefix="bullet_sim_")
         self._next_key = 0
         self.name = "default"
-        self.models = {}
+        self.models: dict[str, Model] = {}
         self.forces = Forces()
         self.contacts = Contacts(self._engine)
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
-        self._loaded_names = ()  # models of the world file, in file order
+        self._loaded_names: tuple[str, ...] = ()  # models of the world file, in file order
         self._fresh = True  # no step since the start or the last reset
         self._changed = self._deleted = False  # models were spawned or deleted; deleted
 
     @property
-    def time_step(self):
+    def time_step(self) -> float:
         """Physics step [s]."""
         return self._engine.time_step
 
     @property
-    def gravity(self):
+    def gravity(self) -> Point:
         """Gravity [m/s^2] in the world frame."""
         return self._engine.gravity
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Simulated time [s]."""
         return self.step_count * self._engine.time_step
 
     @property
-    def engine(self):
+    def engine(self) -> Engine:
         """The engine, for sensors that cast rays."""
         return self._engine
 
-    def set_time_step(self, time_step):
+    def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] between two steps; simulated time stays.
 
         Raises:
@@ -84,12 +94,12 @@ class World:
         self.step_count = round(self.time / time_step)
         self._engine.set_time_step(time_step)
 
-    def close(self):
+    def close(self) -> None:
         """Free the engine and the temporary files."""
         self._engine.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def load(self, described):
+    def load(self, described: WorldDescription) -> list[str]:
         """Load a WorldDescription: gravity, step and models.
 
         Returns:
@@ -105,17 +115,17 @@ class World:
         self._loaded_names += tuple(model.name for model, _ in described.models)
         return warnings
 
-    def spawn_urdf(self, name, text, pose, resolve):
+    def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
         return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
 
-    def spawn_sdf(self, name, text, pose, resolve):
+    def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn an SDF model; its own <pose> applies within the given one."""
         description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'")
         description.name = name
         return self.spawn(description, pose * model_pose)
 
-    def spawn(self, description, pose=Pose()):
+    def spawn(self, description: ModelDescription, pose: Pose = Pose()) -> Model:
         """Spawn a ModelDescription with its root link's frame at a world pose.
 
         Raises:
@@ -139,7 +149,7 @@ class World:
         self._changed = True
         return model
 
-    def model(self, name):
+    def model(self, name: str) -> Model:
         """The model of that name.
 
         Raises:
@@ -151,7 +161,7 @@ class World:
             )
         return self.models[name]
 
-    def delete(self, name):
+    def delete(self, name: str) -> None:
         """Remove a model."""
         self.forces.remove_model(self.model(name))
         self.contacts.model_removed(self.model(name))
@@ -159,7 +169,7 @@ class World:
         del self.models[name]
         self._changed = self._deleted = True
 
-    def step(self, count=1):
+    def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
         managers = [
             model.manager
@@ -185,7 +195,7 @@ class World:
             self._next_check = self.time + PERIOD
             self.contacts.check()
 
-    def reset(self, time=True):
+    def reset(self, time: bool = True) -> None:
         """Reload every model at its initial pose into a cleared engine, as after a new start.
 
         Args:
@@ -198,7 +208,7 @@ class World:
         if time:
             self.step_count = 0
 
-    def sort_models(self):
+    def sort_models(self) -> bool:
         """Sort the models: those of the world file in file order, then the others by name.
 
         The last bits of the engine's results depend on the order in which bodies were loaded, and
@@ -213,7 +223,7 @@ class World:
         self.models = {name: self.models[name] for name in ordered}
         return changed
 
-    def sort_before_start(self):
+    def sort_before_start(self) -> bool:
         """Before the first step: make the results independent of the order of spawning.
 
         If the models were spawned in another order than that of `sort_models`, or some were
@@ -235,7 +245,7 @@ class World:
             model.restore_state(state)
         return True
 
-    def _reload(self):
+    def _reload(self) -> None:
         """Load all models into a cleared engine, at their initial poses."""
         self._engine.clear()
         self.contacts.clear()
@@ -243,11 +253,11 @@ class World:
             model.reload()
             self.contacts.model_added(model)
 
-    def sources(self):
+    def sources(self) -> list[BodySource]:
         """BodySources of all models, for a mirror."""
         return [model.source for model in self.models.values()]
 
-    def snapshot(self):
+    def snapshot(self) -> Snapshot:
         """The state of all bodies now."""
         return Snapshot(
             self.time, self.step_count, tuple(model.state() for model in self.models.values())

@@ -3,10 +3,10 @@
 import os
 
 from track_model import spec
-from track_model.spec import TrackError
+from track_model.spec import TrackError, TrackSpec
 
 
-def tracks_directory():
+def tracks_directory() -> str:
     """Return the folder of the tracks that come with the package."""
     here = os.path.dirname(os.path.realpath(__file__))
     candidates = [
@@ -26,7 +26,7 @@ def tracks_directory():
     )
 
 
-def find(name_or_path):
+def find(name_or_path: str) -> str:
     """Return the absolute path of a track by its name or file.
 
     Raises:
@@ -47,7 +47,7 @@ def find(name_or_path):
     )
 
 
-def load(path, content=None):
+def load(path: str, content: bytes | None = None) -> TrackSpec:
     """Read and check a track file of any kind: YAML, or a route (.npy, .csv).
 
     Args:
@@ -68,7 +68,7 @@ def load(path, content=None):
     return spec.parse(content, path)
 
 
-def read(path):
+def read(path: str) -> bytes:
     """Return a track file's bytes.
 
     Raises:
