@@ -2,9 +2,9 @@
 
 import os
 
-from commands.errors import UsageError
+from commands.errors import CommandError, UsageError
 from commands.launching import tracks
-from commands.paths import SOURCES
+from commands.paths import SOURCES, relative
 
 
 class LaunchFile:
@@ -34,11 +34,17 @@ class LaunchFile:
 
         Returns:
             Dict from name to (default, description); default is None where one has to be given.
+
+        Raises:
+            CommandError: The file is not XML.
         """
         from xml.etree import ElementTree
 
         builder = ElementTree.TreeBuilder(insert_comments=True)
-        root = ElementTree.parse(self.path, ElementTree.XMLParser(target=builder)).getroot()
+        try:
+            root = ElementTree.parse(self.path, ElementTree.XMLParser(target=builder)).getroot()
+        except ElementTree.ParseError as error:
+            raise CommandError(f"{relative(self.path)} is not XML: {error}") from None
         found = {}
         self._collect(root, found, ElementTree.Comment)
         return {name: about for name, about in found.items() if name not in self._fixed}

@@ -46,6 +46,14 @@ def test_arguments_of_groups_and_descriptions(tmp_path):
     assert launch.arguments() == {"a": ("1", "first"), "b": (None, ""), "d": ("4", "fourth")}
 
 
+def test_a_launch_file_that_is_not_xml(tmp_path):
+    launch = LaunchFile("track_model", "world.launch")
+    launch.path = str(tmp_path / "probe.launch")
+    (tmp_path / "probe.launch").write_text("<launch>\n<arg")
+    with pytest.raises(CommandError, match=r"probe\.launch is not XML: .*line 2"):
+        launch.check(["gui:=true"])
+
+
 def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
     arguments = ["--screen", "-p", "11312", "gui:=true"]
     assert LaunchFile("track_model", "world.launch").check(arguments) == arguments
