@@ -17,9 +17,9 @@ def read_sittings(paths, form):
         list of results, by date.
 
     Raises:
-        ValueError: a file cannot be read, or is of another format.
+        ValueError: a file cannot be read, is of another format, or holds the same run as another.
     """
-    results = []
+    results, dates = [], {}
     for path in paths:
         try:
             result = json.loads(path.read_text())
@@ -28,21 +28,24 @@ def read_sittings(paths, form):
         found = result.get("format") if isinstance(result, dict) else None
         if found != form:
             raise ValueError(f"{path} is of the format {found}, it must be {form}; measure again")
+        if result["date"] in dates:
+            raise ValueError(f"{path} holds the same run as {dates[result['date']]}")
+        dates[result["date"]] = path
         results.append(result)
     return sorted(results, key=lambda result: result["date"])
 
 
+def _middle(row):
+    return row.value.median if isinstance(row.value, Spread) else row.value
+
+
 def _cell(row):
-    if isinstance(row.value, Spread):
+    if isinstance(row.value, Spread) and row.value.count > 1:
         return (
             f"{row.value.median:{row.form}} ({row.value.least:{row.form}} to "
             f"{row.value.greatest:{row.form}})"
         )
-    return f"{row.value:{row.form}}"
-
-
-def _middle(row):
-    return row.value.median if isinstance(row.value, Spread) else row.value
+    return f"{_middle(row):{row.form}}"
 
 
 def merged(results):

@@ -91,6 +91,14 @@ def test_sittings_become_one_table_of_ranges(tmp_path):
     assert len(lines) == 3
 
 
+def test_one_run_is_one_sitting(tmp_path):
+    paths = [tmp_path / "one.json", tmp_path / "two.json"]
+    for path in paths:
+        path.write_text(json.dumps(result("a", 1.0, 1.0, 1.0)))
+    with pytest.raises(ValueError, match="two.json holds the same run as .*one.json"):
+        read_sittings(paths, bench.FORMAT)
+
+
 def test_a_sitting_may_lack_a_section_and_doubts_are_told():
     lacking = result("b", 1.0, 1.0, 1.0, cpu="y", quick=True, errors={"growth": "no bridge"})
     del lacking["meshes"]
