@@ -159,8 +159,8 @@ class GazeboCommands(unittest.TestCase):
             "-0.5",
         )
         for joint, expected in (("rear_left_joint", 0.25), ("rear_right_joint", -0.5)):
-            told = call("get_joint_properties", GetJointProperties, "bent::" + joint)
-            self.assertAlmostEqual(told.position[0], expected, delta=1e-9)
+            properties = call("get_joint_properties", GetJointProperties, "bent::" + joint)
+            self.assertAlmostEqual(properties.position[0], expected, delta=1e-9)
         rospy.wait_for_service("/fleet/bent/controller_manager/list_controllers", timeout=120.0)
 
     def test_4b_nodes_spawn_by_the_python_module(self):

@@ -242,7 +242,7 @@ class Services(unittest.TestCase):
         names = links.next().name
         self.assertLessEqual({"box::link", "car::base_link", "car::rear_left"}, set(names))
         self.assertNotIn("car::laser", names, "fixed joints are merged, as in Gazebo")
-        time = Time(heard=[models.topic])
+        time = Time(topics=[models.topic])
         models.clear()
         time.go(1.0)
         self.assertAlmostEqual(len(models.wait_count(99)), 100, delta=1)

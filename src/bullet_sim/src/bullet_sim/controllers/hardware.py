@@ -133,7 +133,7 @@ class Hardware:
             self._efforts[name] = value
 
     def regulate(self, name, pid, goal, error, velocity, period):
-        """Push a joint with the effort of a PID, until told otherwise.
+        """Command a joint's effort by a PID, until the next command.
 
         Args:
             name: the joint.

@@ -1,4 +1,4 @@
-"""PID efforts that a physics step could not bear as a constant torque.
+"""PID efforts that would be unstable as a constant torque over a physics step.
 
 A joint of inertia I under tau = p (q_d - q) - d v, held constant over a step T, is stable only
 while d T / I and p T^2 / I are small. Beyond that the motion of the free joint over T is known in
@@ -20,7 +20,7 @@ SOFT_SPRING = 0.0025  # p T^2 / I
 
 @functools.lru_cache(maxsize=1024)
 def is_stiff(gains, goal, inertia, period):
-    """Whether gains are more than a constant torque over a period bears.
+    """Whether gains are unstable or inaccurate as a constant torque over a period.
 
     Args:
         gains: PidGains that give an effort.

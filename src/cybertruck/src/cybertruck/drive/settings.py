@@ -1,4 +1,4 @@
-"""What the drive node can be told beyond the truck's measures, odometry errors and pad axes."""
+"""Settings of the drive node besides the truck's dimensions, odometry errors and pad axes."""
 
 from dataclasses import dataclass
 
