@@ -177,7 +177,7 @@ def test_no_watchdog_by_default(make):
     [
         ("mode", "sideways", "mode is 'sideways'"),
         ("command_timeout", -1, "command_timeout is -1"),
-        ("wheelbase", "long", "~wheelbase is 'long'"),
+        ("wheelbase", "long", "wheelbase is 'long'"),
         ("wheel_radius", 0, "wheel_radius is 0"),
     ],
 )
