@@ -127,7 +127,7 @@ def test_lost_source_releases_all():
     "linear, angular, words",
     [
         (0.0, 0.5, "linear_speed is 0.0"),
-        (9.0, 0.5, "limit 3"),
+        (9.0, 0.5, "from 0.01 to 3"),
         (0.5, -1.0, "angular_speed is -1.0"),
         (float("nan"), 0.5, "linear_speed is nan"),
         ("fast", 0.5, "'fast'"),

@@ -108,6 +108,16 @@ def test_pursuit_on_a_circle_gives_its_curvature():
         assert speed == pytest.approx(1.5, rel=0.03)  # v^2 / R = 1.5 m/s^2
 
 
+def test_places_on_a_circuit():
+    path = Path(circle(2.0)[:-1], closed=True)
+    assert path.closed and path.length == pytest.approx(4.0 * math.pi, rel=1e-3)
+    quarter = path.nearest(2.3, 2.0)
+    assert path.distance(2.3, 2.0) == pytest.approx(0.3, abs=1e-3)
+    assert path.way(0, quarter) == pytest.approx(math.pi, rel=2e-2)
+    assert path.way(quarter, 0) == pytest.approx(3.0 * math.pi, rel=2e-2)
+    assert Path([(0, 0), (1, 0), (2, 0)]).way(75, 50) == pytest.approx(-0.5)
+
+
 def test_open_path_ends_with_a_stop():
     pursuit = Pursuit(Path([(0, 0), (1, 0), (2, 0)]))
     assert pursuit.command(1.0, 0.1, 0.0)[0] == 1.0

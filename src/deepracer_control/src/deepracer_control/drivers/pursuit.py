@@ -21,17 +21,20 @@ def towards(x, y):
 class Path:
     """A path to follow, resampled evenly."""
 
-    def __init__(self, points, step=0.02):
+    def __init__(self, points, step=0.02, closed=False):
         """Resamples the points.
 
         Args:
             points: (N, 2) [m] in driving order; a circuit repeats its first point.
             step: Spacing of the samples [m].
+            closed: Whether it is a circuit although its first point is not repeated.
 
         Raises:
             ValueError: Fewer than 3 points, a number that is not finite, or no length.
         """
         points = np.asarray(points, dtype=float).reshape(-1, 2)
+        if closed:
+            points = np.concatenate((points, points[:1]))
         if len(points) < 3 or not np.isfinite(points).all():
             raise ValueError(f"the path has {len(points)} points, must have at least 3, all finite")
         way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
@@ -60,6 +63,15 @@ class Path:
                 pick % len(self.points) if self.closed else np.clip(pick, 0, len(self.points) - 1)
             )
         return int(pick[np.argmin(np.hypot(self.points[pick, 0] - x, self.points[pick, 1] - y))])
+
+    def distance(self, x, y):
+        """Returns the distance to the nearest sample [m]."""
+        return math.dist(self.points[self.nearest(x, y)], (x, y))
+
+    def way(self, start, end):
+        """Returns the way from one index to another [m]; on a circuit always forwards."""
+        count = end - start
+        return (count % len(self.points) if self.closed else count) * self.step
 
     def at(self, index):
         """Returns the sample of an index that may run beyond the end."""

@@ -7,7 +7,6 @@ five buttons.
 import math
 import os
 import sys
-import time
 
 import rospy
 from deepracer_control.drivers.line_vision import vision_from
@@ -18,7 +17,7 @@ from PyQt5.QtCore import QTimer
 from sensor_msgs.msg import CameraInfo
 
 from deepracer_teleop.drivers.mouse import Mouse
-from deepracer_teleop.window.window import connect
+from deepracer_teleop.window.node import connect, leave
 
 PERIOD_MS = 20  # of the driver [ms]
 LINE_TIMEOUT = 1.5  # ROS time without a line after which it stops [s]
@@ -153,6 +152,5 @@ def run(kind):
     code = window.executeInterface()
     timer.stop()
     driver.stop()
-    time.sleep(0.1)  # rospy sends from a thread
-    rospy.signal_shutdown("the window was closed")
+    leave()
     return code

@@ -5,7 +5,7 @@ import math
 import threading
 from dataclasses import dataclass
 
-import numpy as np
+from paddock_common.angles import yaw_of
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,6 @@ class Sample:
     v: float
     yaw_rate: float
     phase: str
-
-
-def yaw_of(quaternion):
-    """Returns the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X angles)."""
-    q = quaternion
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
 def along(start, end):
@@ -89,40 +83,3 @@ class Recorder:
                         for value in (sample.t, sample.x, sample.y, sample.yaw, sample.v)
                     ]
                 )
-
-
-class Pursuit:
-    """Steers along a closed centreline towards a point ahead (pure pursuit).
-
-    Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm",
-    CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
-    """
-
-    def __init__(self, centreline, ahead=0.45):
-        """Stores the path.
-
-        Args:
-            centreline: (N, 2) evenly spaced closed curve [m], in driving direction.
-            ahead: Distance of the goal point along the path [m].
-        """
-        self._line = np.asarray(centreline, dtype=float)
-        self._spacing = float(np.linalg.norm(self._line[1] - self._line[0]))
-        self._steps = max(1, round(ahead / self._spacing))
-
-    def nearest(self, x, y):
-        """Returns (index of the nearest point, distance to it [m])."""
-        gaps = np.hypot(self._line[:, 0] - x, self._line[:, 1] - y)
-        index = int(np.argmin(gaps))
-        return index, float(gaps[index])
-
-    def progress(self, start, end):
-        """Returns the way along the path from index start to index end [m], forwards."""
-        return ((end - start) % len(self._line)) * self._spacing
-
-    def curvature(self, x, y, yaw):
-        """Returns the curvature [1/m, left positive] from a rear-axle pose to the goal."""
-        index, _ = self.nearest(x, y)
-        goal = self._line[(index + self._steps) % len(self._line)]
-        dx, dy = goal[0] - x, goal[1] - y
-        left = -math.sin(yaw) * dx + math.cos(yaw) * dy
-        return 2.0 * left / max(dx * dx + dy * dy, 1e-6)

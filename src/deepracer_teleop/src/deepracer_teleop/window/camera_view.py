@@ -1,10 +1,8 @@
 """The camera's part of the window: frame rate, resized picture, message when there is none."""
 
-import threading
-
 import cv2
 from PyQt5.QtCore import QRect, QSize, Qt
-from PyQt5.QtGui import QColor, QPainter, QPixmap
+from PyQt5.QtGui import QColor, QImage, QPainter, QPixmap
 from PyQt5.QtWidgets import QLabel, QSizePolicy
 
 
@@ -49,39 +47,39 @@ def draw_frame_rate(picture, rate):
     """
     scale = max(0.4, picture.shape[1] / 640.0)
     place = (int(12 * scale), int(32 * scale))
-    words = frame_rate_text(rate)
-    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
-        cv2.putText(
-            picture,
-            words,
-            place,
-            cv2.FONT_HERSHEY_SIMPLEX,
-            scale,
-            colour,
-            max(1, round(width * scale)),
-            cv2.LINE_AA,
-        )
+    draw_words(picture, frame_rate_text(rate), place, scale)
     return picture
 
 
-class LatestValue:
-    """Stores the latest value set by another thread; older ones are dropped."""
+def draw_words(picture, words, place, scale):
+    """Writes white words with a black rim into a picture.
 
-    def __init__(self):
-        self._lock = threading.Lock()
-        self._item = None
+    Args:
+        picture: (H, W, 3) uint8 BGR; changed in place.
+        words: A line.
+        place: (x, y) of its lower left corner [px].
+        scale: Of the font.
+    """
+    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
+        thickness = max(1, round(width * scale))
+        font = cv2.FONT_HERSHEY_SIMPLEX
+        cv2.putText(picture, words, place, font, scale, colour, thickness, cv2.LINE_AA)
 
-    def put(self, item):
-        """Stores an item; returns whether there was none (the owner then has to be notified)."""
-        with self._lock:
-            empty, self._item = self._item is None, item
-            return empty
 
-    def take(self):
-        """Returns the latest item and removes it; None if there is none."""
-        with self._lock:
-            item, self._item = self._item, None
-            return item
+def to_pixmap(picture, size):
+    """Turns an OpenCV picture into one for a label.
+
+    Args:
+        picture: (H, W, 3) uint8 BGR.
+        size: QSize.
+
+    Returns:
+        QPixmap, as large as fits the size, aspect kept.
+    """
+    rgb = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+    height, width, channels = rgb.shape
+    image = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
+    return QPixmap.fromImage(image.scaled(size, Qt.KeepAspectRatio, Qt.SmoothTransformation))
 
 
 class CameraView(QLabel):
