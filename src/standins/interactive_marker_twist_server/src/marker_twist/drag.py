@@ -70,19 +70,25 @@ def read(parameters):
     Raises:
         ValueError: Names the parameter, its value and what is valid.
     """
-    keys = ("linear_scale", "max_negative_linear_velocity", "max_positive_linear_velocity")
-    given = [parameters.get(key, default) for key, default in zip(keys, (1.0, -1.0, 1.0))]
-    if not isinstance(given[0], dict):
-        given = [{"x": value} for value in given]
-    unknown = sorted(set(map(str, given[0])) - set(AXES))
+    scale = parameters.get("linear_scale", 1.0)
+    factors = scale if isinstance(scale, dict) else {"x": scale}
+    unknown = sorted(set(map(str, factors)) - set(AXES))
     if unknown:
         raise ValueError(f"linear_scale names {', '.join(unknown)}, must be of {', '.join(AXES)}")
-    for key, value in zip(keys, given):
+    limits = []
+    for key, default in (
+        ("max_negative_linear_velocity", -1.0),
+        ("max_positive_linear_velocity", 1.0),
+    ):
+        value = parameters.get(key, dict.fromkeys(factors, default))
         if not isinstance(value, dict):
-            raise ValueError(f"{key} is {value!r}, must be a map of x, y, z as linear_scale is")
+            if isinstance(scale, dict):
+                raise ValueError(f"{key} is {value!r}, must be a map as linear_scale is")
+            value = {"x": value}
+        limits.append({name: _number(key, value.get(name, 0.0)) for name in factors})
     linear = {
-        name: Scale(*(_number(key, value.get(name, 0.0)) for key, value in zip(keys, given)))
-        for name in given[0]
+        name: Scale(_number("linear_scale", factor), limits[0][name], limits[1][name])
+        for name, factor in factors.items()
     }
     fastest = _number("max_angular_velocity", parameters.get("max_angular_velocity", 2.2))
     factor = _number("angular_scale", parameters.get("angular_scale", 2.2))
