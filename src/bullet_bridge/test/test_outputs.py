@@ -14,7 +14,7 @@ from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cl
 from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive.plugin import WheelDrive
-from bullet_sim.description import specs
+from bullet_sim.description import field_specs, ray_specs, specs
 from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
@@ -89,7 +89,8 @@ def _bot(world):
 def test_every_kind_of_sensor_has_an_output():
     kinds = {
         kind
-        for kind in vars(specs).values()
+        for module in (specs, ray_specs, field_specs)
+        for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }
     assert kinds == set(outputs.OUTPUTS)

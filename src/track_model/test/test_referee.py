@@ -196,7 +196,7 @@ def test_off_track_matches_polygon_geometry():
 @pytest.mark.parametrize(
     "wrong, words",
     [
-        ({"off_track": "two"}, ["off_track", "two", "one of all, one"]),
+        ({"off_track": "two"}, ["off_track", "two", "all, one"]),
         ({"stuck_time": -1.0}, ["stuck_time", "-1"]),
         ({"collision_penalty": float("nan")}, ["collision_penalty", "nan"]),
         ({"auto_reset": 1}, ["auto_reset", "true or false"]),

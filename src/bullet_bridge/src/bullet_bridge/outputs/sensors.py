@@ -26,11 +26,12 @@ class Output:
 
     message = None
     relayed = True  # see publishing.publisher
+    every_step = False  # update() is called after every step, not at the rate of the spec
 
     def __init__(self, world, model, spec, seed):
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
         fastest = 1.0 / world.time_step  # as in Gazebo: at most one message per step
-        rate = min(spec.rate or fastest, fastest)
+        rate = fastest if self.every_step else min(spec.rate or fastest, fastest)
         self.schedule = SubscribedSchedule(
             rate, world.time_step, world.step_count, self.has_subscribers
         )

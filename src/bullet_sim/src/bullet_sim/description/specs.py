@@ -178,6 +178,8 @@ class WheelDriveSpec:
         frame_id, child_frame_id: of the odometry.
         publish_tf: also publish the odometry's transform on /tf.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
+        wheel_states_topic: of JointState with the wheels' positions; empty: none.
+        wheel_transforms: also publish the wheels' transforms on /tf.
     """
 
     name: str
@@ -195,3 +197,5 @@ class WheelDriveSpec:
     child_frame_id: str = "base_footprint"
     publish_tf: bool = True
     from_wheels: bool = False
+    wheel_states_topic: str = ""
+    wheel_transforms: bool = False

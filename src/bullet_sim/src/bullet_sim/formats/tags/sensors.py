@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, ImuSpec, RaySpec
 from bullet_sim.formats.plugin_names import Names, library
+from bullet_sim.formats.tags import rays
 from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, sdf_pose, whole
 
 DEFAULT_RATE = (
@@ -268,7 +269,15 @@ def _bumper(sensor):
 
 _CAMERAS = {"gazebo_ros_camera": _camera}
 _DEPTH = {"gazebo_ros_depth_camera": _depth_camera, "gazebo_ros_openni_kinect": _kinect}
-_LASERS = {"gazebo_ros_laser": _ray, "gazebo_ros_gpu_laser": _ray}
+_LASERS = {
+    "gazebo_ros_laser": _ray,
+    "gazebo_ros_gpu_laser": _ray,
+    "gazebo_ros_velodyne_laser": rays.velodyne,
+    "gazebo_ros_velodyne_gpu_laser": rays.velodyne,
+    "gazebo_ros_block_laser": rays.block_laser,
+    "gazebo_ros_range": rays.range_sensor,
+    "hector_gazebo_ros_sonar": rays.sonar,
+}
 _READERS = {
     "camera": _CAMERAS | _DEPTH,
     "depth": _DEPTH | _CAMERAS,
