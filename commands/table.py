@@ -12,6 +12,7 @@ COMMANDS = {
     "world": "the world and the car, without a window",
     "teleop": "the teleop window alone, for a world that runs already",
     "truck": "the Cyber Truck with its trailer in a yard, or backing its trailer",
+    "check": "start a launch file of yours and tell what came up",
     "exec": "run a command with the environment and the workspace active",
     "bench": "measure speed, latency and memory",
     "completion": "print a script that completes these commands in bash",

@@ -19,6 +19,7 @@ from bullet_bridge.outputs.cameras import Cameras
 from bullet_bridge.outputs.viewer_link import ViewerLink
 from bullet_bridge.resolve import Resolver, find_world
 from bullet_bridge.robots import Robots
+from bullet_bridge.services.describe import DescribeService
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.relay import Relay
@@ -76,6 +77,7 @@ def main():
         server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
         StatisticsService(jobs, server)
+        DescribeService(jobs, world, robots)
         StepService(jobs, server, arrivals, config.step_timeout)
         robots.connect_world_models()
         viewer = ViewerLink(jobs, world, server, config.renderer)

@@ -218,6 +218,10 @@ class Robots:
             _publish("pictures", self._cameras.draw, self._world, pictures)
         self._update_next()
 
+    def parts(self, name):
+        """Outputs (a list) and RobotControl, or None, of a model."""
+        return list(self._outputs.get(name, ())), self._controls.get(name)
+
     def sensor_counts(self):
         """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
         return {
