@@ -6,6 +6,7 @@ import rospy
 from control_msgs.msg import JointControllerState, PidState
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
@@ -210,11 +211,7 @@ class Drive(Commands):
         self._robot.manager.observe()
         message = control_messages.drive_odometry(time, self._spec.drive, self.controller.odometry)
         for out in outputs:
-            out.publish(
-                message
-                if out is self._odometry
-                else TFMessage([control_messages.odometry_transform(message)])
-            )
+            out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
 
 
 def topics_of(robot, spec):

@@ -2,7 +2,7 @@
 
 import math
 
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import Quaternion
 from nav_msgs.msg import Odometry
 
 from cybertruck.drive.odometry import Measured
@@ -75,14 +75,3 @@ def odometry(stamp, frames, state):
     message.twist.twist.linear.x = state.speed
     message.twist.twist.angular.z = state.yaw_rate
     return message
-
-
-def transform(message):
-    """The transform that an odometry message states."""
-    made = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
-    position = message.pose.pose.position
-    made.transform.translation.x = position.x
-    made.transform.translation.y = position.y
-    made.transform.translation.z = position.z
-    made.transform.rotation = message.pose.pose.orientation
-    return made

@@ -11,6 +11,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from paddock_common.nodes import run
+from paddock_common.odometry import transform_of
 from paddock_common.settings import read
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
@@ -200,7 +201,7 @@ class Drive:
         message.header.frame_id, message.child_frame_id = self._frames
         self._odom_out.publish(message)
         self._pose_out.publish(PoseStamped(header=message.header, pose=message.pose.pose))
-        self._broadcaster.sendTransform(conversions.transform(message))
+        self._broadcaster.sendTransform(transform_of(message))
 
 
 def main():

@@ -8,7 +8,8 @@ import rosgraph
 import rospy
 from controller_manager_msgs import srv
 
-from controller_manager import waiting
+from controller_manager import ending
+from paddock_common import waiting
 
 SERVICES = {
     "list_controllers": srv.ListControllers,
@@ -50,7 +51,8 @@ class ManagerClient:
         deadline = time.monotonic() + timeout
         for name in services:
             try:
-                waiting.wait_for_service(self._names[name], max(0.0, deadline - time.monotonic()))
+                left = max(0.0, deadline - time.monotonic())
+                waiting.wait_for_service(self._names[name], left, ending.over)
             except waiting.WaitTimeout:
                 raise ManagerError(
                     f"service {self._names[name]} did not come within {timeout:g} s. Is the "

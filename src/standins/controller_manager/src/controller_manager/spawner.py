@@ -5,9 +5,10 @@ import time
 import rospy
 from std_msgs.msg import Bool
 
-from controller_manager import ending, options, waiting
+from controller_manager import ending, options
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
+from paddock_common import waiting
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
@@ -23,7 +24,7 @@ def wait_for_true(topic):
             rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
         return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=ending.over)
     subscriber.unregister()
 
 

@@ -7,7 +7,8 @@ from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfigurati
 from geometry_msgs.msg import Point, Pose, Quaternion
 from std_srvs.srv import Empty
 
-from gazebo_ros import model_text, options, waiting
+from gazebo_ros import model_text, options
+from paddock_common import waiting
 
 
 class SpawnError(Exception):

@@ -6,7 +6,7 @@ import sys
 import rospy
 from std_srvs.srv import Trigger
 
-from gazebo_ros import waiting
+from paddock_common import waiting
 
 SERVICE = "/gazebo/open_viewer"
 TIMEOUT = 60.0  # [s] wall clock

@@ -3,6 +3,8 @@
 import time
 
 import rospy
+from paddock_common.rules import Number
+from paddock_common.settings import parameter
 from sensor_msgs.msg import Joy
 
 from joy_node.driver import Driver
@@ -14,25 +16,22 @@ POLL_PERIOD = 0.004  # wall time between two readings [s]
 IDLE_PERIOD = 0.1  # wall time between two iterations without a pad [s]
 
 
-def _number(name, default):
-    value = rospy.get_param("~" + name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name} is {value!r}, must be a number")
-    return float(value)
-
-
 def make_driver(pads, publisher):
     """Driver with this node's parameters.
 
     Raises:
         ValueError: names the parameter, its value and what is valid.
     """
+
+    def number(name, default):
+        return float(parameter(rospy.get_param, name, default, Number()))
+
     state = PadState(
-        _number("deadzone", 0.05),
+        number("deadzone", 0.05),
         bool(rospy.get_param("~default_trig_val", False)),
         bool(rospy.get_param("~sticky_buttons", False)),
     )
-    timer = PublishTimer(_number("autorepeat_rate", 0.0), _number("coalesce_interval", 0.001))
+    timer = PublishTimer(number("autorepeat_rate", 0.0), number("coalesce_interval", 0.001))
 
     device = str(rospy.get_param("~dev", "/dev/input/js0"))
 

@@ -5,8 +5,6 @@ import time
 import rosgraph
 import rospy
 
-from controller_manager.ending import over
-
 POLL_PERIOD = 0.05  # [s]
 
 
@@ -14,7 +12,7 @@ class WaitTimeout(Exception):
     """The awaited condition did not hold in time."""
 
 
-def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
+def wait_until(check, timeout, what, poll_period=POLL_PERIOD, ended=None):
     """Polls until a check holds.
 
     Args:
@@ -22,6 +20,7 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
         timeout: wall-clock limit [s]; None waits without limit.
         what: the awaited condition, for the error text.
         poll_period: wall-clock time between two checks [s].
+        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
 
     Returns:
         What check returned.
@@ -31,7 +30,8 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
         rospy.ROSInterruptException: the node was asked to end meanwhile.
     """
     deadline = None if timeout is None else time.monotonic() + timeout
-    while not over():
+    ended = ended or rospy.is_shutdown
+    while not ended():
         result = check()
         if result:
             return result
@@ -41,16 +41,17 @@ def wait_until(check, timeout, what, poll_period=POLL_PERIOD):
     raise rospy.ROSInterruptException(f"shut down while waiting for {what}")
 
 
-def wait_for_service(name, timeout):
+def wait_for_service(name, timeout, ended=None):
     """Waits until a service is advertised and responds to a probe.
 
     Args:
         name: service name, resolved against this node's namespace.
         timeout: wall-clock limit [s].
+        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
 
     Raises:
         WaitTimeout: the limit passed.
-        rospy.ROSInterruptException: the node was shut down meanwhile.
+        rospy.ROSInterruptException: the node was asked to end meanwhile.
     """
     resolved = rospy.resolve_name(name)
     master = rosgraph.Master(rospy.get_name())
@@ -63,7 +64,7 @@ def wait_for_service(name, timeout):
             return None
 
     what = f"service {resolved}"
-    wait_until(_registered, timeout, what)
+    wait_until(_registered, timeout, what, ended=ended)
     try:
         rospy.wait_for_service(resolved, max(0.5, timeout - (time.monotonic() - start)))
     except rospy.ROSInterruptException:
