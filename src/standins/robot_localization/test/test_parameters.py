@@ -1,7 +1,10 @@
 """Parameters as upstream's YAML files write them, and what is said about wrong ones."""
 
+import os
+
 import numpy as np
 import pytest
+import yaml
 from robot_localization.estimate.state import PROCESS_NOISE
 from robot_localization.inputs.sensors import doubts
 from robot_localization.inputs.sensors import read as read_sensors
@@ -194,3 +197,28 @@ def test_wrong_arrays_are_not_used():
     assert "state" not in given and given["process_noise"] is PROCESS_NOISE
     assert "initial_state has 1 values, must have 15" in notes[0]
     assert "process_noise_covariance is 'much'" in notes[1]
+
+
+PARAMS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "params")
+
+
+@pytest.mark.parametrize("name", ["ekf_template", "ukf_template", "dual_ekf_navsat_example"])
+def test_templates_are_read_without_a_note(name):
+    with open(os.path.join(PARAMS, f"{name}.yaml"), encoding="utf-8") as stream:
+        content = yaml.safe_load(stream)
+    filters = [value for key, value in content.items() if key.startswith("ekf_se")] or [content]
+    assert len(filters) == (2 if name.startswith("dual") else 1)
+    for parameters in filters:
+        sensors, notes = read_sensors(parameters)
+        assert len(sensors) >= 2
+        assert notes + read(parameters)[1] + read_arrays(parameters)[1] == []
+
+
+def test_the_template_holds_the_defaults():
+    with open(os.path.join(PARAMS, "ekf_template.yaml"), encoding="utf-8") as stream:
+        content = yaml.safe_load(stream)
+    given, default = read({**content, "sensor_timeout": 1 / 30.0})[0], read({})[0]
+    assert given == default
+    arrays = read_arrays(content)[0]
+    assert (arrays["process_noise"] == PROCESS_NOISE).all()
+    assert (arrays["covariance"] == 1e-9 * np.eye(15)).all()
