@@ -3,7 +3,7 @@
 import pytest
 from joy_node.driver import RETRY_PERIOD, Driver
 from joy_node.pad_state import PadState
-from joy_node.publish_timer import PublishTimer
+from joy_node.sending import Sending
 
 REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
 
@@ -30,28 +30,29 @@ class FakePad:
 
 
 class Bench:
-    """A driver with a fake pad and clock."""
+    """A driver with everything around it."""
 
     def __init__(self, pad, state=None, **sending):
-        self.pad, self.time, self.sent, self.logged, self.opened = pad, 100.0, [], [], 0
+        self.pad, self.time, self.sent, self.said, self.looks = pad, 100.0, [], [], 0
         self.driver = Driver(
             self._open,
             state or PadState(),
-            PublishTimer(**sending),
+            Sending(**sending),
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
-            self.logged.append,
+            self.said.append,
             lambda: self.time,
+            "the joystick js0",
         )
 
     def _open(self):
-        self.opened += 1
+        self.looks += 1
         return self.pad
 
     def run(self, seconds, period=0.01):
-        """Run for some wall time; returns the number of messages."""
+        """Turns for some wall time; how many messages came."""
         before = len(self.sent)
         for _ in range(round(seconds / period)):
-            self.driver.spin_once()
+            self.driver.turn()
             self.time += period
         return len(self.sent) - before
 
@@ -136,7 +137,7 @@ def test_a_button_takes_a_waiting_axis_along():
     assert bench.run(0.2) == 1 and bench.sent[-1] == ([1.0, 0, 0, 0, 0], [0, 1])
 
 
-def test_autorepeat_is_off_by_default():
+def test_nothing_new_is_not_repeated_unless_wished():
     bench = Bench(FakePad())
     bench.run(0.1)
     assert bench.run(2.0) == 0
@@ -145,7 +146,7 @@ def test_autorepeat_is_off_by_default():
     assert bench.run(2.0) == pytest.approx(40, abs=2)
 
 
-def test_unplugging_sends_zeros_once_and_retries():
+def test_unplugged_sends_zeros_once_and_looks_again():
     bench = Bench(FakePad(), autorepeat_rate=50.0)
     bench.pad.reading = ([0.5, -1.0, 1.0], [1, 1], [(1, 1)])
     bench.run(0.2)
@@ -153,23 +154,28 @@ def test_unplugging_sends_zeros_once_and_retries():
     bench.sent.clear()
     gone, bench.pad = bench.pad, None
     gone.there = False
-    looks = bench.opened
+    looks = bench.looks
     assert bench.run(4.5 * RETRY_PERIOD) == 1
     assert bench.sent == [([0.0] * 5, [0, 0])] and gone.closed == 1
-    assert bench.opened - looks == 4
+    assert bench.looks - looks == 4
     bench.pad = FakePad()
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
-    assert bench.logged == [
+    assert bench.said == [
         "joystick 'fake pad'",
-        "joystick 'fake pad' is gone; sent zeros",
+        "joystick 'fake pad' is gone; sent zeros; waiting for the joystick js0, looking for it "
+        "every 1 s",
         "joystick 'fake pad'",
     ]
 
 
-def test_a_missing_pad_is_logged_once():
+def test_no_pad_is_said_once_and_looked_for_each_second_until_it_comes():
     bench = Bench(None)
     assert bench.run(5.0) == 0
-    assert len(bench.logged) == 1 and bench.opened == 5
+    assert bench.said == ["waiting for the joystick js0; looking for it every 1 s"]
+    assert bench.looks == 5
+    bench.pad = FakePad()
+    assert bench.run(1.5) == 1
+    assert bench.said[1:] == ["joystick 'fake pad'"]
 
 
 @pytest.mark.parametrize(
@@ -177,9 +183,9 @@ def test_a_missing_pad_is_logged_once():
     [
         (lambda: PadState(1.0), "deadzone is 1.0"),
         (lambda: PadState(-0.1), "deadzone is -0.1"),
-        (lambda: PublishTimer(-1.0), "autorepeat_rate is -1.0"),
-        (lambda: PublishTimer(0.0, float("nan")), "coalesce_interval is nan"),
-        (lambda: PublishTimer(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
+        (lambda: Sending(-1.0), "autorepeat_rate is -1.0"),
+        (lambda: Sending(0.0, float("nan")), "coalesce_interval is nan"),
+        (lambda: Sending(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
     ],
 )
 def test_bad_parameters_are_named(make, reason):
@@ -194,19 +200,21 @@ def test_device_names(device, number):
     assert sdl_pads.number_of(device) == number
 
 
-def test_device_without_a_number_is_refused_and_a_pad_out_of_reach_is_none():
+@pytest.mark.parametrize("device", ["/dev/input/js99", "/dev/input/my_pad", "pad"])
+def test_a_device_that_is_not_there_is_waited_for(device):
     from joy_node import sdl_pads
 
-    with pytest.raises(ValueError, match="dev is '/dev/input/event'"):
-        sdl_pads.number_of("/dev/input/event")
-    pads = sdl_pads.SdlPads("/dev/input/js99")
+    pads = sdl_pads.SdlPads(device)
     assert pads.open() is None
+    assert pads.wanted == f"the joystick {device}"
     pads.close()
+    assert sdl_pads.SdlPads(device, "Wireless").wanted == "a joystick named 'Wireless'"
 
 
 def test_a_link_to_a_device_counts_as_the_device(tmp_path):
     from joy_node import sdl_pads
 
     link = tmp_path / "usb-pad-joystick"
+    assert sdl_pads.number_of(str(link)) is None  # its pad is not there yet
     link.symlink_to("/dev/input/js4")
     assert sdl_pads.number_of(str(link)) == 4

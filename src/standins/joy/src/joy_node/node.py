@@ -3,17 +3,22 @@
 import time
 
 import rospy
-from paddock_common.rules import Number
-from paddock_common.settings import parameter
 from sensor_msgs.msg import Joy
 
 from joy_node.driver import Driver
 from joy_node.pad_state import PadState
-from joy_node.publish_timer import PublishTimer
 from joy_node.sdl_pads import SdlPads
+from joy_node.sending import Sending
 
 POLL_PERIOD = 0.004  # wall time between two readings [s]
-IDLE_PERIOD = 0.1  # wall time between two iterations without a pad [s]
+IDLE_PERIOD = 0.1  # wall time between two turns without a pad [s]
+
+
+def _number(name, default):
+    value = rospy.get_param("~" + name, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{name} is {value!r}, must be a number")
+    return float(value)
 
 
 def make_driver(pads, publisher):
@@ -22,16 +27,12 @@ def make_driver(pads, publisher):
     Raises:
         ValueError: names the parameter, its value and what is valid.
     """
-
-    def number(name, default):
-        return float(parameter(rospy.get_param, name, default, Number()))
-
     state = PadState(
-        number("deadzone", 0.05),
+        _number("deadzone", 0.05),
         bool(rospy.get_param("~default_trig_val", False)),
         bool(rospy.get_param("~sticky_buttons", False)),
     )
-    timer = PublishTimer(number("autorepeat_rate", 0.0), number("coalesce_interval", 0.001))
+    sending = Sending(_number("autorepeat_rate", 0.0), _number("coalesce_interval", 0.001))
 
     device = str(rospy.get_param("~dev", "/dev/input/js0"))
 
@@ -41,7 +42,7 @@ def make_driver(pads, publisher):
         message.header.frame_id = device
         publisher.publish(message)
 
-    return Driver(pads.open, state, timer, send, rospy.loginfo)
+    return Driver(pads.open, state, sending, send, rospy.loginfo, wanted=pads.wanted)
 
 
 def main():
@@ -54,7 +55,7 @@ def main():
         rospy.logfatal("joy_node: %s", error)
         return 1
     while not rospy.is_shutdown():
-        time.sleep(POLL_PERIOD if driver.spin_once() else IDLE_PERIOD)
+        time.sleep(POLL_PERIOD if driver.turn() else IDLE_PERIOD)
     driver.close()
     pads.close()
     return 0

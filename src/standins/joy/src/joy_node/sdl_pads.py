@@ -17,14 +17,12 @@ def number_of(device):
 
     A link, as in /dev/input/by-id, is followed.
 
-    Raises:
-        ValueError: the text has no such number.
+    Returns:
+        The number, or None: the text has none. It may be a link that comes with its pad.
     """
     text = os.path.realpath(device) if str(device).startswith("/") else str(device)
     found = re.fullmatch(r"(?:.*js)?(\d+)", text)
-    if found is None:
-        raise ValueError(f"dev is '{device}', must end in js and a number, such as /dev/input/js0")
-    return int(found.group(1))
+    return int(found.group(1)) if found else None
 
 
 class SdlPad:
@@ -63,10 +61,14 @@ class SdlPads:
     Args:
         device: see number_of; used when name is empty.
         name: part of a pad's name; the first that has it is taken.
+
+    Attributes:
+        wanted: what is looked for, in words.
     """
 
     def __init__(self, device="/dev/input/js0", name=""):
-        self._number, self._name = number_of(device), name
+        self._device, self._name = device, name
+        self.wanted = f"a joystick named '{name}'" if name else f"the joystick {device}"
         self._away = set()
         pygame.display.init()
         pygame.joystick.init()
@@ -81,9 +83,10 @@ class SdlPads:
     def open(self):
         """The pad, or None if it is not connected."""
         self._gone()
+        wanted = None if self._name else number_of(self._device)
         for number in range(pygame.joystick.get_count()):
             joystick = pygame.joystick.Joystick(number)
-            if self._name in joystick.get_name() if self._name else number == self._number:
+            if self._name in joystick.get_name() if self._name else number == wanted:
                 self._away.discard(joystick.get_instance_id())
                 return SdlPad(joystick, self._gone)
         return None
