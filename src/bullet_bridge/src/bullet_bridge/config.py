@@ -13,7 +13,8 @@ class Config:
     Attributes:
         world_file: SDF world to load; empty: an empty world.
         paused: start with simulated time standing still.
-        real_time_factor: simulated seconds per wall second; 0: as fast as possible.
+        real_time_factor: simulated seconds per wall second; 0: as fast as possible; None: as the
+            world file says.
         lockstep: start paused; time advances only by /gazebo/step, with every picture.
         renderer: auto, egl or tiny.
         clock_rate: messages on /clock per simulated second [Hz].
@@ -26,7 +27,7 @@ class Config:
 
     world_file: str = ""
     paused: bool = False
-    real_time_factor: float = 1.0
+    real_time_factor: float | None = None
     lockstep: bool = False
     renderer: str = "auto"
     clock_rate: float = 200.0
@@ -44,8 +45,9 @@ def parse_config(get):
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    factor = _number(get, "real_time_factor", 1.0)
-    if factor < 0:
+    given = get("real_time_factor", None) is not None
+    factor = _number(get, "real_time_factor", None) if given else None
+    if given and factor < 0:
         raise ValueError(
             f"parameter real_time_factor is {factor}, must be 0 (as fast as possible) or more"
         )
