@@ -22,7 +22,7 @@ _DECLARED = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([\w.:-]+)[\"']")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 # The parts of an XML text as TinyXML sees them; quotes may hold < and >, values may lack quotes.
 _PARTS = re.compile(
-    r"(?P<comment><!--.*?-->)|(?P<data><!\[CDATA\[.*?\]\]>)|(?P<other><[?!].*?>)"
+    r"(?P<comment><!--.*?-->)|(?P<data><!\[CDATA\[.*?\]\]>)|(?P<other><(?:\?|!(?!--|\[CDATA\[)).*?>)"
     r"|(?P<tag></?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*>)|(?P<text>[^<]+|<)",
     re.DOTALL,
 )
@@ -143,7 +143,8 @@ def mended(text):
     the root element is dropped. Tags that do not match stay: TinyXML refuses them, too.
     """
     out, depth, begun = [], 0, False
-    for part in _PARTS.finditer(_CONTROL.sub("", text)):
+    text = _CONTROL.sub("", text)
+    for part in _PARTS.finditer(text):
         kind, found = part.lastgroup, part.group()
         if kind == "tag":
             closes, empty = found.startswith("</"), found.endswith("/>")
@@ -152,7 +153,9 @@ def mended(text):
             out.append(found if closes else _mended_tag(found, empty))
         elif kind == "data" and depth:
             out.append(found)
-        elif kind == "text" and depth and found != "<":
+        elif found == "<":
+            out.append("<" if text[part.end() : part.end() + 1] in "!?" else "")
+        elif kind == "text" and depth:
             out.append(_BARE.sub("&amp;", found).replace(">", "&gt;"))
         else:
             out.append("\n" * found.count("\n"))

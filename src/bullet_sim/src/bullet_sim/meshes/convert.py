@@ -8,6 +8,7 @@ import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.xml_parse import Document, decoded, mended
+from bullet_sim.meshes.beside import Beside
 
 MAX_PICTURE = 2048  # [px] longest side of a picture
 MAX_SIZE = 1e6  # [m] beyond which a mesh is a mistake
@@ -103,17 +104,17 @@ def _scene(geometry):
     """trimesh's Scene of a file."""
     import trimesh
 
-    options = {"process": False}
+    options = {"process": False, "resolver": Beside(geometry.path)}
     if geometry.submesh and geometry.path.lower().endswith(".obj"):
         options |= {"split_objects": True, "group_material": False}
     try:
         return trimesh.load_scene(geometry.path, **options)
-    except SyntaxError:  # XML that TinyXML takes and lxml does not, such as < in a name
+    except Exception:  # XML that TinyXML takes and lxml does not, such as < in a name?
+        if not geometry.path.lower().endswith(".dae"):
+            raise
         with open(geometry.path, "rb") as file:
             text = mended(decoded(file.read(), Document(geometry.path)))
-    resolver = trimesh.resolvers.FilePathResolver(geometry.path)
-    source = io.BytesIO(text.encode())
-    return trimesh.load_scene(source, file_type="dae", resolver=resolver, **options)
+    return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
 
 
 def _is_part(wanted, *names):

@@ -186,6 +186,8 @@ def _include(element, described, resolve, what):
             model, own = ground_plane(), pose
         else:
             inner, version = _opener(resolve, described.warnings)(element)
+            if inner.tag == "light":
+                return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
             model, own = _placed(inner, resolve, what, version)
@@ -249,7 +251,9 @@ def _placed(element, resolve, what, version):
 
 
 def _model_of(sdf, what):
+    """The <model> of a document, or the <light> of one that has no model."""
     element = sdf if sdf.tag == "model" else sdf.find("model")
+    element = sdf.find("light") if element is None else element
     if element is None:
         raise ModelError(f"{what} has no <model>")
     return element
