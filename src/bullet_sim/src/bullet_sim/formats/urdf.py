@@ -15,6 +15,7 @@ from bullet_sim.formats.xml_parse import parse
 from bullet_sim.formats.xml_read import floats_of, number_of, urdf_origin
 
 _ONE = (1.0, 1.0, 1.0)
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
 def parse_urdf(text, resolve, name="robot"):
@@ -170,17 +171,22 @@ def _shape(element, what, materials, resolve, model):
     return Shape(parsed, urdf_origin(element, what), color)
 
 
-def _geometry(element, what, resolve, model):
-    def size(*keys):
-        return tuple(number_of(element, key, f"{what} {element.tag}", 0.0) for key in keys)
-
+def _size(element, what):
+    """Size of a box, cylinder or sphere; with a None what is written is no number."""
+    what = f"{what} {element.tag}"
     if element.tag == "box":
-        sizes = floats_of(element, "size", 3, f"{what} box", (0.0, 0.0, 0.0))
-        return usable_size(Geometry("box", sizes), what, model)
-    if element.tag == "cylinder":
-        return usable_size(Geometry("cylinder", size("radius", "length")), what, model)
-    if element.tag == "sphere":
-        return usable_size(Geometry("sphere", size("radius")), what, model)
+        missing = (0.0,) * 3 if element.get("size") is None else (None,)
+        return floats_of(element, "size", 3, what, missing)
+    return tuple(
+        number_of(element, key, what, 0.0 if element.get(key) is None else None)
+        for key in _SIZES[element.tag]
+    )
+
+
+def _geometry(element, what, resolve, model):
+    if element.tag in _SIZES:
+        size = _size(element, what)
+        return None if None in size else usable_size(Geometry(element.tag, size), what, model)
     if element.tag == "mesh":
         scale = floats_of(element, "scale", 3, f"{what} mesh", _ONE)
         return mesh_geometry(element.get("filename", ""), scale, what, resolve, model)

@@ -86,13 +86,14 @@ def replace(node, what, text, sentence, used):
         what: the value's name.
         text: the value as it is written.
         sentence: what is wrong and what would be valid.
-        used: number, tuple, text or None for nothing.
+        used: number, tuple, text or None for nothing (and a tuple of it).
 
     Raises:
         ModelError: the element belongs to no document that could note it.
     """
     if getattr(node, "document", None) is None:
         raise ModelError(sentence)
+    used = None if used == (None,) else used
     if isinstance(used, (tuple, float, int)) and not isinstance(used, bool):
         used = " ".join(f"{value:g}" for value in np.atleast_1d(used))
     node.warn(
