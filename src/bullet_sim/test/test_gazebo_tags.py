@@ -269,8 +269,8 @@ def test_ground_truth():
     [
         (sensor("sonar", "libx.so"), ["sensor 'eye'", "type 'sonar'", "gpu_ray"]),
         (
-            sensor("ray", "libgazebo_ros_range.so"),
-            ["'libgazebo_ros_range.so'", "sensor 'eye'", "libgazebo_ros_laser.so"],
+            sensor("ray", "libgazebo_ros_sonic.so"),
+            ["'libgazebo_ros_sonic.so'", "sensor 'eye'", "libgazebo_ros_laser.so"],
         ),
         ('<gazebo><plugin name="a" filename="libfoo.so"/></gazebo>' * 2, ["'libfoo.so'"]),
         ('<gazebo reference="base"><glitter>1</glitter></gazebo>' * 2, ["<glitter>", "'base'"]),
