@@ -146,7 +146,7 @@ def test_forgotten_pictures_do_not_come(client, inbox):
     try:
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
+        while client._orders.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         client.submit(snapshot(step=2), [request(), request("left")])
         client.discard()
@@ -176,7 +176,7 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
         os.kill(client.worker_pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
+        while client._orders.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)
         client.submit(snapshot(step=2, pan=0.3), [request()])
         os.kill(client.worker_pid, signal.SIGCONT)
