@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 import rostest
-from ports import free_port
+from paddock_common.testing import free_port
 
 DEADLINE = 120.0  # wall time for a launch to refuse its input [s]
 
