@@ -8,12 +8,13 @@ import platform
 import sys
 import time
 
-from curves import draw_all
 from figures import BenchError
 from report import table
-from sections import SECTIONS
+from sections import SECTIONS, section
+from sittings import merged, read_sittings
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
+FORMAT = 2  # of bench.json
 
 
 def machine():
@@ -37,6 +38,7 @@ def machine():
 def run(names, quick, log):
     """The figures of some sections; a section that fails says why and the others go on."""
     result = {
+        "format": FORMAT,
         "quick": quick,
         "machine": machine(),
         "load_average": os.getloadavg(),
@@ -47,36 +49,79 @@ def run(names, quick, log):
         begin = time.monotonic()
         print(f"bench: {name} ...", file=sys.stderr, flush=True)
         try:
-            result[name] = SECTIONS[name](quick, log)
+            figures = section(name).measure(quick, log)
+            errors = {f"{name} {part}": text for part, text in figures.pop("errors", {}).items()}
+            if figures:
+                result[name] = figures
         except BenchError as error:
-            result["errors"][name] = str(error)
-            print(f"bench: {name}: {error}; see {log.name}", file=sys.stderr)
+            errors = {name: str(error)}
+        for part, text in errors.items():
+            print(f"bench: {part}: {text}; see {log.name}", file=sys.stderr)
+        result["errors"].update(errors)
         print(f"bench: {name} took {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)
     return result
 
 
-def main():
-    """Measure, write, tell; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="./run bench --", description=__doc__)
-    parser.add_argument(
-        "--quick",
-        action="store_true",
-        help="some three minutes: short windows, one start, fewer variants",
-    )
-    parser.add_argument(
-        "--only", nargs="+", choices=SECTIONS, metavar="SECTION", help=", ".join(SECTIONS)
-    )
-    arguments = parser.parse_args()
+def measure(names, quick, files):
+    """Measure, write, tell; returns the exit code.
+
+    Args:
+        names: of the sections.
+        quick: a quick run.
+        files: paths that take the JSON.
+    """
     folder = ROOT / "out" / "bench"
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / "bench.log", "w") as log:
-        result = run(arguments.only or list(SECTIONS), arguments.quick, log)
+        result = run(names, quick, log)
     text = json.dumps(result, indent=2)
-    (folder / "bench.json").write_text(text + "\n")
-    draw_all(result, folder)
+    for file in (folder / "bench.json", *files):
+        file.write_text(text + "\n")
+    for name in names:
+        draw = getattr(section(name), "draw", None)
+        if draw is not None and name in result:
+            draw(result[name], folder)
     print(text)
     print(table(result), file=sys.stderr)
     return 1 if result["errors"] else 0
+
+
+def main():
+    """Measure, or merge sittings; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="./run bench --",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="sections:\n" + "\n".join(f"  {name:12} {text}" for name, text in SECTIONS.items()),
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="short turns, fewer pairs and variants: to see that all works",
+    )
+    parser.add_argument("--only", nargs="+", choices=SECTIONS, metavar="SECTION")
+    parser.add_argument(
+        "--save", type=pathlib.Path, metavar="FILE", help="also write the JSON here, for --sittings"
+    )
+    parser.add_argument(
+        "--sittings",
+        nargs="+",
+        type=pathlib.Path,
+        metavar="FILE",
+        help="measure nothing; put the figures of several runs in one table",
+    )
+    arguments = parser.parse_args()
+    if arguments.sittings:
+        try:
+            print(merged(read_sittings(arguments.sittings, FORMAT)))
+        except ValueError as error:
+            parser.error(str(error))
+        return 0
+    return measure(
+        arguments.only or list(SECTIONS),
+        arguments.quick,
+        [arguments.save] if arguments.save else [],
+    )
 
 
 if __name__ == "__main__":

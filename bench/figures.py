@@ -1,9 +1,10 @@
 """From raw receipts to figures."""
 
 import math
+from itertools import pairwise
 
 
-class BenchError(Exception):
+class BenchError(ValueError):
     """A run that gave no figures."""
 
 
@@ -29,7 +30,7 @@ def gap_figures(pictures, seconds):
     """Rate and gaps [ms] of received pictures [(receipt, stamp)]."""
     if len(pictures) < 3:
         raise BenchError(f"{len(pictures)} pictures in {seconds:g} s")
-    gaps = [(b[0] - a[0]) * 1e3 for a, b in zip(pictures, pictures[1:])]
+    gaps = [(b[0] - a[0]) * 1e3 for a, b in pairwise(pictures)]
     return {
         "window_s": seconds,
         "received": len(pictures),

@@ -1,4 +1,4 @@
-"""Starting and stopping a world of our own, and reading what its processes cost."""
+"""Starting and stopping a world of our own, and finding its processes."""
 
 import json
 import os
@@ -9,8 +9,10 @@ import subprocess
 import sys
 
 from figures import BenchError
+from processes import descendants
+from usage import roles_of
 
-TICK = os.sysconf("SC_CLK_TCK")
+WORLDS = pathlib.Path(__file__).with_name("worlds")
 
 
 def free_port():
@@ -18,31 +20,6 @@ def free_port():
     with socket.socket() as sock:
         sock.bind(("127.0.0.1", 0))
         return sock.getsockname()[1]
-
-
-def _stat(pid):
-    """Fields of /proc/PID/stat after the command name; empty when it is gone."""
-    try:
-        return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return []
-
-
-def cpu_seconds(pid):
-    """User and system time of all threads of a process [s]; 0 when it is gone."""
-    fields = _stat(pid)
-    return (int(fields[11]) + int(fields[12])) / TICK if fields else 0.0
-
-
-def memory_bytes(pid):
-    """Proportional set size of a process (shared pages count by their share); 0 when gone."""
-    try:
-        for line in pathlib.Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
-            if line.startswith("Pss:"):
-                return int(line.split()[1]) * 1024
-    except OSError:
-        pass
-    return 0
 
 
 class Observer:
@@ -57,39 +34,26 @@ class Observer:
         self.process.stdin.flush()
 
     def answer(self):
-        """The next answer, a dict."""
+        """The next answer, a dict.
+
+        Raises:
+            BenchError: the observer says that it cannot go on, or has ended.
+        """
         line = self.process.stdout.readline()
         if not line:
             raise BenchError(f"an observer ended early (exit status {self.process.wait()})")
-        return json.loads(line)
+        answer = json.loads(line)
+        if "error" in answer:
+            raise BenchError(answer["error"])
+        return answer
 
     def ask(self, text):
         """Send a line and wait for the answer."""
-        self.tell(text)
+        try:
+            self.tell(text)
+        except BrokenPipeError:
+            pass  # answer() says what became of it
         return self.answer()
-
-
-def descendants(pid):
-    """Pids of the children of a process and theirs."""
-    children = {}
-    for entry in os.listdir("/proc"):
-        if entry.isdigit():
-            fields = _stat(entry)
-            if fields:
-                children.setdefault(int(fields[1]), []).append(int(entry))
-    found, open_ends = [], [pid]
-    while open_ends:
-        new = children.get(open_ends.pop(), [])
-        found += new
-        open_ends += new
-    return found
-
-
-def _command(pid):
-    try:
-        return pathlib.Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-    except OSError:
-        return []
 
 
 class Launch:
@@ -98,7 +62,7 @@ class Launch:
     Args:
         log: file that takes what roslaunch and its nodes print.
         arguments: launch arguments, NAME:=VALUE.
-        package, file: the launch file.
+        file: of the launch file: words after roslaunch, a package and a name or a path.
         with_control: also start deepracer_control's node (original mode).
         parameters: also load the car's controller YAML.
     """
@@ -107,8 +71,7 @@ class Launch:
         self,
         log,
         arguments=(),
-        package="track_model",
-        file="world.launch",
+        file=("track_model", "world.launch"),
         with_control=False,
         parameters=False,
     ):
@@ -116,9 +79,9 @@ class Launch:
         self.environment = dict(
             os.environ, ROS_IP="127.0.0.1", ROS_MASTER_URI=f"http://127.0.0.1:{port}"
         )
-        for name in ("ROS_HOSTNAME", "PYTHONDONTWRITEBYTECODE"):  # the second slows down each start
+        for name in ("ROS_HOSTNAME", "PYTHONDONTWRITEBYTECODE"):  # the second slows each start
             self.environment.pop(name, None)
-        self._command = ["roslaunch", "-p", str(port), package, file, *arguments]
+        self._command = ["roslaunch", "-p", str(port), *file, *arguments]
         self._with_control, self._parameters = with_control, parameters
         self._log, self._process, self._observers, self._others = log, None, [], []
 
@@ -166,29 +129,20 @@ class Launch:
         self._observers.append(process)
         return Observer(process)
 
-    def find(self, *words):
-        """Pid of the first process below roslaunch whose command line holds all words.
+    def roles(self):
+        """Role -> pids of roslaunch, everything below it, and the bench's own processes."""
+        pids = [self._process.pid, *descendants(self._process.pid)]
+        for process in self._others:
+            pids += [process.pid, *descendants(process.pid)]
+        return dict(
+            roles_of(pids),
+            observer=[process.pid for process in self._observers],
+            bench=[os.getpid()],
+        )
 
-        Returns:
-            None when there is none.
-        """
-        for pid in sorted(descendants(self._process.pid)):
-            line = b" ".join(_command(pid)).decode(errors="replace")
-            if all(word in line for word in words):
-                return pid
-        return None
-
-    def bridge(self):
-        """Pid of the bridge, or None."""
-        return self.find("bullet_bridge", "__name:=gazebo")
-
-    def relay(self):
-        """Pid of the process that sends for the bridge, or None."""
-        return self.find("relay_process")
-
-    def render_worker(self):
-        """Pid of the render process, or None while there is none."""
-        return self.find("bullet_sim.render.worker")
+    def pid(self, role):
+        """Pid of the first process of a role, see usage.role_of; None when there is none."""
+        return self.roles().get(role, [None])[0]
 
     def __exit__(self, *_):
         for process in self._observers:
@@ -201,6 +155,9 @@ class Launch:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGTERM)
             process.wait()
+        self._stop()
+
+    def _stop(self):
         below = descendants(self._process.pid)
         for number, patience in ((signal.SIGINT, 20), (signal.SIGTERM, 10), (signal.SIGKILL, 5)):
             if self._process.poll() is not None:

@@ -1,94 +1,102 @@
 """The figures as a short table."""
 
+from dataclasses import dataclass
 
-def _rows(result):
-    if "start" in result:
-        start = result["start"]
-        yield "start to first joint state", f"{start['first_joint_state_s']:.2f} s"
-        yield "start to first picture", f"{start['first_image_s']:.2f} s"
-        yield "start to 7 controllers", f"{start['controllers_s']:.2f} s"
-    for name, row in result.get("efficiency", {}).items():
-        yield (
-            f"free, {name}",
-            f"{row['ratio']:.2f} of bare stepping "
-            f"({row['bridge_sim_s_per_s']:.1f} / "
-            f"{row['bare_sim_s_per_s']:.1f} simulated s per s), worker "
-            f"{row['render_worker_cpu_share']:.2f} CPU",
+from sections import SECTIONS, section
+from spread import WITHIN, Spread, call
+
+IDLE = 0.1  # processors that others may have on a machine that counts as idle
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Attributes:
+        label: what it is about; the same in every run.
+        text: the figures.
+        value: Spread or number that is put beside those of other sittings; None: not.
+        unit: of the value, "" for a ratio.
+        form: how the value is written.
+    """
+
+    label: str
+    text: str
+    value: object = None
+    unit: str = ""
+    form: str = ".2f"
+
+
+def ratio_row(label, figures, of, unit):
+    """The Row of a ratio, see Pairs.figures.
+
+    Args:
+        label: of the row.
+        figures: what Pairs.figures gave.
+        of: the reference's name.
+        unit: of both sides.
+    """
+    ratio = Spread.read(figures["ratio"])
+    text = (
+        f"{ratio.text()} of {of}, {figures['pairs']} pairs, "
+        f"{figures['variant']['median']:.1f} / {figures['reference']['median']:.1f} {unit}"
+    )
+    if figures["against_reference"] == WITHIN:
+        text += f"; {WITHIN}, no difference to call"
+    return Row(label, text, ratio)
+
+
+def compared(figures, other, name):
+    """Words for a ratio beside another one's, both as Pairs.figures gave them."""
+    verdict = call(Spread.read(figures["ratio"]), Spread.read(other["ratio"]))
+    return f"{verdict} of {name}" if verdict == WITHIN else f"{verdict} than {name}"
+
+
+def spent_text(spent):
+    """Words for usage.summarise: who had the processors; roles below a hundredth are left out."""
+    roles = sorted(spent["cpu"].items(), key=lambda item: -item[1])
+    text = ", ".join(f"{role} {share:.2f}" for role, share in roles if share >= 0.01) or "nobody"
+    text += (
+        f"; others {spent['others']:.2f} (most {spent['others_most']:.2f}), stolen "
+        f"{spent['stolen']:.2f} (most {spent['stolen_most']:.2f})"
+    )
+    thread = spent["threads"].get("simulation")
+    if thread:
+        text += (
+            f"; simulation thread switched off {thread['switched_off']:.0f} times a second, "
+            f"ready but without a processor {100 * thread['waited']:.0f} % of the time"
         )
-    if "driving" in result:
-        drive = result["driving"]
-        camera, late, cpu = drive["camera"], drive["clock_lateness"], drive["cpu_s_per_sim_s"]
-        yield (
-            "camera at real time",
-            (
-                f"{camera['rate_hz']:.2f} Hz, gaps p50/p99/max "
-                f"{camera['gap_ms_p50']:.1f} / {camera['gap_ms_p99']:.1f} / "
-                f"{camera['gap_ms_max']:.1f} ms"
-            ),
-        )
-        yield "real-time factor", f"{drive['real_time_factor']:.4f}"
-        yield (
-            "/clock late p50/p99.9/max*",
-            (
-                f"{late['late_ms_p50']:.2f} / "
-                f"{late['late_ms_p999']:.2f} / "
-                f"{late['late_ms_max']:.2f} ms"
-            ),
-        )
-        yield (
-            "CPU per simulated s",
-            (
-                f"bridge {cpu['bridge']:.3f} s, relay {cpu['relay']:.3f} s, "
-                f"render worker {cpu['render_worker']:.3f} s"
-            ),
-        )
-    for name, row in result.get("camera", {}).items():
-        yield (
-            f"pictures {name}",
-            f"{row['ratio']:.2f} of bare ({row['received_hz']:.1f} / {row['bare_hz']:.1f} Hz)",
-        )
-    for name, row in result.get("latency", {}).items():
-        yield (
-            f"latency {name}",
-            f"p50 {row['ms_p50']:.1f}, p99 {row['ms_p99']:.1f}, max "
-            f"{row['ms_max']:.1f} ms (publish period "
-            f"{row['publish_period_ms']:.0f} ms)",
-        )
-    for row in result.get("scale", {}).get("rows", ()):
-        yield (
-            f"{row['cars']} cars with lidar",
-            f"{row['pace']:.2f} simulated s per s, "
-            f"{row['wall_ms_per_sim_s_and_car']:.1f} ms per "
-            f"simulated s and car, {row['memory_mb']:.0f} MB, "
-            f"scans {row['scan_rate']:.2f} Hz",
-        )
-    for phase, row in result.get("growth", {}).items():
-        yield (
-            f"memory, {phase}",
-            f"{row['memory_mb_first']:.1f} -> {row['memory_mb_last']:.1f} MB "
-            f"({row['growth_percent']:+.2f} %) over {row['sim_s']:.0f} "
-            f"simulated s, {row['cpu_s_per_sim_s']:.3f} CPU s per "
-            "simulated s",
-        )
-    if "meshes" in result:
-        meshes = result["meshes"]
-        yield (
-            "far triangles x 10",
-            f"step time x {meshes['ratio']:.2f} "
-            f"({meshes['triangles'][0]} -> {meshes['triangles'][1]})",
-        )
-    for name, error in result["errors"].items():
-        yield f"{name} FAILED", error
+    return text
+
+
+def busiest(result):
+    """The most processors that others had or that were stolen, a median of some figure's turns."""
+    values = result.values() if isinstance(result, dict) else result
+    found = [busiest(value) for value in values if isinstance(value, dict | list)]
+    own = []
+    if isinstance(result, dict) and "others" in result:
+        own = [result["others"] + result["stolen"]]
+    return max(found + own, default=0.0)
+
+
+def rows_of(result):
+    """The Rows of a result, section by section."""
+    for name in SECTIONS:
+        if name in result:
+            yield from section(name).rows(result[name])
 
 
 def table(result):
-    """Return the table's text."""
+    """The table's text."""
     load = "/".join(f"{value:.1f}" for value in result["load_average"])
-    return "\n".join(
-        [f"{name:36}{value}" for name, value in _rows(result)]
-        + [
-            "* a proxy for the physics thread, measured at a subscriber",
-            f"load average before {load} on {result['machine']['cpus']} processors"
-            + (", quick run" if result["quick"] else ""),
-        ]
-    )
+    lines = [f"{row.label:35} {row.text}" for row in rows_of(result)]
+    lines += [f"{name} FAILED".ljust(36) + error for name, error in result["errors"].items()]
+    lines.append(f"load average before {load} on {result['machine']['cpus']} processors")
+    if busiest(result) > IDLE:
+        lines.append(
+            f"others had up to {busiest(result):.2f} processors meanwhile: this was no idle "
+            "machine, the figures are disturbed"
+        )
+    if result["quick"]:
+        lines.append("a quick run: fewer pairs in shorter turns; its figures are not to be quoted")
+    return "\n".join(lines)

@@ -1,18 +1,11 @@
-"""Static meshes: the cost of a step with few and with ten times as many far triangles.
-
-No ROS: the car of the unit tests' size (four wheels on a box) on a ground plane in the core, hills
-beside it.
-"""
+"""A car on a ground plane in the core, hills of any number of triangles beside it; no ROS."""
 
 import pathlib
-import tempfile
-import time
 
 import numpy as np
-from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from figures import median
+from worlds.ground import GROUND
 
 LINK = (
     '<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{i}" iyy="{i}" '
@@ -49,7 +42,9 @@ def hills(path, cells):
     at = np.linspace(-20.0, 20.0, cells + 1)
     x, y = np.meshgrid(at, at)
     z = 1.0 + np.sin(x) * np.cos(1.3 * y)
-    lines = [f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in zip(x.ravel(), y.ravel(), z.ravel())]
+    lines = [
+        f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in zip(*map(np.ravel, (x, y, z)), strict=True)
+    ]
     row = cells + 1
     for i in range(cells):
         for j in range(cells):
@@ -66,7 +61,7 @@ def world_with(folder, cells):
     """A world with the car at the origin and hills of that many cells 30 m beside it."""
     mesh = hills(pathlib.Path(folder, f"hills{cells}.obj"), cells)
     world = World()
-    world.spawn(sdf.ground_plane())
+    world.spawn_sdf("ground", GROUND, Pose(), str)
     world.spawn_sdf(
         "hills",
         '<sdf version="1.6"><model name="hills"><static>true</static><link '
@@ -78,24 +73,3 @@ def world_with(folder, cells):
     world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.031)), str)
     world.step(200)
     return world
-
-
-def measure(quick):
-    """Step time with 2,000 and with 20,000 far triangles, in turn."""
-    counts = (32, 100)
-    with tempfile.TemporaryDirectory() as folder:
-        worlds = [world_with(folder, cells) for cells in counts]
-        times = [[], []]
-        for _ in range(3 if quick else 9):
-            for world, found in zip(worlds, times):
-                begin = time.perf_counter()
-                world.step(2000)
-                found.append((time.perf_counter() - begin) / 2000 * 1e6)
-        for world in worlds:
-            world.close()
-    few, many = map(median, times)
-    return {
-        "triangles": [2 * cells**2 for cells in counts],
-        "step_us": [few, many],
-        "ratio": median(b / a for a, b in zip(*times)),
-    }

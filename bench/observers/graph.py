@@ -1,4 +1,4 @@
-"""What the observers share: joining the graph, topics, the car's circle, the bare core."""
+"""What the observers share: joining the graph, recording topics, controllers, the pace of time."""
 
 import json
 import os
@@ -8,25 +8,18 @@ import sys
 import time
 from urllib.parse import urlparse
 
-import rospkg
 import rospy
-from bullet_bridge.resolve import Resolver
-from bullet_sim.formats.sdf.world import parse_world
-from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from std_msgs.msg import Float64
+from std_srvs.srv import Empty
 
-WHEELS = [f"{side}_{end}_wheel" for side in ("left", "right") for end in ("rear", "front")]
-HINGES = [f"{side}_steering_hinge" for side in ("left", "right")]
-SPEED, ANGLE = 20.0, 0.25  # wheel speed [rad/s], hinge angle [rad]: a circle
-COMMANDS = [(f"{name}_velocity_controller", SPEED) for name in WHEELS] + [
-    (f"{name}_position_controller", ANGLE) for name in HINGES
-]
-CONTROLLERS = 7
+from observers.circle import COMMANDS
+
+CONTROLLERS = len(COMMANDS) + 1  # with the joint states' controller
 START_LIMIT = 120.0  # [s]
-STEPS_A_CALL = 100  # of the bare core
+ROUND_TRIP = 0.005  # [s] a service call that took longer is made again ...
+ATTEMPTS = 5  # ... but no more often than this
 
 
 def say(**values):
@@ -34,12 +27,26 @@ def say(**values):
     print(json.dumps(values), flush=True)
 
 
+def fail(text):
+    """Answer bench.py why there are no figures, and end."""
+    say(error=text)
+    os._exit(1)
+
+
 def hear():
-    """The next line from bench.py, or exit when it has gone."""
+    """The words of the next line from bench.py, or exit when it has gone."""
     line = sys.stdin.readline()
     if not line:
         os._exit(0)
     return line.split()
+
+
+def hear_json():
+    """The next line from bench.py as JSON, or exit when it has gone."""
+    line = sys.stdin.readline()
+    if not line:
+        os._exit(0)
+    return json.loads(line)
 
 
 def join():
@@ -52,7 +59,7 @@ def join():
             break
         except OSError:
             if time.monotonic() > limit:
-                sys.exit("observer: no master")
+                fail(f"no ROS master within {START_LIMIT:g} s")
             time.sleep(0.02)
     rospy.init_node(
         "bench", anonymous=True, disable_rostime=True, disable_rosout=True, disable_signals=True
@@ -90,12 +97,15 @@ def running_controllers(namespace="/racecar"):
     return sum(controller.state == "running" for controller in listed.controller)
 
 
-def wait_for_controllers():
+def wait_for_controllers(namespace="/racecar"):
     """Returns when all controllers run, as time.monotonic."""
     limit = time.monotonic() + START_LIMIT
-    while running_controllers() < CONTROLLERS:
+    while running_controllers(namespace) < CONTROLLERS:
         if time.monotonic() > limit:
-            sys.exit(f"observer: {running_controllers()} of {CONTROLLERS} controllers run")
+            fail(
+                f"{running_controllers(namespace)} of {CONTROLLERS} controllers of {namespace} "
+                f"run after {START_LIMIT:g} s"
+            )
         time.sleep(0.03)
     return time.monotonic()
 
@@ -114,59 +124,55 @@ def start_circle(outputs):
     for publisher, _ in outputs:
         while not publisher.get_num_connections():
             if time.monotonic() > limit:
-                sys.exit(f"observer: nobody listens to {publisher.name}")
+                fail(f"nobody listens to {publisher.name}")
             time.sleep(0.01)
     for publisher, value in outputs:
         publisher.publish(value)
 
 
 def car_speed(name="racecar"):
-    """Speed of the car over the ground [m/s]."""
+    """Speed of a car over the ground [m/s]."""
     state = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)(name, "")
     return (state.twist.linear.x**2 + state.twist.linear.y**2) ** 0.5
 
 
-def sim_time():
-    """Simulated time [s]."""
-    return rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().sim_time
+class Simulation:
+    """Simulated time, and whether it goes on; keeps its connection, so that a call is short."""
 
+    def __init__(self):
+        rospy.wait_for_service("/gazebo/get_world_properties", START_LIMIT)
+        self._properties = rospy.ServiceProxy(
+            "/gazebo/get_world_properties", GetWorldProperties, persistent=True
+        )
+        self.pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
+        self.unpause = rospy.ServiceProxy("/gazebo/unpause_physics", Empty)
 
-def pace_of_bridge(seconds):
-    """(simulated seconds per wall second, simulated seconds) of a window of wall time [s]."""
-    sim, begin = sim_time(), time.monotonic()
-    time.sleep(seconds)
-    after, end = sim_time(), time.monotonic()
-    return (after - sim) / (end - begin), after - sim
+    def moment(self):
+        """(wall time, simulated time) [s]; the first is the middle of a short service call."""
+        for _ in range(ATTEMPTS):
+            begin = time.monotonic()
+            sim = self._properties().sim_time
+            end = time.monotonic()
+            if end - begin < ROUND_TRIP:
+                break
+        return (begin + end) / 2, sim
 
+    def time(self):
+        """Simulated time [s]."""
+        return self._properties().sim_time
 
-def bare_world():
-    """The core with the world, track, car, controllers and commands of the running bridge."""
-    resolve = Resolver()
-    path = rospkg.RosPack().get_path("track_model") + "/worlds/track.world"
-    world = World()
-    with open(path, "rb") as file:
-        world.load(parse_world(file.read(), resolve, path))
-    world.spawn_sdf("track", rospy.get_param("/track_description"), Pose(), resolve)
-    car = world.spawn_urdf("racecar", rospy.get_param("/robot_description"), Pose(), resolve)
-    for name, _ in COMMANDS:
-        car.manager.load(name, rospy.get_param(f"/racecar/{name}"))
-    car.manager.switch([name for name, _ in COMMANDS], [])
-    for name, value in COMMANDS:
-        car.manager.command(name, [value])
-    return world
+    def wait(self, seconds):
+        """Return when so much simulated time has passed [s]."""
+        end = self.time() + seconds
+        limit = time.monotonic() + START_LIMIT
+        while self.time() < end:
+            if time.monotonic() > limit:
+                fail(f"{seconds:g} simulated s do not pass within {START_LIMIT:g} s")
+            time.sleep(0.05)
 
-
-def bare_speed(world):
-    """Speed of the bare core's car over the ground [m/s]."""
-    car = world.model("racecar")
-    linear = car.link_state(car.description.root)[1]
-    return float((linear[0] ** 2 + linear[1] ** 2) ** 0.5)
-
-
-def pace_of_engine(world, seconds):
-    """Simulated seconds per wall second of PyBullet's stepping alone."""
-    steps, begin = 0, time.monotonic()
-    while time.monotonic() - begin < seconds:
-        world.engine.step(STEPS_A_CALL)
-        steps += STEPS_A_CALL
-    return steps * world.time_step / (time.monotonic() - begin)
+    def pace(self, seconds):
+        """(simulated seconds per wall second, simulated seconds) of a window of wall time [s]."""
+        begin, first = self.moment()
+        time.sleep(seconds)
+        end, last = self.moment()
+        return (last - first) / (end - begin), last - first

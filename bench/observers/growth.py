@@ -7,13 +7,13 @@ from observers import graph
 SAMPLES = 20
 
 
-def phase(span):
+def phase(simulation, span):
     """Wait for simulated time to pass, with a sample at even distances."""
-    begin = graph.sim_time()
+    begin = simulation.time()
     for number in range(SAMPLES + 1):
-        while graph.sim_time() - begin < span * number / SAMPLES:
+        while simulation.time() - begin < span * number / SAMPLES:
             time.sleep(0.05)
-        graph.say(sim=graph.sim_time() - begin)
+        graph.say(sim=simulation.time() - begin)
         graph.hear()
     graph.say(done=True)
 
@@ -22,8 +22,9 @@ def main(span):
     """Idle: controllers run, nothing is commanded. Driving: a circle, states and odometry heard."""
     graph.join()
     graph.wait_for_controllers()
-    phase(float(span))
+    simulation = graph.Simulation()
+    phase(simulation, float(span))
     for topic in ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock"):
         graph.record(topic).clear()
     graph.start_circle(graph.publishers())
-    phase(float(span))
+    phase(simulation, float(span))

@@ -14,6 +14,12 @@ HINGE = "left_steering_hinge_joint"
 WHEEL = "left_rear_wheel_joint"
 
 
+def _joints(message):
+    """Joint name -> (position, velocity)."""
+    values = zip(message.position, message.velocity, strict=True)
+    return dict(zip(message.name, values, strict=True))
+
+
 class States:
     """Joint states with their receipt."""
 
@@ -25,7 +31,7 @@ class States:
     def _take(self, message):
         now = time.monotonic()
         with self._changed:
-            self._last = (now, dict(zip(message.name, zip(message.position, message.velocity))))
+            self._last = (now, _joints(message))
             self._changed.notify_all()
 
     def wait(self, shows, limit=2.0):
@@ -34,10 +40,9 @@ class States:
         with self._changed:
             while True:
                 before = self._last
-                if not self._changed.wait_for(
-                    lambda: self._last is not before, end - time.monotonic()
-                ):
-                    return None
+                while self._last is before:
+                    if not self._changed.wait(end - time.monotonic()):
+                        return None
                 if shows(self._last[1]):
                     return self._last[0]
 
@@ -62,7 +67,7 @@ def hinge_latencies(states, count):
         before = states.now()[HINGE][0]
         sent = time.monotonic()
         publisher.publish(0.2 * sign)
-        seen = states.wait(lambda joints: abs(joints[HINGE][0] - before) > 1e-3)
+        seen = states.wait(lambda joints, before=before: abs(joints[HINGE][0] - before) > 1e-3)
         if seen is not None:
             found.append(seen - sent)
         sign = -sign
@@ -83,7 +88,7 @@ def wheel_latencies(states, count):
         before = states.now()[WHEEL][1]
         sent = time.monotonic()
         publisher.publish(command)
-        seen = states.wait(lambda joints: abs(joints[WHEEL][1] - before) > 0.5)
+        seen = states.wait(lambda joints, before=before: abs(joints[WHEEL][1] - before) > 0.5)
         if seen is not None:
             found.append(seen - sent)
         time.sleep(0.25 + 0.0037 * (number % 7))

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Let packages that exist on the machine win over the stand-ins of the same name.
+"""Disable the stand-ins of packages that are installed on the machine.
 
 Puts an (untracked) CATKIN_IGNORE file into each stand-in whose package rospkg finds outside of
-this source folder, takes it away from the others, and prints the names of those that gave way.
+this source folder, removes it from the others, and prints the names of those disabled.
 Run it before the build, with no environment of this workspace sourced.
 """
 
@@ -20,7 +20,7 @@ def real_packages(places):
     """Returns the names of all packages below some folders.
 
     Args:
-        places: folders to search; what lies in this workspace, or leads into it by a link, is
+        places: folders to search; packages in this workspace, also through links, are
             left out.
     """
     workspace = os.path.dirname(os.path.dirname(os.path.realpath(HERE))) + os.sep
@@ -33,14 +33,14 @@ def real_packages(places):
 
 
 def give_way(folder, real):
-    """Marks the stand-ins that exist elsewhere and unmarks the rest.
+    """Disables the stand-ins of installed packages and enables the others.
 
     Args:
         folder: the folder that holds the stand-ins, one package a folder.
         real: names of the packages that exist elsewhere.
 
     Returns:
-        Sorted names of the stand-ins that gave way.
+        Sorted names of the disabled stand-ins.
     """
     gone = []
     for name in sorted(os.listdir(folder)):

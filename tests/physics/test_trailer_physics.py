@@ -1,4 +1,4 @@
-"""Backing in the physics, without ROS: what issue 5 asks for, measured on the truck's own links."""
+"""Backing in the physics, without ROS: the required accuracy, measured on the truck's links."""
 
 import math
 
@@ -17,7 +17,7 @@ ARC, LATERAL, HEADING, HITCH, MODE = range(5)
 
 @pytest.fixture(scope="module")
 def rig():
-    """One world for all tests; every test places the truck anew."""
+    """One world for all tests; every test places the truck again."""
     made = Rig()
     yield made
     made.close()

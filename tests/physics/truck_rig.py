@@ -1,7 +1,7 @@
 """The truck with its trailer in the simulation core, without ROS: description, wheels, controller.
 
-The tracker sees the true poses. Commands go the way of the drive node: at its period, through its
-rate limits and wheel geometry, to the same controllers.
+The tracker gets the true poses. Commands are processed as in the drive node: at its period, through
+its rate limits and wheel geometry, to the same controllers.
 """
 
 import sys
@@ -31,7 +31,7 @@ HITCH = "hitch_yaw_joint"
 
 
 def truck_numbers():
-    """What config/truck.yaml says."""
+    """Contents of config/truck.yaml."""
     return yaml.safe_load((TRUCK / "config" / "truck.yaml").read_text())
 
 
@@ -109,7 +109,7 @@ class Rig:
             self.world.step(self._steps)
 
     def back_up(self, tracker, time_limit):
-        """Drives as a tracker says until it ends.
+        """Drives with a tracker until it ends.
 
         Returns:
             (n, 5) array: arc [m], lateral error [m], heading error [rad], ψ [rad], mode. The last

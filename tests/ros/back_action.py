@@ -54,7 +54,7 @@ class BackAction(unittest.TestCase):
         )
 
     def run_goal(self, goal, feedback=None):
-        """Sends a goal and waits for its end; gives status and result."""
+        """Sends a goal and waits for its end; returns status and result."""
         done = threading.Event()
         self.client.send_goal(goal, done_cb=lambda *_: done.set(), feedback_cb=feedback)
         wait_until(done.is_set, "the end of the goal", PATIENCE)
@@ -67,19 +67,19 @@ class BackAction(unittest.TestCase):
 
     def test_1_shape_with_feedback(self):
         x, y, heading = self.trailer()
-        told = []
+        feedback = []
         status, result = self.run_goal(
-            BackUpGoal(shape="lane-change", size=[0.5, 3.0, 0.5], speed=0.5), told.append
+            BackUpGoal(shape="lane-change", size=[0.5, 3.0, 0.5], speed=0.5), feedback.append
         )
         self.assertEqual((status, result.message), (GoalStatus.SUCCEEDED, "arrived"))
         self.assertLess(result.max_lateral_error, 0.10)
         self.assertLess(result.end_distance, 0.10)
-        progress = [item.progress for item in told]
+        progress = [item.progress for item in feedback]
         self.assertGreater(len(progress), 10)
         self.assertEqual(progress, sorted(progress))
         self.assertLess(progress[0], 0.3)
         self.assertGreater(progress[-1], 0.9)
-        self.assertGreater(max(abs(item.hitch_angle) for item in told), math.radians(3.0))
+        self.assertGreater(max(abs(item.hitch_angle) for item in feedback), math.radians(3.0))
         speeds = [item.drive.speed for item in self.commands.messages]
         self.assertLess(max(map(abs, speeds)), TOP_SPEED)
         self.assertLess(min(speeds), -0.4)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The backing action stops the truck and says why: silence, standstill, NaN, reset, jackknife."""
+"""The backing action stops the truck on faults: time-outs, standstill, NaN, reset, jackknife."""
 
 import math
 import unittest
@@ -31,7 +31,7 @@ class BackFaults(unittest.TestCase):
         cls.rig.close()
 
     def begin(self, hitch_angle=0.0, goal=None):
-        """Sends a goal from a fresh start and waits until the truck is told to move."""
+        """Resets, sends a goal and waits until the truck is commanded to move."""
         self.rig.place(hitch_angle)
         start = self.rig.time
         wait_until(lambda: self.rig.time > start + 0.3, "states of the fresh start")
@@ -39,7 +39,7 @@ class BackFaults(unittest.TestCase):
         wait_until(lambda: self.rig.commands and self.rig.commands[-1][2] != 0.0, "a command")
 
     def ended(self, status):
-        """Waits for the end, checks status and that the truck was told to stand; gives the text."""
+        """Waits for the end, checks status and that the truck was stopped; returns the text."""
         wait_until(self.client.get_result, "the result")
         self.assertEqual(self.client.get_state(), status, self.client.get_result().message)
         wait_until(lambda: self.rig.command[1] == 0.0, "speed 0")

@@ -109,7 +109,7 @@ BAD_SDF = {
 
 
 class BadInput(unittest.TestCase):
-    """Asks for what cannot be, and after each test drives nothing but time."""
+    """Invalid requests; after each test simulated time has to advance."""
 
     @classmethod
     def setUpClass(cls):
@@ -138,7 +138,7 @@ class BadInput(unittest.TestCase):
         )
 
     def check_controller(self, parameters, reason):
-        """Asks for a controller with these parameters; None: with none at all."""
+        """Requests a controller with these parameters; None: with none at all."""
         load = service("/racecar/controller_manager/load_controller", LoadController)
         if parameters is not None:
             rospy.set_param("/racecar/bad_controller", parameters)
@@ -158,10 +158,10 @@ class BadInput(unittest.TestCase):
         self.assertEqual(names, set(CONTROLLERS))
 
     def check_model(self, kind, text, reason):
-        """Asks for a model; kind is "urdf" or "sdf"."""
+        """Requests a model; kind is "urdf" or "sdf"."""
         spawn = service(f"/gazebo/spawn_{kind}_model", SpawnModel)
         answer = spawn("bad", text, "", Pose(), "world")
-        if answer.success:  # wrongly; the next row must not find it
+        if answer.success:  # if it was spawned wrongly, the next row must not find it
             service("/gazebo/delete_model", DeleteModel)("bad")
         self.refused(answer, reason)
 
@@ -181,7 +181,7 @@ class BadInput(unittest.TestCase):
         self.assertFalse(unload("joint_state_controller").ok, "a running one stays loaded")
 
     def check_missing_mesh(self, text, reason):
-        """Asks for a model with a mesh that is not there: it comes without, and the log says so."""
+        """Spawns a model whose mesh is missing: it is spawned without it, with a warning."""
         since = len(self.log.messages)
         spawn = service("/gazebo/spawn_urdf_model", SpawnModel)
         self.assertTrue(spawn("bad", text, "", Pose(), "world").success)

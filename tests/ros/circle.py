@@ -39,7 +39,7 @@ def fit_circle(points):
 
 
 def rear_axle_track(messages):
-    """Gives the rear axle's places (N, 2) [m] and unwrapped headings (N,) [rad]."""
+    """Returns the rear axle's places (N, 2) [m] and unwrapped headings (N,) [rad]."""
     yaw = np.unwrap([yaw_of(item.pose.pose.orientation) for item in messages])
     base = np.array([[item.pose.pose.position.x, item.pose.pose.position.y] for item in messages])
     return base + REAR_AXLE * np.column_stack([np.cos(yaw), np.sin(yaw)]), yaw

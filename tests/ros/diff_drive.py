@@ -20,7 +20,7 @@ TIMEOUT = 0.25  # [s] in diff_drive.yaml
 
 
 class Driver:
-    """Sends a Twist again and again in a thread of its own, as teleops do."""
+    """Publishes a Twist periodically in a thread, as teleops do."""
 
     def __init__(self, publisher):
         self._publisher, self._twist = publisher, None

@@ -46,7 +46,7 @@ def master_answers():
 
 
 class DropIn(unittest.TestCase):
-    """Builds once, launches once, and looks at everything the package's users would use."""
+    """Builds once, launches once, and checks the interfaces of the package."""
 
     @classmethod
     def setUpClass(cls):
@@ -107,7 +107,7 @@ class DropIn(unittest.TestCase):
             AckermannDriveStamped(drive=AckermannDrive(speed=speed, steering_angle=steering))
         )
 
-    def listen(self, topic, kind):
+    def record(self, topic, kind):
         recorder = Recorder(topic, kind)
         self.addCleanup(recorder.close)
         return recorder
@@ -165,7 +165,7 @@ class DropIn(unittest.TestCase):
         self.assertAlmostEqual(turn / seconds, SPEED * curvature, delta=0.15 * SPEED * curvature)
 
     def test_steering_by_effort_and_pid_arrives_and_holds(self):
-        joints = self.listen("/campus_rover/joint_states", JointState)
+        joints = self.record("/campus_rover/joint_states", JointState)
         self.command(0.0, STEERING)
         sleep_sim(1.0)
         curvature, half_track = math.tan(STEERING) / WHEELBASE, 0.17
@@ -176,8 +176,8 @@ class DropIn(unittest.TestCase):
             self.assertAlmostEqual(velocity, 0.0, delta=0.05)
 
     def test_camera(self):
-        image = self.listen("/campus_rover/front_camera/image_raw", Image)
-        info = self.listen("/campus_rover/front_camera/camera_info", CameraInfo)
+        image = self.record("/campus_rover/front_camera/image_raw", Image)
+        info = self.record("/campus_rover/front_camera/camera_info", CameraInfo)
         pictures = image.wait_count(4, START_LIMIT)
         picture = pictures[-1]
         self.assertEqual((picture.width, picture.height), (320, 200))
@@ -189,7 +189,7 @@ class DropIn(unittest.TestCase):
         self.assertAlmostEqual(info.wait_count(1)[0].K[0], focal, places=3)
 
     def test_laser_sees_the_wall(self):
-        scan = self.listen("/campus_rover/scan", LaserScan).wait_count(3)[-1]
+        scan = self.record("/campus_rover/scan", LaserScan).wait_count(3)[-1]
         place = self.truth.next().pose.pose
         self.assertEqual(scan.header.frame_id, "laser_link")
         self.assertEqual(len(scan.ranges), 181)
@@ -199,7 +199,7 @@ class DropIn(unittest.TestCase):
         self.assertTrue(any(scan.range_min < value < scan.range_max for value in scan.ranges))
 
     def test_imu_feels_gravity(self):
-        imu = self.listen("/campus_rover/imu", Imu)
+        imu = self.record("/campus_rover/imu", Imu)
         imu.wait_count(5)
         sleep_sim(1.0)
         last = imu.last
@@ -209,7 +209,7 @@ class DropIn(unittest.TestCase):
         self.assertAlmostEqual((stamps[-1] - stamps[0]) / (len(stamps) - 1), 0.01, delta=0.0005)
 
     def test_bumper_topic_is_there(self):
-        bumper = self.listen("/campus_rover/bumper", ContactsState)
+        bumper = self.record("/campus_rover/bumper", ContactsState)
         self.assertEqual(bumper.wait_count(1)[0].header.frame_id, "chassis")
         self.assertEqual(bumper.last.states, [], "the wheels touch the ground, the chassis nothing")
 
@@ -226,7 +226,7 @@ class DropIn(unittest.TestCase):
         self.assertAlmostEqual(found.transform.translation.z, 0.14 + 0.06 + 0.3, places=3)
 
     def test_model_states_name_the_rover(self):
-        states = self.listen("/gazebo/model_states", ModelStates).wait_count(1)[0]
+        states = self.record("/gazebo/model_states", ModelStates).wait_count(1)[0]
         self.assertIn("campus_rover", states.name)
 
     def test_what_is_unknown_is_one_warning(self):

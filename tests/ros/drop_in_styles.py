@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Launch files in other people's styles: each comes up as it is, and what it starts works."""
+"""Launch files in other styles: each starts unchanged, and its nodes work."""
 
 import math
 import os
@@ -90,7 +90,7 @@ class Styles(unittest.TestCase):
         self.assertTrue(answer.success, answer.status_message)
         return answer
 
-    def listen(self, topic, kind):
+    def record(self, topic, kind):
         recorder = Recorder(topic, kind)
         self.addCleanup(recorder.close)
         return recorder
@@ -115,7 +115,7 @@ class Styles(unittest.TestCase):
         self.assertAlmostEqual(start.pose.position.x, 1.0, delta=0.01)
         self.assertAlmostEqual(start.pose.position.y, -0.5, delta=0.01)
         self.assertAlmostEqual(yaw_of(start.pose.orientation), math.pi / 2.0, delta=0.01)
-        states = self.listen("/rover_7/joint_states", JointState)
+        states = self.record("/rover_7/joint_states", JointState)
         self.publisher("/rover_7/rear_left_wheel_controller/command", Float64).publish(5.0)
         wait_until(
             lambda: (
@@ -142,7 +142,7 @@ class Styles(unittest.TestCase):
         bench = self.state("third_bench").pose.position
         self.assertAlmostEqual(bench.x, 4.0, places=3)
         self.assertAlmostEqual(bench.y, -3.0, places=3)
-        odometry = self.listen("/cart_drive/odom", Odometry)
+        odometry = self.record("/cart_drive/odom", Odometry)
         command = self.publisher("/cart_drive/cmd_vel", Twist)
         twist = Twist()
         twist.linear.x, twist.angular.z = 0.4, 0.5

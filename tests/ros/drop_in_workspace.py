@@ -1,4 +1,4 @@
-"""Somebody else's workspace: a package that is built against ours and launched from there."""
+"""A user's workspace: a package that is built against ours and launched from there."""
 
 import os
 import re
@@ -18,9 +18,13 @@ STOP_LIMIT = 90.0  # wall time from SIGINT to the end of a launch [s]
 class Workspace:
     """A catkin workspace in a temporary directory that holds a copy of the package."""
 
+    package = PACKAGE.name
+    environment = os.environ
+
     def __init__(self):
         self._directory = tempfile.TemporaryDirectory(prefix="drop_in_")
         self.path = Path(self._directory.name)
+        self.setup = self.path / "devel" / "setup.bash"
         shutil.copytree(PACKAGE, self.path / "src" / PACKAGE.name)
 
     def build(self):
@@ -45,10 +49,10 @@ class Workspace:
 
 
 class Launched:
-    """One of the package's launch files, on a master of its own; use it with `with`.
+    """One of a package's launch files, on a master of its own; use it with `with`.
 
     Args:
-        workspace: Workspace that is built.
+        workspace: Where it is launched from: has a setup file, a package and an environment.
         file: Name of the launch file.
         port: Of the master.
         arguments: Launch arguments by name.
@@ -59,10 +63,10 @@ class Launched:
         self._command = [
             "bash",
             "-c",
-            f"source {workspace.path}/devel/setup.bash && "
-            f"exec roslaunch -p {port} {PACKAGE.name} {file} {words}",
+            f"source {workspace.setup} && "
+            f"exec roslaunch -p {port} {workspace.package} {file} {words}",
         ]
-        self._environment = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{port}")
+        self._environment = dict(workspace.environment, ROS_MASTER_URI=f"http://127.0.0.1:{port}")
         self._environment.pop("DISPLAY", None)
         self._log = tempfile.TemporaryFile(mode="w+")
         self._process = None
@@ -97,6 +101,11 @@ class Launched:
         self._log.flush()
         with open(f"/proc/self/fd/{self._log.fileno()}", encoding="utf-8") as stream:
             return re.sub(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)", "", stream.read())
+
+    @property
+    def pid(self):
+        """Process id of roslaunch."""
+        return self._process.pid
 
     def running(self):
         """Whether roslaunch still runs."""

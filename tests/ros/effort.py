@@ -93,7 +93,7 @@ class Effort(unittest.TestCase):
         self.assertAlmostEqual(joint(self.joints.next(), "slider_joint")[1], coasting, delta=0.01)
         self.assertTrue(self.switch(start=["slider_effort"]))
 
-    def test_position_controller_arrives_and_tells_its_state(self):
+    def test_position_controller_arrives_and_publishes_its_state(self):
         states = Recorder(f"{BOT}/arm_position/state", JointControllerState)
         for target in (1.0, -0.5, 9.0):
             self.command["arm_position"].publish(target)

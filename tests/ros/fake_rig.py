@@ -1,6 +1,6 @@
 """A truck with trailer that exists in kinematics only: /clock, /odom and /joint_states from a test.
 
-It obeys /cmd_cyberdrive; a test can make it fall silent, stand still, or lie.
+It follows /cmd_cyberdrive; a test can make it stop publishing, stand still or publish wrong values.
 """
 
 import math

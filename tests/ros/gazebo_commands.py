@@ -69,16 +69,16 @@ class GazeboCommands(unittest.TestCase):
 
     def spawned(self, model, *arguments, text=None):
         """Spawns, checks, and gives the model's state."""
-        status, said = spawn(*arguments, "-model", model, text=text)
-        self.assertEqual(status, 0, said)
+        status, output = spawn(*arguments, "-model", model, text=text)
+        self.assertEqual(status, 0, output)
         state = call("get_model_state", GetModelState, model, "")
         self.assertTrue(state.success, state.status_message)
         return state
 
     def fails(self, expected, word, *arguments, text=None):
-        status, said = spawn(*arguments, text=text)
-        self.assertEqual(status, expected, said)
-        self.assertIn(word, said)
+        status, output = spawn(*arguments, text=text)
+        self.assertEqual(status, expected, output)
+        self.assertIn(word, output)
 
     def test_1_gzserver_took_its_arguments(self):
         self.assertLessEqual({"ground_plane", "box", "sphere", "cylinder"}, set(models()))
@@ -159,8 +159,8 @@ class GazeboCommands(unittest.TestCase):
             "-0.5",
         )
         for joint, expected in (("rear_left_joint", 0.25), ("rear_right_joint", -0.5)):
-            told = call("get_joint_properties", GetJointProperties, "bent::" + joint)
-            self.assertAlmostEqual(told.position[0], expected, delta=1e-9)
+            properties = call("get_joint_properties", GetJointProperties, "bent::" + joint)
+            self.assertAlmostEqual(properties.position[0], expected, delta=1e-9)
         rospy.wait_for_service("/fleet/bent/controller_manager/list_controllers", timeout=120.0)
 
     def test_4b_nodes_spawn_by_the_python_module(self):
@@ -181,8 +181,8 @@ class GazeboCommands(unittest.TestCase):
                 "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
             )
         )
-        told = call("get_joint_properties", GetJointProperties, "by_module::rear_left_joint")
-        self.assertAlmostEqual(told.position[0], 0.5, delta=1e-9)
+        properties = call("get_joint_properties", GetJointProperties, "by_module::rear_left_joint")
+        self.assertAlmostEqual(properties.position[0], 0.5, delta=1e-9)
 
     def test_5_exit_codes(self):
         car = self.path("small_car.urdf")

@@ -35,13 +35,13 @@ class Driver:
         self.status = Recorder(namespace + "/goal/status", GoalStatus)
 
     def send(self, x, y, z=0.0):
-        """Calls the service and gives its answer."""
+        """Calls the service and returns its answer."""
         request = GoalRequest()
         request.pose.position.x, request.pose.position.y, request.pose.position.z = x, y, z
         return self._goal(request).success
 
     def wait_end(self):
-        """Waits for the end of the running goal and gives the last status."""
+        """Waits for the end of the running goal and returns the last status."""
         wait_until(
             lambda: self.status.last and self.status.last.status != GoalStatus.ACTIVE,
             "the end of the goal",
@@ -66,7 +66,7 @@ class Rig(unittest.TestCase):
         cls.relay = rospy.Publisher("/relayed/odom", Odometry, queue_size=10)
 
     def pose(self):
-        """Gives (x [m], y [m], heading [rad]) of /odom."""
+        """Returns (x [m], y [m], heading [rad]) of /odom."""
         pose = self.odometry.last.pose.pose
         return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plays a pad on /joy and looks at /cmd_vel: driving, nonsense, a pad that is lost; the screen."""
+"""A fake pad on /joy, checked on /cmd_vel: driving, invalid messages, a lost pad; the screen."""
 
 import math
 import threading
@@ -44,7 +44,7 @@ class Pad:
         self._publisher.publish(message)
 
     def silence(self):
-        """Says nothing any more."""
+        """Stops publishing."""
         self._message = None
 
     def _repeat(self):
@@ -133,7 +133,7 @@ class Joystick(unittest.TestCase):
         self.assertGreaterEqual(self.warned("the pad is lost"), 1)
         self.full_speed()  # it is plugged in again
 
-    def test_nonsense_stops_and_is_told_once(self):
+    def test_nonsense_stops_and_is_reported_once(self):
         for bad, words in (
             (Joy(axes=[1.0], buttons=[]), "the pad has 1 axes"),
             (Joy(axes=[math.nan] + [0.0] * 7, buttons=[0] * 13), "is nan"),

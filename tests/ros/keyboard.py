@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Presses real keys in a real terminal and on a real X server, and looks at /cmd_vel and screen."""
+"""Keys in a terminal and on an X server, checked on /cmd_vel and the screen."""
 
 import os
 import signal
@@ -172,7 +172,7 @@ class WithoutX(Rig):
         self.hold_command(0.5, 0.0)
 
     def drive_on(self):
-        """Lets the truck drive in continuous mode, and forgets the zeros before."""
+        """Drives in continuous mode and clears the zeros before."""
         self.terminal.keys("c", "Up")
         self.hold_command(0.5, 0.0)
 
@@ -299,7 +299,7 @@ class WithX(Rig):
 
 
 class BadStarts(unittest.TestCase):
-    """What cannot work is said in one line."""
+    """Errors at the start are one line."""
 
     def test_bad_parameters(self):
         terminal = Terminal(DISPLAY=None)

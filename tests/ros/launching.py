@@ -17,7 +17,7 @@ class Launch:
     """One roslaunch, to be used with `with`.
 
     Args:
-        target: A launch file beside this one, or a package and its launch file.
+        target: A launch file in this folder, or a package and its launch file.
         arguments: Launch arguments by name.
     """
 
@@ -50,7 +50,7 @@ class Launch:
 
     @staticmethod
     def simulator_is_known():
-        """Whether a node /gazebo is registered that answers."""
+        """Whether a node /gazebo is registered and responds."""
         try:
             uri = rosgraph.Master(rospy.get_name()).lookupNode("/gazebo")
             xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())
@@ -64,8 +64,8 @@ def simulator():
     return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode("/gazebo"))
 
 
-def wait_listened(topics):
-    """Waits until the simulator itself knows that this node subscribes to its topics.
+def wait_subscribed(topics):
+    """Waits until the simulator has counted this node's subscriptions to its topics.
 
     A subscriber sees its connection a moment before the publisher counts it.
     """
@@ -101,5 +101,5 @@ def threads(pid):
 
 
 def settle(seconds):
-    """Lets wall time pass for connections to close [s]; not for expectations."""
+    """Sleeps for wall time [s], for connections to close; not for expectations."""
     time.sleep(seconds)

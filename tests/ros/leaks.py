@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""200 models come and go: memory, threads, files, services and topics are as before."""
+"""200 models are spawned and deleted: memory, threads, files, services and topics do not grow."""
 
 import os
 import unittest
@@ -58,7 +58,7 @@ class Leaks(unittest.TestCase):
         self.assertTrue(answer.success, answer.status_message)
 
     def use(self):
-        """Starts the controllers and listens to the sensors."""
+        """Starts the controllers and subscribes to the sensors."""
         manager = "/bot/controller_manager/"
         load = rospy.ServiceProxy(manager + "load_controller", LoadController)
         for name in CONTROLLERS:
@@ -69,7 +69,7 @@ class Leaks(unittest.TestCase):
         )
         command = rospy.Publisher("/bot/left/command", Float64, queue_size=1)
         recorders = [Recorder("/bot/scan", LaserScan), Recorder("/bot/joint_states", JointState)]
-        wait_until(lambda: command.get_num_connections() > 0, "the command's listener")
+        wait_until(lambda: command.get_num_connections() > 0, "the command's subscriber")
         command.publish(5.0)
         for recorder in recorders:
             recorder.wait_count(1)

@@ -9,7 +9,7 @@ import rostest
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
-from launching import Launch, wait_listened
+from launching import Launch, wait_subscribed
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sim_client import START_LIMIT, WHEELS, Recorder, command_publishers, wait_connected, wait_until
@@ -46,7 +46,7 @@ def wait_for_bot():
 
 
 class World:
-    """The world that runs, a script for it, and the bytes of what it sends."""
+    """A running world, a script of commands, and the bytes of all messages."""
 
     def __init__(self):
         wait_for_car_paused()
@@ -61,7 +61,7 @@ class World:
             self.publishers[f"bot:{side}"] = publisher
         self.recorders = {topic: Recorder(topic, rospy.AnyMsg) for topic in RATES}
         self.clock = Recorder("/clock", Clock)
-        wait_listened([*RATES, "/clock"])
+        wait_subscribed([*RATES, "/clock"])
         rospy.wait_for_service("/gazebo/step", timeout=START_LIMIT)
         self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
 
@@ -74,7 +74,7 @@ class World:
         return call("get_world_properties", GetWorldProperties).sim_time
 
     def command(self, tick):
-        """Publishes one set of commands; gives the topics."""
+        """Publishes one set of commands; returns the topics."""
         for number, (name, publisher) in enumerate(self.publishers.items()):
             size = 0.3 if name.startswith("position") else 12.0
             publisher.publish(size * math.sin(0.13 * tick + number) + (size > 1) * 6.0)
@@ -100,7 +100,7 @@ class World:
         }
 
     def close(self):
-        """Withdraws everything from the graph."""
+        """Unregisters everything."""
         for recorder in (*self.recorders.values(), self.clock):
             recorder.close()
         for publisher in self.publishers.values():
@@ -138,7 +138,7 @@ def without_seq(run):
 
 
 class Lockstep(unittest.TestCase):
-    """One world for the service's manners; two for the bytes."""
+    """One world for the service's errors; two for the bytes."""
 
     def same(self, one, other):
         """Compares two runs message by message."""
@@ -181,7 +181,7 @@ class Lockstep(unittest.TestCase):
             world.close()
 
     def manners(self, world):
-        """What the step service and lockstep refuse; time stands still meanwhile."""
+        """Requests that the step service and lockstep refuse; time does not advance."""
         start = world.time()
         self.assertAlmostEqual(start, TICKS * TICK * 1e-3, places=9)
         wait_until(lambda: world.clock.last.clock.to_sec() == start, "/clock at the last step")
@@ -209,7 +209,7 @@ class Lockstep(unittest.TestCase):
         self.place_by_topic(world)
 
     def place_by_topic(self, world):
-        """A model that is placed by topic stands there before the step that counted it."""
+        """A model that is placed by topic is there before the step that counted the message."""
         publisher = rospy.Publisher("/gazebo/set_model_state", ModelState, queue_size=1)
         wait_connected(publisher, "set_model_state")
         state = ModelState(model_name="a_bot", reference_frame="world")

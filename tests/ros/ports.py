@@ -7,7 +7,7 @@ FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks 
 
 
 def free_port():
-    """Gives a TCP port that nobody uses, and that nobody is given who asks for any port."""
+    """Returns an unused TCP port outside the range that the kernel assigns."""
     for port in random.sample(range(FIRST, LAST), 100):
         with socket.socket() as probe:
             try:

@@ -2,9 +2,9 @@
 """The real time factor is kept, and sensors keep their rates in simulated time at any factor.
 
 How closely the factor is kept depends on the machine: it must never be exceeded, and be met to 2 %
-in one of several windows, unless the loop itself says that it cannot follow (what it does then is
-test_server.py's subject, with a clock of its own). The rates must hold exactly: between two
-messages, simulated time goes on by as many periods as header.seq says.
+in one of several windows, unless the loop's statistics show that the machine is too slow (that
+case is tested in test_server.py, with a fake clock). The rates must hold exactly: between two
+messages, simulated time advances by as many periods as header.seq counts.
 """
 
 import json
@@ -27,7 +27,7 @@ PERIODS = {
 }  # [ms]
 MILLION = 1000000  # nanoseconds of a millisecond
 TOLERANCE = 0.02  # of the factor
-CATCH_UP = 0.3  # wall time that may be made up for after a hold-up before the window [s]
+CATCH_UP = 0.3  # wall time that may be caught up after a delay before the window [s]
 TOO_SLOW = 0.01  # median lateness [s] only of a loop for which the machine is too slow
 WINDOWS = 6
 

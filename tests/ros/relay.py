@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The process that sends for the simulator dies: everybody hears the simulator again."""
+"""The relay process dies: all subscribers reconnect to the simulator."""
 
 import os
 import pathlib
@@ -32,7 +32,7 @@ def relays(pid):
 
 
 class RelayDeath(unittest.TestCase):
-    """Kills it once."""
+    """Kills the relay once."""
 
     def test_subscribers_come_back(self):
         recorders = {
@@ -50,7 +50,7 @@ class RelayDeath(unittest.TestCase):
         os.kill(relay, signal.SIGKILL)
         wait_until(lambda: not relays(pid), "its end")
         counts = {name: len(recorder.messages) for name, recorder in recorders.items()}
-        # /tf comes from nodes that hear the simulator: they are rospy's and roscpp's
+        # /tf comes from subscribers of the simulator: a rospy and a roscpp node
         for name, recorder in recorders.items():
             wait_until(lambda r=recorder, n=counts[name]: len(r.messages) > n + 50, name, BACK)
         sleep_sim(1.0)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""After a reset the clock starts over (or not, if it is to be monotonic); all else goes on.
+"""After a reset the clock restarts (unless it is monotonic) and everything else goes on.
 
-Controllers keep running and obey, /tf flows with the new time and a buffer that was filled before
-answers again, models that were spawned after the start stand where they were spawned.
+Controllers keep running, /tf has the new time and an older buffer works again, models that were
+spawned after the start are where they were spawned.
 """
 
 import math
@@ -37,7 +37,7 @@ class Reset(unittest.TestCase):
         return rospy.ServiceProxy("/gazebo/" + name, kind)(**fields)
 
     def drive_and_reset(self, service):
-        """Lets things happen, then resets; gives the time [s] before."""
+        """Drives, then resets; returns the time [s] before."""
         self.odometry = Recorder("/bot/odom", Odometry)
         self.states = Recorder("/bot/joint_states", JointState)
         self.clock = Recorder("/clock", Clock)
@@ -116,7 +116,7 @@ class Reset(unittest.TestCase):
         self.assertLess(abs((self.transform().header.stamp - rospy.Time.now()).to_sec()), 1.0)
 
     def close(self):
-        """Withdraws everything."""
+        """Unregisters everything."""
         self.listener.unregister()
         for thing in (self.odometry, self.states, self.clock):
             thing.close()

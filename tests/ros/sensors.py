@@ -25,7 +25,7 @@ def periods(messages):
 
 
 class Sensors(unittest.TestCase):
-    """The bot looks at a red wall; nothing moves but where a test says so."""
+    """The bot faces a red wall; nothing moves unless a test moves it."""
 
     @classmethod
     def setUpClass(cls):

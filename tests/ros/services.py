@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The services and topics of gazebo_ros: what they say is what happens, bad input gets a reason."""
+"""The services and topics of gazebo_ros: effects, and errors of bad input."""
 
 import math
 import unittest
@@ -35,7 +35,7 @@ def call(name, kind=Empty, *values, **fields):
 
 
 class Services(unittest.TestCase):
-    """Without gravity, so that what a force does is plain."""
+    """Without gravity, so that the effect of a force is exact."""
 
     @classmethod
     def setUpClass(cls):
@@ -100,7 +100,7 @@ class Services(unittest.TestCase):
             )
 
     # physics ----------------------------------------------------------------------------------
-    def test_physics_properties_are_told_and_changed(self):
+    def test_physics_properties_are_read_and_changed(self):
         now = self.ok(call("get_physics_properties", srv.GetPhysicsProperties))
         self.assertEqual((now.time_step, now.max_update_rate, now.pause), (0.001, 1000.0, False))
         time = Time()
@@ -160,13 +160,13 @@ class Services(unittest.TestCase):
         self.assertEqual((before["time_step"], before["sor_pgs_iters"]), (0.001, 50))
         after = client.update_configuration({"gravity_z": -1.5, "sor_pgs_iters": 60})
         self.assertEqual((after["gravity_z"], after["sor_pgs_iters"]), (-1.5, 60))
-        told = call("get_physics_properties", srv.GetPhysicsProperties)
-        self.assertEqual((told.gravity.z, told.ode_config.sor_pgs_iters), (-1.5, 60))
+        properties = call("get_physics_properties", srv.GetPhysicsProperties)
+        self.assertEqual((properties.gravity.z, properties.ode_config.sor_pgs_iters), (-1.5, 60))
         after = client.update_configuration({"time_step": 0.002, "gravity_z": 0.0})
         self.assertEqual(
             (after["time_step"], after["gravity_z"]),
             (0.001, -1.5),
-            "refused as a whole, and told so",
+            "refused as a whole, with the old values",
         )
         client.update_configuration({"gravity_z": 0.0, "sor_pgs_iters": 50})
         client.close()
@@ -230,7 +230,7 @@ class Services(unittest.TestCase):
         self.refused(call("get_model_state", srv.GetModelState, "box", "moon"), "moon")
         self.vector(self.box().pose.position, HOME.position, 1e-6)
 
-    def test_states_are_published_for_who_listens(self):
+    def test_states_are_published_for_subscribers(self):
         models, links = (
             Recorder("/gazebo/model_states", ModelStates),
             Recorder("/gazebo/link_states", LinkStates),
@@ -242,7 +242,7 @@ class Services(unittest.TestCase):
         names = links.next().name
         self.assertLessEqual({"box::link", "car::base_link", "car::rear_left"}, set(names))
         self.assertNotIn("car::laser", names, "fixed joints are merged, as in Gazebo")
-        time = Time(heard=[models.topic])
+        time = Time(topics=[models.topic])
         models.clear()
         time.go(1.0)
         self.assertAlmostEqual(len(models.wait_count(99)), 100, delta=1)
@@ -349,10 +349,10 @@ class Services(unittest.TestCase):
             return self.joint("front_right_joint")
 
         self.assertAlmostEqual(self.spawned_at, 0.7, delta=0.2, msg="spawn_model -J")
-        told = place(0.4)
-        self.assertAlmostEqual(told.position[0], 0.4, delta=0.05)
-        self.assertEqual(told.type, told.CONTINUOUS)
-        self.assertEqual(self.joint("car::laser_joint").type, told.FIXED)
+        properties = place(0.4)
+        self.assertAlmostEqual(properties.position[0], 0.4, delta=0.05)
+        self.assertEqual(properties.type, properties.CONTINUOUS)
+        self.assertEqual(self.joint("car::laser_joint").type, properties.FIXED)
         self.assertEqual(len(self.joint().rate), 1)
         for names, positions, words in (
             (["nose"], [1.0], ("nose", "front_left_joint")),
@@ -435,10 +435,16 @@ class Services(unittest.TestCase):
         self.refused(call("get_joint_properties", srv.GetJointProperties, "nose"), "nose")
 
     # properties -------------------------------------------------------------------------------
-    def test_link_properties_are_told_and_changed(self):
-        told = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
+    def test_link_properties_are_read_and_changed(self):
+        properties = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
         self.assertEqual(
-            (told.mass, told.ixx, told.iyy, told.izz, told.gravity_mode),
+            (
+                properties.mass,
+                properties.ixx,
+                properties.iyy,
+                properties.izz,
+                properties.gravity_mode,
+            ),
             (MASS, 0.02, 0.03, 0.04, True),
         )
 
@@ -447,15 +453,15 @@ class Services(unittest.TestCase):
                 "set_link_properties",
                 srv.SetLinkProperties,
                 "box::link",
-                told.com,
+                properties.com,
                 gravity,
                 mass,
-                told.ixx,
+                properties.ixx,
                 0,
                 0,
-                told.iyy,
+                properties.iyy,
                 0,
-                told.izz,
+                properties.izz,
             )
 
         self.ok(change(2 * MASS))
@@ -468,10 +474,10 @@ class Services(unittest.TestCase):
         self.refused(call("get_link_properties", srv.GetLinkProperties, "nose"), "nose")
 
     def test_model_properties(self):
-        told = self.ok(call("get_model_properties", srv.GetModelProperties, "car"))
-        self.assertIn("base_link", told.body_names)
-        self.assertIn("rear_left_joint", told.joint_names)
-        self.assertIn("base_link_collision", told.geom_names)
+        properties = self.ok(call("get_model_properties", srv.GetModelProperties, "car"))
+        self.assertIn("base_link", properties.body_names)
+        self.assertIn("rear_left_joint", properties.joint_names)
+        self.assertIn("base_link_collision", properties.geom_names)
         self.refused(call("get_model_properties", srv.GetModelProperties, "ghost"), "ghost")
 
 

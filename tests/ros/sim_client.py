@@ -1,4 +1,4 @@
-"""What the integration tests share: waiting with deadlines, recording topics, naming things.
+"""Shared by the integration tests: waiting with deadlines, recording topics, names.
 
 Every wait polls in wall time and has a deadline; every expectation is computed from stamps.
 """
@@ -29,7 +29,7 @@ def wait_until(condition, what, limit=WALL_LIMIT):
 
     Args:
         condition: Function without arguments; its first true value is returned.
-        what: What is waited for, for the error.
+        what: The awaited condition, for the error.
         limit: Longest wait in wall time [s].
 
     Raises:
@@ -66,7 +66,7 @@ def sleep_sim(seconds, limit=WALL_LIMIT):
 
 
 class Recorder:
-    """Keeps every message of a topic, in the order of arrival."""
+    """Records every message of a topic, in the order of arrival."""
 
     def __init__(self, topic, kind):
         self.topic = topic
@@ -80,7 +80,7 @@ class Recorder:
 
     @property
     def messages(self):
-        """A copy of what came so far."""
+        """A copy of the messages so far."""
         with self._lock:
             return list(self._messages)
 
@@ -91,7 +91,7 @@ class Recorder:
             return self._messages[-1] if self._messages else None
 
     def clear(self):
-        """Forgets what came so far."""
+        """Drops the messages so far."""
         with self._lock:
             self._messages.clear()
 
@@ -102,7 +102,7 @@ class Recorder:
         return self.last
 
     def wait_count(self, count, limit=WALL_LIMIT):
-        """Waits until at least `count` messages came and returns them."""
+        """Waits for at least `count` messages and returns them."""
         wait_until(lambda: len(self.messages) >= count, f"{count} messages on {self.topic}", limit)
         return self.messages
 
@@ -138,7 +138,7 @@ def wait_for_car(limit=START_LIMIT):
 
 
 def command_publishers():
-    """Gives a Float64 publisher, already connected, for each wheel and hinge by its name."""
+    """Returns a Float64 publisher, already connected, for each wheel and hinge by its name."""
     publishers = {}
     for name in WHEELS + HINGES:
         kind = "velocity" if name in WHEELS else "position"
@@ -151,10 +151,10 @@ def command_publishers():
 
 
 def wait_connected(publisher, what):
-    """Waits until somebody listens to a publisher."""
+    """Waits until a publisher has a subscriber."""
     wait_until(
         lambda: publisher.get_num_connections() > 0,
-        f"a listener on {publisher.name} ({what})",
+        f"a subscriber of {publisher.name} ({what})",
         START_LIMIT,
     )
 
@@ -170,11 +170,11 @@ def joint(message, name):
 
 
 def yaw_of(orientation):
-    """Gives the heading [rad, left positive] of a geometry_msgs/Quaternion."""
+    """Returns the heading [rad, left positive] of a geometry_msgs/Quaternion."""
     x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def turned(start, end):
-    """Gives the turn from one heading to another [rad], within ±pi."""
+    """Returns the turn from one heading to another [rad], within ±pi."""
     return math.remainder(end - start, 2.0 * math.pi)

@@ -53,7 +53,7 @@ class Spawner(unittest.TestCase):
         return process
 
     def end(self, process):
-        """Interrupts it, as roslaunch does; gives its exit code."""
+        """Interrupts it, as roslaunch does; returns its exit code."""
         process.send_signal(signal.SIGINT)
         return process.wait(START_LIMIT)
 

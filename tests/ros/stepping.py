@@ -1,11 +1,11 @@
-"""Simulated time in a test's own hands: it stands still but for the steps that the test makes.
+"""Simulated time that only the test advances, by /gazebo/step.
 
-What happens then does not depend on how fast the machine is or what else runs on it.
+The results do not depend on the machine's speed and load.
 """
 
 import rospy
 from gazebo_msgs.srv import GetWorldProperties
-from launching import wait_listened
+from launching import wait_subscribed
 from sim_client import START_LIMIT, wait_until
 from std_srvs.srv import Empty
 
@@ -16,28 +16,28 @@ LONGEST = 250  # steps in one call
 
 
 class Time:
-    """Stops simulated time; go() lets it pass.
+    """Pauses the simulation; go() steps it.
 
     Attributes:
         now: The world's time [s].
 
     Args:
-        commands: Topics of commands to the world, as a node sends them that the test talks to.
-        heard: Topics of the world of which the test must miss no message.
+        commands: Command topics of the world, published by the node under test.
+        topics: Topics of the world of which the test must not miss a message.
     """
 
-    def __init__(self, commands=(), heard=()):
+    def __init__(self, commands=(), topics=()):
         for name in ("pause_physics", "step", "get_world_properties"):
             rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
         rospy.ServiceProxy("/gazebo/pause_physics", Empty)()
-        wait_listened(heard)
+        wait_subscribed(topics)
         self._commands = list(commands)
         world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
         self.now = world().sim_time
         self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
 
     def go(self, seconds, commands=0):
-        """Lets time pass [s], once so many new messages have come on each topic of commands."""
+        """Advances time [s], after so many new messages on each command topic."""
         steps = round(seconds / PHYSICS_STEP)
         topics = self._commands if commands else []
         while steps > 0:

@@ -60,7 +60,7 @@ class Terminal:
             raise
 
     def tmux(self, *arguments):
-        """Runs a tmux command and gives what it prints."""
+        """Runs a tmux command and returns what it prints."""
         return subprocess.run(
             ["tmux", "-S", self._socket, *arguments],
             check=True,
@@ -79,7 +79,7 @@ class Terminal:
         self.keys("Enter")
 
     def run(self, command):
-        """Runs a command in the pane's shell and gives what it prints, without the sizes."""
+        """Runs a command in the pane's shell and returns what it prints, without the sizes."""
         self._count += 1
         out = Path(self._directory.name) / f"out{self._count}"
         self.type(f"{command} > {shlex.quote(str(out))}.part; mv {out}.part {out}")
@@ -87,11 +87,11 @@ class Terminal:
         return "\n".join(line for line in out.read_text().splitlines() if "rows" not in line)
 
     def screen(self):
-        """Gives what the pane shows."""
+        """Returns what the pane shows."""
         return self.tmux("capture-pane", "-p")
 
     def wait_screen(self, *words):
-        """Waits until the pane shows all words and gives the screen."""
+        """Waits until the pane shows all words and returns the screen."""
         try:
             wait_until(
                 lambda: all(word in self.screen() for word in words),
@@ -107,7 +107,7 @@ class Terminal:
         self.tmux("resize-window", "-x", str(width), "-y", str(height))
 
     def state(self):
-        """Gives (alternate screen on, cursor visible) as tmux says."""
+        """Returns (alternate screen on, cursor visible) as tmux says."""
         return tuple(self.tmux("display-message", "-p", "#{alternate_on} #{cursor_flag}").split())
 
     def close(self):
@@ -155,7 +155,7 @@ class XServer:
 
 
 def node_pid(name):
-    """Gives the process id of a running node, or None when it does not answer."""
+    """Returns the process id of a running node, or None when it does not answer."""
     try:
         uri = rosgraph.Master(rospy.get_name()).lookupNode(name)
         return ServerProxy(uri).getPid(rospy.get_name())[2]
@@ -164,12 +164,12 @@ def node_pid(name):
 
 
 def parent_of(pid):
-    """Gives the process id of a process' parent."""
+    """Returns the process id of a process' parent."""
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
 
 
 def alive(pid):
-    """Says whether a process runs (a zombie does not)."""
+    """Returns whether a process runs (a zombie does not)."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:

@@ -1,4 +1,4 @@
-"""What the Cyber Truck's integration tests share."""
+"""Shared by the Cyber Truck's integration tests."""
 
 import math
 import xmlrpc.client
@@ -17,7 +17,7 @@ TRUTH = "/ground_truth/odom"
 
 
 def wait_for_truck():
-    """Waits until the truck is in the world and its drive node tells odometry."""
+    """Waits until the truck is in the world and its drive node publishes odometry."""
     odometry = Recorder("/odom", Odometry)
     odometry.next(START_LIMIT)
     odometry.close()
@@ -25,13 +25,13 @@ def wait_for_truck():
 
 
 def pose_of(message):
-    """Gives (x [m], y [m], yaw [rad]) of an odometry message."""
+    """Returns (x [m], y [m], yaw [rad]) of an odometry message."""
     position = message.pose.pose.position
     return position.x, position.y, yaw_of(message.pose.pose.orientation)
 
 
 def way(messages):
-    """Gives the distance [m] driven and the sum of all turning [rad] along odometry messages."""
+    """Returns the distance [m] driven and the sum of all turning [rad] along odometry messages."""
     poses = [pose_of(message) for message in messages]
     pairs = list(zip(poses, poses[1:]))
     return (
@@ -41,7 +41,7 @@ def way(messages):
 
 
 class Driver:
-    """Gives drive commands again and again, 25 times a second of simulated time."""
+    """Publishes drive commands 25 times a second of simulated time."""
 
     def __init__(self):
         self._publisher = rospy.Publisher("/cmd_cyberdrive", CyberDriveStamped, queue_size=1)
@@ -69,7 +69,7 @@ class Driver:
 
 
 def wait_link(sender, topic, receiver):
-    """Waits until a node itself knows that it sends a topic to another: nothing is lost then."""
+    """Waits until a node has counted another one's subscription, so that no message is lost."""
 
     def there():
         try:
@@ -86,9 +86,9 @@ def wait_link(sender, topic, receiver):
 
 
 class Stepper:
-    """Simulated time in step with the drive node: each step waits for its commands.
+    """Steps simulated time; each step waits for the drive node's commands.
 
-    For launches with lockstep:=true; results then do not depend on how fast the machine is.
+    For launches with lockstep:=true; results then do not depend on the machine's speed.
     """
 
     TOPICS = ("/cybertruck/steering_controller/command", "/cybertruck/axle_controller/command")

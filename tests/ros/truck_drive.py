@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The drive node on the ROS graph: what it takes, what it tells, when it stops."""
+"""The drive node on the ROS graph: commands, outputs, and when it stops."""
 
 import math
 import unittest
@@ -63,7 +63,7 @@ class TruckDrive(unittest.TestCase):
             self.send(linear, angular)
             sleep_sim(0.04)
 
-    def says(self, *words):
+    def wait_log(self, *words):
         """Waits for a line of the log with all the words."""
         wait_until(
             lambda: any(all(word in line.msg for word in words) for line in self.log.messages),
@@ -107,7 +107,7 @@ class TruckDrive(unittest.TestCase):
         self.assertAlmostEqual(axle.translation.z, 0.0, delta=2e-3)
         listener.unregister()
 
-    def test_05_a_twist_is_driven_and_told_in_the_child_frame(self):
+    def test_05_a_twist_is_driven_and_published_in_the_child_frame(self):
         self.hold(0.5, 0.4, 3.0)
         for recorder in (self.odometry, self.truth):
             twist = recorder.last.twist.twist
@@ -147,16 +147,16 @@ class TruckDrive(unittest.TestCase):
         after = pose_of(self.truth.next())
         # 0.5 s at 2 m/s^2 to 1 m/s, and the same way back: 0.5 m; commands come 25 times a second
         self.assertAlmostEqual(math.dist(before[:2], after[:2]), 0.5, delta=0.2)
-        self.says("older than command_timeout")
+        self.wait_log("older than command_timeout")
         axle.close()
 
     def test_08_commands_that_are_not_finite_stop_it_with_a_reason(self):
         self.hold(0.5, 0.2, 1.0)
         self.send(0.5, math.nan)
-        self.says("/cmd_vel refused", "angular.z is nan")
+        self.wait_log("/cmd_vel refused", "angular.z is nan")
         self.wait_standing()
         self.driver.hold(math.inf, 0.5, 1.2)  # a reason is given once a second
-        self.says("/cmd_cyberdrive refused", "steering_angle is inf")
+        self.wait_log("/cmd_cyberdrive refused", "steering_angle is inf")
         self.hold(0.3, 0.0, 1.0)
         self.assertAlmostEqual(self.truth.last.twist.twist.linear.x, 0.3, delta=0.02)
 
@@ -192,7 +192,7 @@ class TruckDrive(unittest.TestCase):
         self.assertAlmostEqual(twist.linear.x, 0.3, delta=0.01)
         self.assertAlmostEqual(twist.angular.z, 0.3 * math.tan(-0.3927) / 0.508, delta=0.01)
         pad.publish(Joy(axes=[0.0]))
-        self.says("/joy refused", "1 axes")
+        self.wait_log("/joy refused", "1 axes")
         pad.unregister()
 
     def test_12_reset_starts_afresh(self):
@@ -223,7 +223,7 @@ class TruckDrive(unittest.TestCase):
         for value, wanted, true in zip(pose_of(self.odometry.next()), START, truth):
             self.assertAlmostEqual(value, wanted, delta=0.05)
             self.assertAlmostEqual(value, true, delta=0.02)
-        self.says("the rear wheels jumped")
+        self.wait_log("the rear wheels jumped")
 
     def test_14_silent_joint_states_stop_it_though_commands_come(self):
         switch = rospy.ServiceProxy(
@@ -235,7 +235,7 @@ class TruckDrive(unittest.TestCase):
         try:
             self.hold(0.5, 0.0, 1.5)
             self.assertLess(abs(self.truth.last.twist.twist.linear.x), STANDS)
-            self.says("joint_states has been silent for 0.5 s")
+            self.wait_log("joint_states has been silent for 0.5 s")
         finally:
             self.assertTrue(switch(start_controllers=name, strictness=strict).ok)
         self.hold(0.3, 0.0, 1.0)

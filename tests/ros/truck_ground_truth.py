@@ -13,7 +13,7 @@ from truck_client import TRUTH, Driver, wait_for_truck, way
 
 
 class TruckGroundTruth(unittest.TestCase):
-    """Drives an arc and compares what was told at the same stamps."""
+    """Drives an arc and compares messages of the same stamps."""
 
     def test_odometry_pose_and_transform_are_the_truth(self):
         wait_for_truck()
@@ -23,9 +23,9 @@ class TruckGroundTruth(unittest.TestCase):
         Driver().hold(0.4, 1.0, 3.0)
         self.assertGreater(way(truth.messages)[0], 2.0)
         truths = {m.header.stamp: m for m in truth.messages}
-        told = [m for m in odometry.messages if m.header.stamp in truths]
-        self.assertGreater(len(told), 100)
-        for message in told:
+        published = [m for m in odometry.messages if m.header.stamp in truths]
+        self.assertGreater(len(published), 100)
+        for message in published:
             true = truths[message.header.stamp]
             self.assertEqual(message.pose, true.pose)
             self.assertEqual(message.twist, true.twist)

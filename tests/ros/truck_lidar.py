@@ -29,7 +29,7 @@ TRAILER = (-0.30 - 0.30 - 0.74, -0.30 - 0.30, -0.25, 0.25)
 
 
 def distance(origin, angle, box):
-    """Gives the distance [m] along a ray to a box (x0, x1, y0, y1), infinity for a miss."""
+    """Returns the distance [m] along a ray to a box (x0, x1, y0, y1), infinity for a miss."""
     near, far = 0.0, math.inf
     for start, step, low, high in (
         (origin[0], math.cos(angle), box[0], box[1]),
@@ -45,13 +45,13 @@ def distance(origin, angle, box):
 
 
 def expected(origin, angles, boxes):
-    """Gives the ranges (n,) of a scan without noise, infinity beyond the range."""
+    """Returns the ranges (n,) of a scan without noise, infinity beyond the range."""
     ranges = np.array([min(distance(origin, angle, box) for box in boxes) for angle in angles])
     return np.where(ranges > RANGE_MAX, np.inf, ranges)
 
 
 def clear_of_edges(origin, angles, boxes):
-    """Says for each beam (n,) whether it hits the same thing when it is 0.3 degrees off, within
+    """Returns for each beam (n,) whether it hits the same thing when it is 0.3 degrees off, within
     the range by a margin; next to an edge a millimetre decides."""
     around = [expected(origin, angles + math.radians(off), boxes) for off in (-0.3, 0.0, 0.3)]
     hits = np.isfinite(around)

@@ -37,8 +37,8 @@ class TruckOdometry(unittest.TestCase):
             ),
             "a common stamp",
         )
-        told, true = pose_of(last), pose_of(truths[last.header.stamp])
-        error, heading = math.dist(told[:2], true[:2]), abs(turned(told[2], true[2]))
+        published, true = pose_of(last), pose_of(truths[last.header.stamp])
+        error, heading = math.dist(published[:2], true[:2]), abs(turned(published[2], true[2]))
         print(
             f"{driven:.1f} m, {total_turn:.1f} rad: {error:.3f} m, {math.degrees(heading):.3f} deg"
         )

@@ -13,7 +13,7 @@ class TruckRefuse(unittest.TestCase):
     """Starts the node as a user would."""
 
     def refuse(self, parameter, *words):
-        """Starts a drive node with one parameter and looks for words in what it says."""
+        """Starts a drive node with one parameter and searches its output for words."""
         name = "drive" + parameter.split(":=")[0]  # parameters stay with the name
         done = subprocess.run(
             ["rosrun", "cybertruck", "drive", parameter, "__name:=" + name],

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The viewer is a process of its own: opened by gui, its death is nobody else's."""
+"""The viewer process: opened by gui; the simulation survives its crash."""
 
 import os
 import signal

@@ -28,7 +28,7 @@ KINDS = {
 
 
 def stamps_of(messages):
-    """Gives the header stamps [s]."""
+    """Returns the header stamps [s]."""
     return np.array([message.header.stamp.to_sec() for message in messages])
 
 

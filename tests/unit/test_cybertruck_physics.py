@@ -1,4 +1,4 @@
-"""The truck in the simulator does what its kinematics says: rest, circles, wheels, odometry."""
+"""The simulated truck agrees with its kinematics: rest, circles, wheels, odometry."""
 
 import math
 
@@ -32,7 +32,7 @@ def train():
 
 
 def fit_circle(points):
-    """Gives the radius of the circle through points (n, 2), least squares."""
+    """Returns the radius of the circle through points (n, 2), least squares."""
     rows = np.c_[2 * points, np.ones(len(points))]
     x, y, rest = np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0]
     return math.sqrt(rest + x * x + y * y)
@@ -173,6 +173,6 @@ def test_odometry_over_alternating_arcs(truck):
     assert turned > 10.0
     assert error < 0.02 * way
     assert turn_error < 0.03 * turned
-    # The covariance is honest: no error beyond three standard deviations.
+    # The covariance is realistic: no error beyond three standard deviations.
     assert turn_error < 3 * math.sqrt(odometry.covariance[2, 2])
     assert error < 3 * math.sqrt(np.linalg.eigvalsh(odometry.covariance[:2, :2]).max())

@@ -42,14 +42,14 @@ def python_files(directory):
 
 
 def is_python_script(path):
-    """Says whether a file's first line hands it to Python."""
+    """Returns whether a file's first line names Python."""
     with path.open("rb") as stream:
         first = stream.readline()
     return first.startswith(b"#!") and b"python" in first
 
 
 def imports_of(source):
-    """Gives the top-level names a source text imports, also inside functions.
+    """Returns the top-level names a source text imports, also inside functions.
 
     Returns:
         Set of (name, line).
@@ -79,7 +79,7 @@ def offences(directory, forbidden, exempt=()):
 
 
 def is_ros(name):
-    """Says whether a module is a ROS client library or a message package."""
+    """Returns whether a module is a ROS client library or a message package."""
     return name in ROS_CLIENTS or name.endswith("_msgs")
 
 
@@ -121,10 +121,23 @@ def test_only_the_viewer_of_the_simulator_knows_qt():
 
 
 def test_only_the_engine_imports_pybullet():
-    engine = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim" / "engine.py"
+    engine = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim" / "engine"
+    library = engine / "library.py"
     names = {"pybullet", "pybullet_data"}
-    assert any(name == "pybullet" for name, _ in imports_of(engine.read_text()))
-    assert offences(ROOT / "src", names.__contains__, exempt=(engine,)) == []
+    assert any(name == "pybullet" for name, _ in imports_of(library.read_text()))
+    assert offences(ROOT / "src", names.__contains__, exempt=(library,)) == []
+
+
+def test_only_the_engine_sees_its_modules():
+    base = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim"
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line} imports bullet_sim.{name}"
+        for path in python_files(ROOT / "src")
+        if base / "engine" not in path.parents
+        for name, line in sorted(inner_imports("bullet_sim", path, base))
+        if name.startswith("engine.") and name != "engine.Engine"
+    ]
+    assert wrong == []
 
 
 def test_nothing_imports_the_bridge_but_itself():
@@ -176,13 +189,18 @@ SUITES = {
 
 
 def inner_imports(package, path, base):
-    """Gives the modules of its own package that a file imports, as (dotted name, line)."""
+    """Gives the modules of a package that a file in it or elsewhere imports.
+
+    Returns:
+        Set of (dotted name, line).
+    """
     found = set()
-    own = list(path.relative_to(base).with_suffix("").parts)
+    inside = base in path.parents
+    own = list(path.relative_to(base).with_suffix("").parts) if inside else []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
+        elif isinstance(node, ast.ImportFrom) and (inside or not node.level):
             stem = node.module or ""
             if node.level:
                 stem = ".".join([package, *own[: -node.level], *filter(None, [node.module])])

@@ -26,13 +26,13 @@ FRONT = ("front_left_wheel_joint", "front_right_wheel_joint")
 
 
 def description(**arguments):
-    """Gives the URDF text; arguments as of urdf/cybertruck.urdf.xacro."""
+    """Returns the URDF text; arguments as of urdf/cybertruck.urdf.xacro."""
     path = PACKAGE / "urdf" / "cybertruck.urdf.xacro"
     return xacro.process_file(str(path), mappings=arguments).toxml()
 
 
 def resolve(uri):
-    """Gives the file of a package:// URI."""
+    """Returns the file of a package:// URI."""
     return uri.replace("package://cybertruck", str(PACKAGE))
 
 
@@ -97,13 +97,13 @@ class Truck:
                     each()
 
     def joints(self):
-        """Gives dicts of joint name -> position [rad] and -> velocity [rad/s]."""
+        """Returns dicts of joint name -> position [rad] and -> velocity [rad/s]."""
         positions, velocities, _ = self.model.joints.read()
         names = self.model.joints.names
         return dict(zip(names, positions)), dict(zip(names, velocities))
 
     def measured(self):
-        """Gives odometry's input."""
+        """Returns odometry's input."""
         positions, velocities = self.joints()
         return Measured(
             *(positions[name] for name in REAR + HINGES), *(velocities[name] for name in REAR)
@@ -124,5 +124,7 @@ class Truck:
         return [
             name
             for name in self.wheels
-            if not self.world.engine.contact_count(self.model.body, self.model.carrier(name)[0])
+            if not self.world.engine.contact_count(
+                self.model.body, self.model.link_in_body(name)[0]
+            )
         ]

@@ -1,4 +1,4 @@
-"""One robot with its RobotControl, without a ROS master: what passes its wires is kept."""
+"""One robot with its RobotControl, without a ROS master, its messages stored."""
 
 import threading
 
@@ -12,7 +12,7 @@ from controller_manager_msgs import srv
 from fake_impl import Impl
 
 
-class Wire:
+class FakeEndpoint:
     """Stands in for publishers, subscribers and services."""
 
     def __init__(self, name, kind, call=None, **_):
@@ -20,7 +20,7 @@ class Wire:
         self.sent, self.closed, self.connections, self.impl = [], False, 1, Impl(self)
 
     def publish(self, message):
-        """Keep it."""
+        """Store it."""
         self.sent.append(message)
 
     def get_num_connections(self):
@@ -37,7 +37,7 @@ class Wire:
 
 
 class Tuning:
-    """Stands in for a PidTuning: keeps what it was made of."""
+    """Stands in for a PidTuning: stores its arguments."""
 
     def __init__(self, gains, apply):
         self.gains, self.apply, self.closed = gains, apply, False
@@ -48,7 +48,7 @@ class Tuning:
 
 
 class Bot:
-    """World without gravity, model, RobotControl; wires and tunings by name, the log.
+    """World without gravity, model, RobotControl; endpoints and tunings by name, the log.
 
     Args:
         monkeypatch: pytest's.
@@ -58,11 +58,11 @@ class Bot:
     """
 
     def __init__(self, monkeypatch, urdf, params, pose=Pose()):
-        self.wires, self.tunings, self.log = {}, {}, []
+        self.endpoints, self.tunings, self.log = {}, {}, []
 
         def make(name, kind, call=None, **_):
-            self.wires[name] = Wire(name, kind, call)
-            return self.wires[name]
+            self.endpoints[name] = FakeEndpoint(name, kind, call)
+            return self.endpoints[name]
 
         def tune(namespace, gains, apply):
             self.tunings[namespace] = Tuning(gains, apply)
@@ -103,7 +103,7 @@ class Bot:
         kind = "".join(word.capitalize() for word in service.split("_"))
         request = getattr(srv, f"{kind}Request")(**fields)
         return self.in_thread(
-            lambda: self.wires[f"/bot/controller_manager/{service}"].call(request)
+            lambda: self.endpoints[f"/bot/controller_manager/{service}"].call(request)
         )
 
     def load(self, name):
@@ -133,13 +133,13 @@ class Bot:
 
     def command(self, name, message):
         """A message arrives on the command topic."""
-        self.wires[f"/bot/{name}/command"].call(message)
+        self.endpoints[f"/bot/{name}/command"].call(message)
 
     def run(self, steps):
         """Steps as the server makes them."""
         for _ in range(steps):
             due = self.control.next_due()
-            self.control.deliver()
+            self.control.apply_commands()
             self.world.step()
             if self.world.step_count >= due:
                 self.control.publish(self.world.step_count, self.world.time)

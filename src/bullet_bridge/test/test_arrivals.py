@@ -8,7 +8,7 @@ from bullet_bridge.loop import arrivals as module
 from bullet_bridge.loop.arrivals import Arrivals
 
 
-class Wire:
+class FakeSubscriber:
     """Stands in for rospy.Subscriber."""
 
     def __init__(self, name, kind, call, **options):
@@ -21,13 +21,13 @@ class Wire:
 
 @pytest.fixture(name="arrivals")
 def _arrivals(monkeypatch):
-    monkeypatch.setattr(module.rospy, "Subscriber", Wire)
+    monkeypatch.setattr(module.rospy, "Subscriber", FakeSubscriber)
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     return Arrivals()
 
 
-def wire(counted):
-    """The stand-in behind a counted subscriber."""
+def fake(counted):
+    """The fake inside a counted subscriber."""
     return counted._subscriber
 
 
@@ -35,7 +35,7 @@ def test_counts_are_per_topic_and_start_again_when_taken(arrivals):
     one = arrivals.subscribe("/one", str, lambda _: None)
     arrivals.subscribe("/two", str, lambda _: None)
     for _ in range(3):
-        wire(one).call("x")
+        fake(one).call("x")
     arrivals.take({"/one": 3, "/two": 0}, 0.0)
     with pytest.raises(TimeoutError, match="/one: 0 of 1"):
         arrivals.take({"/one": 1}, 0.0)
@@ -44,29 +44,29 @@ def test_counts_are_per_topic_and_start_again_when_taken(arrivals):
 def test_a_failed_wait_names_what_is_missing_and_keeps_the_counts(arrivals):
     one = arrivals.subscribe("/one", str, lambda _: None)
     arrivals.subscribe("/two", str, lambda _: None)
-    wire(one).call("x")
+    fake(one).call("x")
     with pytest.raises(TimeoutError) as error:
         arrivals.take({"/one": 2, "/two": 1}, 0.01)
     assert str(error.value) == "not all commands came within 0.01 s: /one: 1 of 2, /two: 0 of 1"
-    wire(one).call("x")
+    fake(one).call("x")
     arrivals.take({"/one": 2}, 0.0)
 
 
-def test_a_message_counts_only_after_it_was_handed_over(arrivals):
-    handed = []
+def test_a_message_counts_after_its_callback(arrivals):
+    received = []
 
-    def keep(message):
+    def callback(message):
         with pytest.raises(TimeoutError):
             arrivals.take({"/one": 1}, 0.0)
-        handed.append(message)
+        received.append(message)
 
-    wire(arrivals.subscribe("/one", str, keep)).call("x")
+    fake(arrivals.subscribe("/one", str, callback)).call("x")
     arrivals.take({"/one": 1}, 0.0)
-    assert handed == ["x"]
+    assert received == ["x"]
 
 
-def test_every_message_of_a_burst_is_wanted(arrivals):
-    assert "queue_size" not in wire(arrivals.subscribe("/one", str, print)).options
+def test_no_message_of_a_burst_is_dropped(arrivals):
+    assert "queue_size" not in fake(arrivals.subscribe("/one", str, print)).options
 
 
 def test_waiting_ends_when_the_message_comes(arrivals):
@@ -77,7 +77,7 @@ def test_waiting_ends_when_the_message_comes(arrivals):
     for _ in range(2):
         time.sleep(0.01)
         assert not done
-        wire(one).call("x")
+        fake(one).call("x")
     waiter.join(90.0)
     assert len(done) == 1
 
@@ -92,14 +92,14 @@ def test_an_unknown_topic_is_an_error_at_once(arrivals, wanted):
 def test_a_topic_is_known_until_its_last_subscriber_goes(arrivals):
     first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
     first.unregister()
-    assert arrivals.topics() == ["/one"] and wire(first).closed == 1
+    assert arrivals.topics() == ["/one"] and fake(first).closed == 1
     second.unregister()
     assert arrivals.topics() == []
-    wire(second).call("late")
+    fake(second).call("late")
     assert arrivals.topics() == []
 
 
-def test_who_waits_for_a_topic_learns_that_it_went(arrivals):
+def test_waiting_for_a_topic_that_is_unregistered_fails(arrivals):
     one = arrivals.subscribe("/one", str, lambda _: None)
     errors = []
 
@@ -117,43 +117,43 @@ def test_who_waits_for_a_topic_learns_that_it_went(arrivals):
     assert errors and "'/one' is not subscribed" in errors[0]
 
 
-def test_one_message_to_two_listeners_is_one_message(arrivals):
+def test_a_message_to_two_subscribers_counts_once(arrivals):
     first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
-    wire(first).call("x")
-    with pytest.raises(TimeoutError, match="/one: 0 of 1"):  # the second has yet to get it
+    fake(first).call("x")
+    with pytest.raises(TimeoutError, match="/one: 0 of 1"):  # the second has not received it yet
         arrivals.take({"/one": 1}, 0.0)
-    wire(second).call("x")
+    fake(second).call("x")
     with pytest.raises(TimeoutError, match="/one: 1 of 2"):
         arrivals.take({"/one": 2}, 0.0)
     arrivals.take({"/one": 1}, 0.0)
 
 
-def test_who_has_gone_is_not_waited_for(arrivals):
+def test_an_unregistered_subscriber_is_not_waited_for(arrivals):
     first, second = (arrivals.subscribe("/one", str, lambda _: None) for _ in range(2))
-    wire(first).call("x")
+    fake(first).call("x")
     second.unregister()
     arrivals.take({"/one": 1}, 0.0)
 
 
 def test_clear_counts_from_0(arrivals):
     one = arrivals.subscribe("/one", str, lambda _: None)
-    wire(one).call("x")
+    fake(one).call("x")
     arrivals.clear()
     with pytest.raises(TimeoutError, match="/one: 0 of 1"):
         arrivals.take({"/one": 1}, 0.0)
-    wire(one).call("x")
+    fake(one).call("x")
     arrivals.take({"/one": 1}, 0.0)
 
 
-def test_what_is_given_back_counts_again_unless_cleared_since(arrivals):
+def test_restored_counts_count_again_unless_cleared_since(arrivals):
     one = arrivals.subscribe("/one", str, lambda _: None)
-    wire(one).call("x")
+    fake(one).call("x")
     taken = arrivals.take({"/one": 1}, 0.0)
-    wire(one).call("x")
-    arrivals.give_back(taken)
+    fake(one).call("x")
+    arrivals.restore(taken)
     taken = arrivals.take({"/one": 2}, 0.0)
     arrivals.clear()
-    arrivals.give_back(taken)
+    arrivals.restore(taken)
     with pytest.raises(TimeoutError, match="/one: 0 of 1"):
         arrivals.take({"/one": 1}, 0.0)
 

@@ -10,7 +10,7 @@ from bullet_bridge.outputs.cameras import Cameras
 class Client:
     """Stands in for RenderClient: a test says when a picture is finished."""
 
-    def __init__(self, on_frame, on_error, lend):
+    def __init__(self, on_frame, on_error, zero_copy):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
 
     def start(self, _kind):
@@ -24,7 +24,7 @@ class Client:
         """Keep them."""
         self.waiting += [(snapshot, request, self.epoch) for request in requests]
 
-    def forget(self):
+    def discard(self):
         """Only the epoch: as if all were being drawn."""
         self.epoch += 1
 
@@ -42,7 +42,7 @@ class Camera:
         self.request, self.times = SimpleNamespace(name=name), []
 
     def publish_frame(self, frame):
-        """Keep it."""
+        """Store it."""
         self.times.append(frame.time)
 
 

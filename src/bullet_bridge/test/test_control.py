@@ -68,17 +68,17 @@ def test_load_switch_list_unload(bot):
     assert not bot.unload("drive")
     assert bot.switch(stop=["drive"]) and bot.states()["drive"] == "stopped"
     assert bot.unload("drive") and bot.states() == {"states": "running"}
-    assert bot.wires["/bot/drive/command"].closed
+    assert bot.endpoints["/bot/drive/command"].closed
 
 
 @pytest.mark.parametrize("name", ["/drive", "/bot/drive", "bot/drive", "drive/"])
 def test_slashes_and_the_namespace_in_a_name_do_not_matter(bot, name):
     assert bot.load(name) and bot.switch(start=[name]) and bot.states() == {"drive": "running"}
     assert bot.switch(stop=[name]) and bot.unload(name)
-    assert bot.wires["/bot/drive/command"].closed
+    assert bot.endpoints["/bot/drive/command"].closed
 
 
-def test_list_tells_type_and_claims(bot):
+def test_list_has_type_and_claims(bot):
     bot.load("drive")
     entry = bot.ask("list_controllers").controller[0]
     assert entry.type == "velocity_controllers/JointVelocityController"
@@ -96,9 +96,9 @@ def test_types_and_reload(bot):
 
 def test_command_topics_have_the_type_of_the_controller(bot):
     assert bot.load("drive") and bot.load("group") and bot.load("states")
-    assert bot.wires["/bot/drive/command"].kind is Float64
-    assert bot.wires["/bot/group/command"].kind is Float64MultiArray
-    assert "/bot/states/command" not in bot.wires
+    assert bot.endpoints["/bot/drive/command"].kind is Float64
+    assert bot.endpoints["/bot/group/command"].kind is Float64MultiArray
+    assert "/bot/states/command" not in bot.endpoints
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_stopped_controller_ignores_commands(bot):
 def test_joint_states_come_at_their_rate(bot):
     bot.load("states")
     bot.run(100)
-    sent = bot.wires["/bot/joint_states"].sent
+    sent = bot.endpoints["/bot/joint_states"].sent
     assert sent == []
     bot.switch(start=["states"])
     bot.run(1000)
@@ -185,7 +185,7 @@ def test_joint_states_come_at_their_rate(bot):
     assert sent[-1].header.stamp > sent[0].header.stamp
 
 
-def test_restart_drops_waiting_commands(bot):
+def test_restart_drops_buffered_commands(bot):
     bot.load("drive")
     bot.switch(start=["drive"])
     bot.command("drive", Float64(4.0))
@@ -193,10 +193,10 @@ def test_restart_drops_waiting_commands(bot):
     assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_close_withdraws_everything(bot):
+def test_close_closes_all_endpoints(bot):
     bot.load("drive")
     bot.control.close()
-    assert all(wire.closed for wire in bot.wires.values())
+    assert all(endpoint.closed for endpoint in bot.endpoints.values())
 
 
 def delete(bot):
@@ -205,7 +205,7 @@ def delete(bot):
     bot.control.close()
 
 
-def test_a_load_that_the_deletion_overtakes_leaves_nothing(bot, monkeypatch):
+def test_a_deletion_during_a_load_leaves_nothing(bot, monkeypatch):
     made = control.topics_of
 
     def overtaken(robot, spec):
@@ -215,8 +215,8 @@ def test_a_load_that_the_deletion_overtakes_leaves_nothing(bot, monkeypatch):
 
     monkeypatch.setattr(control, "topics_of", overtaken)
     assert not bot.load("drive")
-    assert "/bot/drive/command" in bot.wires
-    assert all(wire.closed for wire in bot.wires.values())
+    assert "/bot/drive/command" in bot.endpoints
+    assert all(endpoint.closed for endpoint in bot.endpoints.values())
     assert bot.states() == {}
     assert any("its model is deleted" in text for text in bot.log)
 
@@ -253,11 +253,11 @@ def _tuned(bot, monkeypatch):
     return bot
 
 
-def test_a_load_that_the_deletion_overtakes_at_the_tuning_leaves_nothing(tuned, monkeypatch):
+def test_a_deletion_while_the_tuning_is_created_leaves_nothing(tuned, monkeypatch):
     monkeypatch.setattr(Tuning, "meanwhile", lambda: delete(tuned))
     assert not tuned.load("pid")
     assert [tuning.closed for tuning in Tuning.made] == [1]
-    assert all(wire.closed for wire in tuned.wires.values())
+    assert all(endpoint.closed for endpoint in tuned.endpoints.values())
 
 
 def test_a_service_that_cannot_be_made_fails_the_load_alone(tuned, monkeypatch):
@@ -267,7 +267,7 @@ def test_a_service_that_cannot_be_made_fails_the_load_alone(tuned, monkeypatch):
     monkeypatch.setattr(Tuning, "meanwhile", refuse)
     assert not tuned.load("pid")
     assert tuned.states() == {} and "taken" in tuned.log[-1]
-    assert tuned.wires["/bot/pid/command"].closed
+    assert tuned.endpoints["/bot/pid/command"].closed
     assert tuned.load("drive")
 
 
@@ -280,7 +280,7 @@ def test_a_robot_whose_services_cannot_be_made_leaves_none(bot, monkeypatch):
         return made(name, *rest)
 
     monkeypatch.setattr(control.rospy, "Service", refuse)
-    bot.wires.clear()
+    bot.endpoints.clear()
     with pytest.raises(control.rospy.ServiceException):
         RobotControl(bot.jobs, bot.world, bot.model, "bot")
-    assert len(bot.wires) == 3 and all(wire.closed for wire in bot.wires.values())
+    assert len(bot.endpoints) == 3 and all(endpoint.closed for endpoint in bot.endpoints.values())

@@ -90,25 +90,25 @@ def twist(linear, angular):
 
 def test_state_comes_every_tenth_step_with_the_time_of_its_measurement(bot):
     bot.start("arm")
-    bot.wires["/bot/arm/command"].call(Float64(0.5))
+    bot.endpoints["/bot/arm/command"].call(Float64(0.5))
     bot.run(100)
-    wire = bot.wires["/bot/arm/state"]
-    assert wire.kind is JointControllerState and len(wire.sent) == 10
-    assert [m.header.stamp.to_nsec() for m in wire.sent] == [
+    endpoint = bot.endpoints["/bot/arm/state"]
+    assert endpoint.kind is JointControllerState and len(endpoint.sent) == 10
+    assert [m.header.stamp.to_nsec() for m in endpoint.sent] == [
         (10 * k - 1) * 1_000_000 for k in range(1, 11)
     ]
-    first = wire.sent[0]
+    first = endpoint.sent[0]
     assert (first.set_point, first.p, first.d, first.time_step) == (0.5, 5.0, 1.0, 0.001)
     assert first.error == pytest.approx(0.5 - first.process_value)
 
 
-def test_publish_state_shows_the_inside_of_the_pid_in_every_update(bot):
+def test_publish_state_publishes_the_pid_state_of_every_update(bot):
     bot.start("arm")
-    bot.wires["/bot/arm/command"].call(Float64(0.5))
+    bot.endpoints["/bot/arm/command"].call(Float64(0.5))
     bot.run(20)
-    wire = bot.wires["/bot/arm/pid/state"]
-    assert wire.kind is PidState and len(wire.sent) == 20
-    message = wire.sent[-1]
+    endpoint = bot.endpoints["/bot/arm/pid/state"]
+    assert endpoint.kind is PidState and len(endpoint.sent) == 20
+    message = endpoint.sent[-1]
     assert message.p_term == pytest.approx(5.0 * message.error)
     assert message.output == pytest.approx(message.p_term + message.i_term + message.d_term)
 
@@ -116,12 +116,12 @@ def test_publish_state_shows_the_inside_of_the_pid_in_every_update(bot):
 def test_nothing_is_published_while_it_is_stopped(bot):
     bot.ask("load_controller", name="arm")
     bot.run(50)
-    assert bot.control.next_due() == math.inf and bot.wires["/bot/arm/state"].sent == []
+    assert bot.control.next_due() == math.inf and bot.endpoints["/bot/arm/state"].sent == []
 
 
 def test_a_pid_of_each_joint_can_be_tuned(bot):
     assert bot.ask("load_controller", name="arms").ok
-    assert bot.wires["/bot/arms/command"].kind is Float64MultiArray
+    assert bot.endpoints["/bot/arms/command"].kind is Float64MultiArray
     assert bot.tunings["/bot/arms/left/pid"].gains == PidGains(6.0)
     bot.in_thread(lambda: bot.tunings["/bot/arms/left/pid"].apply(PidGains(9.0)))
     assert [pid.gains.p for pid in bot.model.manager.get("arms").pids] == [5.0, 9.0]
@@ -145,11 +145,11 @@ def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
 def test_odometry_is_that_of_its_stamp(bot):
     """Right and left wheel turn freely at their commands, so the pose is known at every time."""
     bot.start("base")
-    bot.wires["/bot/base/cmd_vel"].call(twist(0.4, 0.0))
+    bot.endpoints["/bot/base/cmd_vel"].call(twist(0.4, 0.0))
     bot.run(300)
-    wire = bot.wires["/bot/base/odom"]
-    assert wire.kind is Odometry and len(wire.sent) == 30
-    last = wire.sent[-1]
+    endpoint = bot.endpoints["/bot/base/odom"]
+    assert endpoint.kind is Odometry and len(endpoint.sent) == 30
+    last = endpoint.sent[-1]
     joints = dict(zip(bot.model.joints.names, bot.model.joints.read()[0]))
     assert last.header.stamp.to_nsec() == 300_000_000
     assert last.pose.pose.position.x == pytest.approx(
@@ -157,19 +157,19 @@ def test_odometry_is_that_of_its_stamp(bot):
     )
     assert last.twist.twist.linear.x == pytest.approx(0.4, rel=1e-3)
     assert (last.header.frame_id, last.child_frame_id) == ("odom", "footprint")
-    moved = bot.wires["/tf"].sent[-1].transforms[0]
+    moved = bot.endpoints["/tf"].sent[-1].transforms[0]
     assert moved.transform.translation.x == last.pose.pose.position.x
     assert (moved.header, moved.child_frame_id) == (last.header, "footprint")
-    limited = bot.wires["/bot/base/cmd_vel_out"].sent
+    limited = bot.endpoints["/bot/base/cmd_vel_out"].sent
     assert len(limited) == 300 and limited[-1].twist.linear.x == 0.4
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_twist_that_is_no_number_is_refused(bot, bad):
     bot.start("car")
-    bot.wires["/bot/car/cmd_vel"].call(twist(0.4, 0.1))
+    bot.endpoints["/bot/car/cmd_vel"].call(twist(0.4, 0.1))
     bot.run(50)
-    bot.wires["/bot/car/cmd_vel"].call(twist(0.4, bad))
+    bot.endpoints["/bot/car/cmd_vel"].call(twist(0.4, bad))
     bot.run(50)
     assert any(f"command of 'car' is {bad}" in text for text in bot.log)
     assert bot.model.manager.get("car").limited == (0.4, 0.1)
@@ -177,11 +177,11 @@ def test_a_twist_that_is_no_number_is_refused(bot, bad):
 
 def test_a_second_publisher_makes_it_brake_where_that_is_forbidden(bot):
     bot.start("base")
-    wire = bot.wires["/bot/base/cmd_vel"]
-    wire.call(twist(0.4, 0.0))
+    endpoint = bot.endpoints["/bot/base/cmd_vel"]
+    endpoint.call(twist(0.4, 0.0))
     bot.run(10)
-    wire.connections = 2
-    wire.call(twist(0.4, 0.0))
+    endpoint.connections = 2
+    endpoint.call(twist(0.4, 0.0))
     bot.run(10)
     assert bot.model.manager.get("base").limited == (0.0, 0.0)
     assert any("more than one publisher" in text for text in bot.log)
@@ -199,36 +199,36 @@ def test_claims_of_both_interfaces_are_listed(bot):
 def test_too_high_a_rate_is_refused_and_leaves_nothing(bot):
     assert not bot.ask("load_controller", name="fast").ok
     assert bot.ask("list_controllers").controller == []
-    assert "/bot/fast/cmd_vel" not in bot.wires and "/bot/fast/odom" not in bot.wires
+    assert "/bot/fast/cmd_vel" not in bot.endpoints and "/bot/fast/odom" not in bot.endpoints
 
 
-def test_unload_and_close_withdraw_all_wires(bot):
+def test_unload_and_close_close_all_endpoints(bot):
     bot.ask("load_controller", name="base")
     bot.ask("load_controller", name="arm")
     assert bot.ask("unload_controller", name="base").ok
     for name in ("/bot/base/cmd_vel", "/bot/base/odom", "/tf", "/bot/base/cmd_vel_out"):
-        assert bot.wires[name].closed, name
-    assert not bot.wires["/bot/arm/state"].closed
+        assert bot.endpoints[name].closed, name
+    assert not bot.endpoints["/bot/arm/state"].closed
     bot.control.close()
-    assert all(wire.closed for wire in bot.wires.values())
+    assert all(endpoint.closed for endpoint in bot.endpoints.values())
     assert all(tuning.closed for tuning in bot.tunings.values())
 
 
 @pytest.mark.parametrize("error", [control.rospy.ROSException("bad name"), OSError("no master")])
-def test_a_controller_whose_topics_fail_leaves_nothing(bot, monkeypatch, error):
+def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     def fail(*_):
         raise error
 
     monkeypatch.setattr(control, "PidTuning", fail)
     assert not bot.ask("load_controller", name="arm").ok
     assert bot.ask("list_controllers").controller == []
-    assert bot.wires["/bot/arm/command"].closed and bot.wires["/bot/arm/state"].closed
+    assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed
     assert any(f"controller 'arm' cannot be made: {error}" in text for text in bot.log)
 
 
-def test_unloading_drops_a_command_that_waits(bot):
+def test_unloading_drops_a_buffered_command(bot):
     bot.ask("load_controller", name="push")
-    bot.wires["/bot/push/command"].call(Float64(1.0))
+    bot.endpoints["/bot/push/command"].call(Float64(1.0))
     assert bot.ask("unload_controller", name="push").ok
     bot.run(1)
     assert not any("not loaded" in text for text in bot.log)

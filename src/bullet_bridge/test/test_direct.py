@@ -1,4 +1,4 @@
-"""Sending straight to the socket: nothing lost while a subscriber follows, no waiting if not."""
+"""Direct sending: nothing lost while a subscriber keeps up, no blocking if it does not."""
 
 import socket
 import threading
@@ -13,7 +13,7 @@ SIZE = 50000  # [B]
 
 
 class Transport:
-    """Stands in for rospy's, over a pair of connected sockets."""
+    """Fake of a rospy transport, over a pair of connected sockets."""
 
     def __init__(self):
         server = socket.create_server(("127.0.0.1", 0))
@@ -25,18 +25,18 @@ class Transport:
         self.stat_bytes = self.stat_num_msg = 0
 
     def set_cleanup_callback(self, callback):
-        """Keep it."""
+        """Store it."""
         self.callback = callback
 
     def close(self):
-        """As rospy's transport does."""
+        """Close as rospy's transport does."""
         if not self.done:
             self.done = True
             self.socket.close()
             self.callback(self)
 
     def read(self, size):
-        """What comes out at the other end."""
+        """Read at the other end."""
         self.far.settimeout(90.0)
         got = bytearray()
         while len(got) < size:
@@ -57,11 +57,11 @@ def _transport():
 
 
 def message(number, size=SIZE):
-    """Bytes that tell their number."""
+    """Bytes from which the number can be read."""
     return bytes([number % 256]) * size
 
 
-def test_small_messages_go_at_once_and_without_a_thread(transport):
+def test_small_messages_are_sent_at_once_without_a_thread(transport):
     before = threading.active_count()
     connection = DirectConnection(transport, 10)
     for number in range(100):
@@ -72,11 +72,11 @@ def test_small_messages_go_at_once_and_without_a_thread(transport):
     assert transport.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
-def test_what_it_does_not_stand_for_is_asked_from_the_transport(transport):
+def test_other_attributes_are_those_of_the_transport(transport):
     assert DirectConnection(transport, 10).endpoint_id == "/far"
 
 
-def test_a_big_message_arrives_whole(transport):
+def test_a_large_message_arrives_complete(transport):
     connection = DirectConnection(transport, 10)
     data = bytes(range(256)) * 100000
     connection.write_data(data)
@@ -84,7 +84,7 @@ def test_a_big_message_arrives_whole(transport):
     assert transport.read(len(data) + 3) == data + b"end"
 
 
-def test_a_stalled_subscriber_holds_nobody_up_and_loses_the_oldest(transport):
+def test_a_stalled_subscriber_loses_the_oldest_messages_and_does_not_block(transport):
     connection = DirectConnection(transport, 5)
     start = time.monotonic()
     for number in range(1000):
@@ -100,14 +100,14 @@ def test_a_stalled_subscriber_holds_nobody_up_and_loses_the_oldest(transport):
         pass
     assert len(got) % SIZE == 0 and len(got) < 1000 * SIZE
     pieces = [got[i : i + SIZE] for i in range(0, len(got), SIZE)]
-    assert all(piece == piece[:1] * SIZE for piece in pieces), "messages are whole"
+    assert all(piece == piece[:1] * SIZE for piece in pieces), "messages are complete"
     numbers = [piece[0] for piece in pieces]
     assert numbers[0] == 0 and numbers[-5:] == [n % 256 for n in range(995, 1000)]
     connection.write_data(b"next")
     assert transport.read(4) == b"next"
 
 
-def test_in_lockstep_everything_arrives_however_slow_the_subscriber_is(transport):
+def test_in_lockstep_a_slow_subscriber_gets_all_messages(transport):
     connection = DirectConnection(transport, None)
     writer = threading.Thread(
         target=lambda: [connection.write_data(message(number)) for number in range(400)]
@@ -121,7 +121,7 @@ def test_in_lockstep_everything_arrives_however_slow_the_subscriber_is(transport
 
 
 @pytest.mark.parametrize("limit", [10, None])
-def test_a_subscriber_that_is_gone_ends_the_connection(transport, limit):
+def test_a_closed_subscriber_ends_the_connection(transport, limit):
     connection = DirectConnection(transport, limit)
     transport.far.close()
     with pytest.raises(TransportTerminated):
@@ -147,7 +147,7 @@ def test_the_thread_of_a_stalled_subscriber_ends_with_it(transport):
 
 
 class Impl:
-    """Stands in for rospy's topic."""
+    """Fake of rospy's topic."""
 
     closed = False
 
@@ -155,17 +155,17 @@ class Impl:
         self.connections, self.resolved_name = [], "/topic"
 
     def add_connection(self, connection):
-        """Keep it."""
+        """Store it."""
         self.connections.append(connection)
         return True
 
 
-@pytest.mark.parametrize("lockstep, limit", [(True, None), (False, publishing.QUEUE)])
+@pytest.mark.parametrize("lockstep, limit", [(True, None), (False, publishing.QUEUE_SIZE)])
 def test_publishers_send_directly(monkeypatch, transport, lockstep, limit):
     impl = Impl()
 
     class Publisher:
-        """Stands in for rospy.Publisher."""
+        """Fake of rospy.Publisher."""
 
         def __init__(self, *_, **options):
             assert options["queue_size"] is None

@@ -55,7 +55,7 @@ def test_scoped_and_plain_names(world, find, name, expected):
         (find_frame, "moon", ["reference frame 'moon'"]),
     ],
 )
-def test_unknown_names_are_told_with_what_there_is(world, find, name, parts):
+def test_unknown_names_are_listed_with_the_known_ones(world, find, name, parts):
     with pytest.raises(WorldError) as error:
         find(world, name)
     for part in parts:

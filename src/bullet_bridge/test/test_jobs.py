@@ -80,7 +80,7 @@ def test_run_pending_waits_no_longer_than_told():
     assert JobQueue().run_pending() == 0
 
 
-def test_close_frees_who_waits_and_who_comes_later():
+def test_close_ends_waiting_and_later_calls():
     jobs = JobQueue()
     errors = []
 
@@ -115,7 +115,7 @@ def test_a_slow_signal_handler_does_not_stop_the_wait():
         signal.signal(signal.SIGALRM, before)
 
 
-def test_a_job_whose_caller_gave_up_is_not_run_later():
+def test_a_job_whose_caller_timed_out_is_not_run():
     jobs, done = JobQueue(), []
     with pytest.raises(TimeoutError):
         jobs.call(lambda: done.append(1), timeout=0.01)
@@ -126,7 +126,7 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
     jobs = JobQueue()
 
     class JustBegun(collections.deque):
-        """The owner takes the job between the time-out and the withdrawal."""
+        """The owner takes the job between the time-out and the cancellation."""
 
         def remove(self, job):
             owner = threading.Thread(target=jobs.run_pending)

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.services import answering
+from bullet_bridge.services import handlers
 from bullet_bridge.services import model as model_services
 from bullet_bridge.services.model import ModelServices
 from bullet_sim.world import World
@@ -20,13 +20,13 @@ URDF = (
 
 
 class FakeRobots:
-    """Stands in for Robots; connect fails when it is told to."""
+    """Stands in for Robots; connect fails when it is properties to."""
 
     def __init__(self):
         self.names, self.fault, self.closed, self.arrivals = [], None, [], self
 
     def subscribe(self, *_):
-        """Nobody sends."""
+        """No messages."""
 
     def connect(self, model, _namespace):
         """Note it, or fail."""
@@ -55,7 +55,7 @@ class Desk:
             lambda name, _kind, handler: self.handlers.update({name: handler}),
         )
         monkeypatch.setattr(
-            answering.rospy, "logerr", lambda text, *rest: self.log.append(text % rest)
+            handlers.rospy, "logerr", lambda text, *rest: self.log.append(text % rest)
         )
         self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
         ModelServices("/gazebo", self.world, self.jobs, self.robots, str)
@@ -67,7 +67,7 @@ class Desk:
         def ask():
             try:
                 results.append(self.handlers[f"/gazebo/{name}"](request))
-            except Exception as error:  # what rospy would tell the caller
+            except Exception as error:  # what rospy would return to the caller
                 results.append(error)
 
         caller = threading.Thread(target=ask)
@@ -96,8 +96,12 @@ def _desk(monkeypatch):
 
 def test_spawn_ask_and_delete(desk):
     assert desk.spawn().success and desk.robots.names == ["bot"]
-    told = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
-    assert (told.body_names, told.joint_names, told.is_static) == (["base"], [], False)
+    properties = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
+    assert (properties.body_names, properties.joint_names, properties.is_static) == (
+        ["base"],
+        [],
+        False,
+    )
     state = desk.call("get_model_state", srv.GetModelStateRequest("bot", "bot::plate"))
     assert state.success and state.header.frame_id == "bot::plate" and state.header.seq == 1
     assert desk.call("delete_model", srv.DeleteModelRequest("bot")).success

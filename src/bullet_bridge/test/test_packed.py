@@ -1,11 +1,11 @@
-"""Packed messages have the bytes of the ordinary ones."""
+"""Packed messages have the same bytes as those that genpy packs."""
 
 import io
 import struct
 import threading
 
+import genpy_messages
 import numpy as np
-import ordinary
 import pytest
 from bullet_bridge.transport import conversions, packed
 from bullet_sim.description.specs import GroundTruthSpec, RaySpec
@@ -13,8 +13,8 @@ from bullet_sim.pose import Pose
 from rosgraph_msgs.msg import Clock
 
 
-class Wire:
-    """A publisher that keeps the bytes, as rospy's topic asks for them."""
+class FakePublisher:
+    """Publisher and topic in one; stores the bytes that are sent."""
 
     closed, endpoint_id = False, "/far"
 
@@ -44,7 +44,7 @@ class Wire:
 
 
 def bytes_of(message, seq=None):
-    """Bytes of an ordinary message."""
+    """Bytes of a message as genpy packs it."""
     if seq is not None:
         message.header.seq = seq
     buffer = io.BytesIO()
@@ -57,10 +57,10 @@ TIMES = (0.0, 0.001, 2.0 - 1e-12, 12.345678901, 1e6 + 0.125)
 
 @pytest.mark.parametrize("time", TIMES)
 def test_joint_state(time):
-    names, wire = ("left", "rechts ä", "x"), Wire()
+    names, fake = ("left", "rechts ä", "x"), FakePublisher()
     values = [np.array([1.5, -2.0, 1e-300]), np.array([0.0, np.pi, 3.0]), np.arange(3.0)]
-    packed.PackedJointState(wire, names).send(time, *values)
-    assert wire.sent == [bytes_of(ordinary.joint_state(time, names, *values), 42)]
+    packed.PackedJointState(fake, names).send(time, *values)
+    assert fake.sent == [bytes_of(genpy_messages.joint_state(time, names, *values), 42)]
 
 
 @pytest.mark.parametrize("time", TIMES)
@@ -74,10 +74,10 @@ def test_odometry(time):
         noise_stddev=0.25,
     )
     pose = Pose((1.0, 2.0, 3.0), (0.0, 0.6, 0.0, 0.8))
-    linear, angular, wire = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 0.0]), Wire()
-    sender = packed.PackedOdometry(wire, "odom", "base_link", 0.25**2)
+    linear, angular, fake = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 0.0]), FakePublisher()
+    sender = packed.PackedOdometry(fake, "odom", "base_link", 0.25**2)
     sender.send(time, pose.position, pose.orientation, linear, angular)
-    assert wire.sent == [bytes_of(ordinary.odometry(time, spec, pose, linear, angular), 42)]
+    assert fake.sent == [bytes_of(genpy_messages.odometry(time, spec, pose, linear, angular), 42)]
 
 
 def test_scan():
@@ -93,51 +93,51 @@ def test_scan():
         range_min=0.1,
         range_max=9.0,
     )
-    ranges, wire = np.array([1.0, np.inf, -np.inf, 0.3, 8.0], np.float32), Wire()
-    packed.PackedScan(wire, spec, 0.5, 5).send(2.5, ranges)
-    assert wire.sent == [bytes_of(ordinary.laser_scan(2.5, spec, 0.5, ranges), 42)]
+    ranges, fake = np.array([1.0, np.inf, -np.inf, 0.3, 8.0], np.float32), FakePublisher()
+    packed.PackedScan(fake, spec, 0.5, 5).send(2.5, ranges)
+    assert fake.sent == [bytes_of(genpy_messages.laser_scan(2.5, spec, 0.5, ranges), 42)]
 
 
 @pytest.mark.parametrize("encoding", ["rgb8", "mono8"])
 def test_image(encoding):
-    rgb, wire = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8), Wire()
+    rgb, fake = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8), FakePublisher()
     pixels = conversions.pixels(rgb, encoding)
-    packed.PackedImage(wire, "camera", encoding).send(2.5, pixels)
-    assert wire.sent == [bytes_of(ordinary.image(2.5, "camera", rgb, encoding), 42)]
+    packed.PackedImage(fake, "camera", encoding).send(2.5, pixels)
+    assert fake.sent == [bytes_of(genpy_messages.image(2.5, "camera", rgb, encoding), 42)]
 
 
 @pytest.mark.parametrize("latch", [True, False])
 @pytest.mark.parametrize("time", TIMES)
 def test_clock(time, latch):
-    wire = Wire(latch=latch)
-    packed.PackedClock(wire).send(time)
-    assert wire.sent == [bytes_of(Clock(conversions.stamp(time)))]
+    fake = FakePublisher(latch=latch)
+    packed.PackedClock(fake).send(time)
+    assert fake.sent == [bytes_of(Clock(conversions.stamp(time)))]
 
 
-def test_the_lock_is_given_back_when_sending_fails():
-    wire = Wire(latch=True)
-    wire.publish = lambda message: 1 / 0
+def test_the_lock_is_released_when_sending_fails():
+    fake = FakePublisher(latch=True)
+    fake.publish = lambda message: 1 / 0
     with pytest.raises(ZeroDivisionError):
-        packed.PackedClock(wire).send(1.0)
-    assert wire._lock.acquire(blocking=False)
+        packed.PackedClock(fake).send(1.0)
+    assert fake._lock.acquire(blocking=False)
 
 
 def test_a_connection_that_fails_is_closed_and_the_others_get_the_message():
-    wire, broken = Wire(), Wire()
+    fake, broken = FakePublisher(), FakePublisher()
     broken.write_data = lambda data: 1 / 0
-    wire.connections = [broken, wire]
-    packed.PackedClock(wire).send(1.0)
-    assert len(wire.sent) == 1 and (broken.ended, wire.ended) == (1, 0)
-    assert wire.message_data_sent == 12 and wire._lock.acquire(blocking=False)
+    fake.connections = [broken, fake]
+    packed.PackedClock(fake).send(1.0)
+    assert len(fake.sent) == 1 and (broken.ended, fake.ended) == (1, 0)
+    assert fake.message_data_sent == 12 and fake._lock.acquire(blocking=False)
 
 
 def test_without_a_subscriber_nothing_is_done():
-    wire = Wire()
-    wire.connections = []
-    packed.PackedClock(wire).send(1.0)
-    assert (wire.sent, wire.seq, wire.message_data_sent) == ([], 41, 0)
+    fake = FakePublisher()
+    fake.connections = []
+    packed.PackedClock(fake).send(1.0)
+    assert (fake.sent, fake.seq, fake.message_data_sent) == ([], 41, 0)
 
 
 def test_wrong_count_of_joints_is_an_error():
     with pytest.raises(struct.error):
-        packed.PackedJointState(Wire(), ("a", "b")).send(0.0, [1.0], [1.0], [1.0])
+        packed.PackedJointState(FakePublisher(), ("a", "b")).send(0.0, [1.0], [1.0], [1.0])

@@ -17,7 +17,7 @@ CAR = (
 
 
 class FakeServer:
-    """Keeps what it is told; the step goes to the world, as Server does it."""
+    """Records its calls; a new step is set in the world, as Server does."""
 
     def __init__(self, world):
         self.world, self.real_time_factor = world, 1.0

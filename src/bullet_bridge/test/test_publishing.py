@@ -1,4 +1,4 @@
-"""Publishers are withdrawn when what they were made for fails."""
+"""all_or_none: publishers made in it are unregistered when it fails."""
 
 import threading
 
@@ -7,47 +7,47 @@ from bullet_bridge.transport import publishing
 from bullet_bridge.transport.publishing import all_or_none, publisher
 
 
-class Wire:
-    """Stands in for rospy.Publisher."""
+class FakePublisher:
+    """Fake of rospy.Publisher."""
 
     def __init__(self, topic, _kind, **_):
         self.topic, self.closed = topic, 0
 
     def unregister(self):
-        """Withdraw."""
+        """Count it."""
         self.closed += 1
 
 
 @pytest.fixture(autouse=True)
-def _wires(monkeypatch):
-    monkeypatch.setattr(publishing.rospy, "Publisher", Wire)
+def _fake_publishers(monkeypatch):
+    monkeypatch.setattr(publishing.rospy, "Publisher", FakePublisher)
     monkeypatch.setattr(publishing, "send_directly", lambda *_: None)
 
 
-def test_all_stay_when_nothing_fails():
+def test_publishers_stay_when_nothing_fails():
     with all_or_none():
-        wire = publisher("/a", str)
+        fake = publisher("/a", str)
     with pytest.raises(ZeroDivisionError), all_or_none():
         raise ZeroDivisionError
-    assert wire.closed == 0
+    assert fake.closed == 0
 
 
-def test_a_failure_withdraws_those_made_within():
-    before, wires = publisher("/before", str), []
+def test_a_failure_unregisters_the_publishers_made_in_the_context():
+    before, publishers = publisher("/before", str), []
     with pytest.raises(OverflowError), all_or_none():
-        wires.append(publisher("/a", str))
+        publishers.append(publisher("/a", str))
         with all_or_none():
-            wires.append(publisher("/b", str))
+            publishers.append(publisher("/b", str))
         raise OverflowError("too large")
-    assert [wire.closed for wire in wires] == [1, 1]
+    assert [fake.closed for fake in publishers] == [1, 1]
     assert before.closed == 0 and publisher("/after", str).closed == 0
 
 
-def test_other_threads_are_left_alone():
-    wires = []
+def test_publishers_of_other_threads_stay():
+    publishers = []
     with pytest.raises(ValueError), all_or_none():
-        other = threading.Thread(target=lambda: wires.append(publisher("/a", str)))
+        other = threading.Thread(target=lambda: publishers.append(publisher("/a", str)))
         other.start()
         other.join()
         raise ValueError
-    assert wires[0].closed == 0
+    assert publishers[0].closed == 0

@@ -1,4 +1,4 @@
-"""The relay: one write for all subscribers, nobody held up, nothing left behind."""
+"""The relay: order, slow and failing subscribers, and the end of either process."""
 
 import os
 import signal
@@ -21,22 +21,22 @@ DEADLINE = 90.0  # [s]
 
 
 def wait(condition, what):
-    """Until a condition holds."""
+    """Poll until a condition holds."""
     deadline = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < deadline, f"{what} within {DEADLINE} s"
         time.sleep(0.005)
 
 
-@pytest.fixture(name="said")
-def _said():
+@pytest.fixture(name="failures")
+def _failures():
     return []
 
 
-@pytest.fixture(name="relay", params=[False, True], ids=["woken", "in a hurry"])
-def _relay(said, request):
-    relay = Relay(said.append, lambda: said.append("called back"))
-    relay.hurry(request.param)
+@pytest.fixture(name="relay", params=[False, True], ids=["blocking", "polling"])
+def _relay(failures, request):
+    relay = Relay(failures.append, lambda: failures.append("reconnected"))
+    relay.set_polling(request.param)
     yield relay
     relay.close()
     assert relay.process.returncode is not None
@@ -53,10 +53,10 @@ def _transports():
 
 
 def numbers_of(data):
-    """Numbers of whole messages."""
+    """Numbers of complete messages."""
     assert len(data) % SIZE == 0
     pieces = [data[i : i + SIZE] for i in range(0, len(data), SIZE)]
-    assert all(piece == piece[:1] * SIZE for piece in pieces), "messages are whole"
+    assert all(piece == piece[:1] * SIZE for piece in pieces), "messages are complete"
     return [piece[0] for piece in pieces]
 
 
@@ -67,7 +67,7 @@ def descriptors(relay):
 
 def test_every_subscriber_gets_its_messages_in_order(relay, transports):
     first, second = transports(), transports()
-    connections = [relay.serve(first, 10), relay.serve(second, 10)]
+    connections = [relay.add_subscriber(first, 10), relay.add_subscriber(second, 10)]
     for number in range(100):
         for connection in connections[: 1 if number % 2 else 2]:
             assert connection.write_data(message(number, 100))
@@ -77,53 +77,53 @@ def test_every_subscriber_gets_its_messages_in_order(relay, transports):
     assert connections[0].endpoint_id == "/far"
 
 
-def test_after_catching_up_all_is_sent(relay, transports):
+def test_after_drain_all_messages_are_sent(relay, transports):
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     transport.far.setblocking(False)
     for number in range(50):
         connection.write_data(message(number, 100))
-        relay.catch_up()
+        relay.drain()
         assert transport.far.recv(1000) == message(number, 100)
     os.kill(relay.process.pid, signal.SIGKILL)
-    relay.catch_up()  # nothing to wait for
+    relay.drain()  # nothing to wait for
 
 
-def test_what_is_gathered_goes_when_all_is_there(relay, transports):
+def test_a_batch_is_sent_when_it_ends(relay, transports):
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     transport.far.settimeout(0.2)
-    relay.gather()
+    relay.begin_batch()
     connection.write_data(b"one")
     with pytest.raises(TimeoutError):
         transport.far.recv(1)
     connection.write_data(b"two")
-    relay.release()
+    relay.end_batch()
     assert transport.read(6) == b"onetwo"
     connection.write_data(b"now")
     assert transport.read(3) == b"now"
 
 
-def test_big_messages_arrive_whole(relay, transports):
+def test_large_messages_arrive_complete(relay, transports):
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     data = bytes(range(256)) * 100000
     connection.write_data(data)
     connection.write_data(b"end")
     assert transport.read(len(data) + 3) == data + b"end"
 
 
-def test_a_stalled_subscriber_holds_nobody_up_and_loses_the_oldest(relay, transports):
+def test_a_stalled_subscriber_loses_the_oldest_messages_and_blocks_no_other(relay, transports):
     stalled, other = transports(), transports()
-    slow, quick = relay.serve(stalled, 5), relay.serve(other, 5)
+    slow, quick = relay.add_subscriber(stalled, 5), relay.add_subscriber(other, 5)
     got, reader = [], threading.Thread(target=lambda: got.append(other.read(1000 * SIZE)))
     reader.start()
     for number in range(1000):
         slow.write_data(message(number))
         quick.write_data(message(number))
         if number % 4 == 0:
-            time.sleep(0.001)  # the other one can follow
-    quick.write_data(b"x" * 996 * SIZE)  # enough for a reader that lost a few
+            time.sleep(0.001)  # the other subscriber can keep up
+    quick.write_data(b"x" * 996 * SIZE)  # enough to end a reader that lost some messages
     reader.join(DEADLINE)
     assert not reader.is_alive()
     data = b""
@@ -140,9 +140,9 @@ def test_a_stalled_subscriber_holds_nobody_up_and_loses_the_oldest(relay, transp
     assert stalled.read(4) == b"next"
 
 
-def test_a_subscriber_that_is_gone_ends_its_connection_alone(relay, transports):
+def test_a_closed_subscriber_ends_only_its_own_connection(relay, transports):
     gone, stays = transports(), transports()
-    connections = [relay.serve(gone, 10), relay.serve(stays, 10)]
+    connections = [relay.add_subscriber(gone, 10), relay.add_subscriber(stays, 10)]
     connections[1].write_data(b"a")
     assert stays.read(1) == b"a"
     before = descriptors(relay)
@@ -161,60 +161,58 @@ def test_a_subscriber_that_is_gone_ends_its_connection_alone(relay, transports):
     assert descriptors(relay) == before - 1
 
 
-def test_a_connection_closed_here_is_closed_there(relay, transports):
+def test_closing_a_connection_closes_the_socket_in_the_relay(relay, transports):
     transport = transports()
-    relay.serve(transport, 10).write_data(b"last")
+    relay.add_subscriber(transport, 10).write_data(b"last")
     assert transport.read(4) == b"last"
     before = descriptors(relay)
     transport.close()
     transport.far.settimeout(DEADLINE)
-    assert transport.far.recv(1) == b"", "nobody has the socket any more"
+    assert transport.far.recv(1) == b"", "no process has the socket open"
     assert descriptors(relay) == before - 1
 
 
-def test_when_it_dies_its_subscribers_are_let_go(relay, said, transports):
+def test_when_the_relay_dies_its_connections_are_closed(relay, failures, transports):
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     os.kill(relay.process.pid, signal.SIGKILL)
-    wait(lambda: said, "a report")
-    assert f"pid {relay.process.pid}" in said[0] and "sends by itself" in said[0]
+    wait(lambda: failures, "the failure message")
+    assert f"pid {relay.process.pid}" in failures[0] and "sends by itself" in failures[0]
     assert transport.done and not relay.alive
-    wait(lambda: said[1:] == ["called back"], "the call to the subscribers")
+    wait(lambda: failures[1:] == ["reconnected"], "the reconnection")
     with pytest.raises(TransportTerminated):
         connection.write_data(b"x")
     relay.put(b"harmless")
-    assert relay.serve(transports(), 10) is None
+    assert relay.add_subscriber(transports(), 10) is None
 
 
-def test_when_it_hangs_it_is_given_up(relay, said, transports, monkeypatch):
-    monkeypatch.setattr(module, "PATIENCE", 0.3)
+def test_a_relay_that_hangs_is_killed(relay, failures, transports, monkeypatch):
+    monkeypatch.setattr(module, "TIMEOUT", 0.3)
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     os.kill(relay.process.pid, signal.SIGSTOP)
     try:
         for number in range(100):
             connection.write_data(message(number))
     except TransportTerminated:
         pass
-    wait(lambda: said, "a report")
-    assert "took nothing for 0.3 s" in said[0] and transport.done
+    wait(lambda: failures, "the failure message")
+    assert "took nothing for 0.3 s" in failures[0] and transport.done
 
 
-def test_one_that_hangs_while_nothing_is_sent_is_given_up_when_it_is_waited_for(
-    relay, said, monkeypatch
-):
-    monkeypatch.setattr(module, "PATIENCE", 0.3)
+def test_a_relay_that_hangs_while_nothing_is_sent_is_killed_by_drain(relay, failures, monkeypatch):
+    monkeypatch.setattr(module, "TIMEOUT", 0.3)
     os.kill(relay.process.pid, signal.SIGSTOP)
     begin = time.monotonic()
-    relay.catch_up()
+    relay.drain()
     assert time.monotonic() - begin < DEADLINE and not relay.alive
-    wait(lambda: said, "a report")
-    assert "did not answer for 0.3 s" in said[0]
+    wait(lambda: failures, "the failure message")
+    assert "did not answer for 0.3 s" in failures[0]
 
 
-def test_a_connection_ends_without_waiting_for_whoever_sends(relay, transports):
+def test_a_connection_closes_without_waiting_for_a_sender(relay, transports):
     transport, other = transports(), transports()
-    relay.serve(transport, 10).write_data(b"last")
+    relay.add_subscriber(transport, 10).write_data(b"last")
     assert transport.read(4) == b"last"
     before = descriptors(relay)
     with relay._lock:  # as by a thread that a signal handler interrupted
@@ -222,39 +220,39 @@ def test_a_connection_ends_without_waiting_for_whoever_sends(relay, transports):
         closer.start()
         closer.join(DEADLINE)
         assert not closer.is_alive()
-    relay.serve(other, 10).write_data(b"x")  # the next write tells the relay
+    relay.add_subscriber(other, 10).write_data(b"x")  # the next write passes it to the relay
     assert other.read(1) == b"x" and descriptors(relay) == before
 
 
-def test_a_flush_within_a_flush_tears_no_record(relay, transports, monkeypatch):
+def test_a_flush_within_a_flush_keeps_records_complete(relay, transports, monkeypatch):
     transport, other = transports(), transports()
-    connection, _ = relay.serve(transport, 10), relay.serve(other, 10)
-    plain = relay._write
+    connection, _ = relay.add_subscriber(transport, 10), relay.add_subscriber(other, 10)
+    original = relay._write
 
     def interrupted(data):
         if not other.done:
             other.close()  # what rospy's signal handler does
             relay.put(b"")
-        plain(data)
+        original(data)
 
     monkeypatch.setattr(relay, "_write", interrupted)
-    connection.write_data(b"whole")
-    assert transport.read(5) == b"whole"
+    connection.write_data(b"entire")
+    assert transport.read(6) == b"entire"
     other.far.settimeout(DEADLINE)
     assert other.far.recv(1) == b""
 
 
-def test_a_topic_that_is_withdrawn_while_somebody_connects_lets_them_go(relay, transports):
-    class Withdrawn(Impl):
-        """Closed meanwhile."""
+def test_a_topic_unregistered_during_a_connection_closes_it(relay, transports):
+    class Unregistered(Impl):
+        """Closed in the meantime."""
 
         closed = True
 
         def add_connection(self, connection):
-            """As rospy's fails then."""
+            """Fails as rospy's does then."""
             raise TypeError("NoneType")
 
-    impl, transport = Withdrawn(), transports()
+    impl, transport = Unregistered(), transports()
     direct.send_directly(SimpleNamespace(impl=impl), 10, relay)
     with pytest.raises(TypeError):
         impl.add_connection(transport)
@@ -262,19 +260,19 @@ def test_a_topic_that_is_withdrawn_while_somebody_connects_lets_them_go(relay, t
     assert transport.far.recv(1) == b"" and transport.done
 
 
-def test_its_end_sends_what_it_has(said, transports):
-    relay, transport = Relay(said.append), transports()
-    connection = relay.serve(transport, 10)
+def test_close_sends_what_is_buffered(failures, transports):
+    relay, transport = Relay(failures.append), transports()
+    connection = relay.add_subscriber(transport, 10)
     for number in range(20):
         connection.write_data(message(number, 100))
     relay.close()
     assert transport.read(2000) == b"".join(message(n, 100) for n in range(20))
-    assert relay.process.returncode == 0 and not said
+    assert relay.process.returncode == 0 and not failures
 
 
-def test_ctrl_c_is_left_to_the_bridge(relay, transports):
+def test_sigint_does_not_end_the_relay(relay, transports):
     transport = transports()
-    connection = relay.serve(transport, 10)
+    connection = relay.add_subscriber(transport, 10)
     connection.write_data(b"a")
     assert transport.read(1) == b"a"
     os.kill(relay.process.pid, signal.SIGINT)
@@ -282,7 +280,7 @@ def test_ctrl_c_is_left_to_the_bridge(relay, transports):
     assert transport.read(1) == b"b"
 
 
-def test_it_ends_with_the_bridge():
+def test_the_relay_ends_with_the_bridge():
     code = textwrap.dedent("""
         import time
         from bullet_bridge.transport.relay import Relay
@@ -305,7 +303,7 @@ def test_it_ends_with_the_bridge():
         except FileNotFoundError:
             return True
 
-    wait(ended, "its end")
+    wait(ended, "the end of the relay")
 
 
 @pytest.mark.parametrize(
@@ -316,11 +314,13 @@ def test_it_ends_with_the_bridge():
         (True, False, DirectConnection),
     ],
 )
-def test_publishers_use_it_while_it_lives(monkeypatch, said, transports, relayed, alive, kind):
-    impl, relay = Impl(), Relay(said.append)
+def test_publishers_use_the_relay_while_it_is_alive(
+    monkeypatch, failures, transports, relayed, alive, kind
+):
+    impl, relay = Impl(), Relay(failures.append)
 
     class Publisher:
-        """Stands in for rospy.Publisher."""
+        """Fake of rospy.Publisher."""
 
         def __init__(self, *_, **__):
             self.impl = impl

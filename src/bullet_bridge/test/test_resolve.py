@@ -181,7 +181,7 @@ def test_load_world_finds_a_relative_file(tmp_path, monkeypatch):
         loaded = None
 
         def load(self, described):
-            """Keep it."""
+            """Store it."""
             self.loaded = described
             return []
 

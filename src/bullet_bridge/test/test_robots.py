@@ -1,10 +1,10 @@
-"""Outputs and controls of models: who is asked, when, and who is left alone."""
+"""Outputs and controls of models: when they are updated, spawns and deletions."""
 
 import math
 from types import SimpleNamespace
 
 import pytest
-from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_bridge.loop.schedule import SubscribedSchedule
 from bullet_bridge.robots import Robots
 
 from bullet_bridge import robots as module
@@ -17,7 +17,7 @@ class Spec(SimpleNamespace):
 
 
 class Output:
-    """Keeps the times at which it was updated."""
+    """Stores the times of its updates."""
 
     def __init__(self, world, model, spec, seed):
         if spec.rate is None:
@@ -25,32 +25,32 @@ class Output:
         if spec.rate < 0:
             raise OverflowError("too large")
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        self.schedule = HeardSchedule(spec.rate, 0.001, world.step_count, self.listened)
-        self.times, self.heard, self.closed, self.restarts = [], True, False, 0
+        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.has_subscribers)
+        self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
 
     def attach(self, arrivals):
         """Nothing to count."""
 
-    def listened(self):
+    def has_subscribers(self):
         """As set."""
-        return self.heard
+        return self.subscribed
 
     def update(self, time):
-        """Keep it."""
+        """Store it."""
         self.times.append(time)
 
     def restart(self):
-        """Start over."""
+        """Restart."""
         self.restarts += 1
         self.schedule.restart(0)
 
     def close(self):
-        """Withdraw."""
+        """Close."""
         self.closed = True
 
 
 class Rig:
-    """Robots with stand-ins all around."""
+    """Robots with fakes around it."""
 
     def __init__(self, monkeypatch):
         self.made, self.errors, self.before_register = [], [], lambda: None
@@ -66,16 +66,16 @@ class Rig:
         self.world = SimpleNamespace(
             models={}, step_count=0, time_step=0.001, name="w", sources=lambda: []
         )
-        self.forgotten = []
+        self.camera_restarts = []
         cameras = SimpleNamespace(
             set_sources=lambda _: None,
             take_failures=lambda: ["dark"],
-            restart=lambda: self.forgotten.append(True),
+            restart=lambda: self.camera_restarts.append(True),
         )
         self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
 
     def call(self, job):
-        """Run it, after what came in between."""
+        """Run it, after what comes before it."""
         self.before_register()
         return job()
 
@@ -93,7 +93,7 @@ class Rig:
         return model
 
     def run(self, steps):
-        """As Server does: to the next due step, again and again; the steps that were due."""
+        """Run as Server does, from due step to due step; returns the due steps."""
         due = []
         while self.world.step_count < steps:
             self.world.step_count = step = min(steps, self.robots.next_due())
@@ -121,41 +121,41 @@ def test_without_models_nothing_is_due(rig):
 
 def test_no_subscriber_no_work(rig):
     rig.model("a", 100)
-    rig.made[0].heard = False
+    rig.made[0].subscribed = False
     rig.robots.refresh()
     rig.run(50)
     assert rig.made[0].times == [] and rig.robots.sensor_counts() == {}
-    rig.made[0].heard = True
+    rig.made[0].subscribed = True
     rig.robots.refresh()
     rig.run(100)
     assert rig.made[0].times == pytest.approx([0.06, 0.07, 0.08, 0.09, 0.1])
     assert rig.robots.sensor_counts() == {"w::a::base::s100": 5}
 
 
-def test_what_nobody_hears_stops_no_batch_and_a_late_subscriber_gets_the_same_times(
+def test_without_subscribers_no_batch_ends_and_a_late_subscriber_gets_the_same_times(
     rig, monkeypatch
 ):
-    monkeypatch.setattr(module, "LOOK_GAP", 0.0)
+    monkeypatch.setattr(module, "CHECK_GAP", 0.0)
     rig.model("a", 1000, 30)
     for output in rig.made:
-        output.heard = False
+        output.subscribed = False
     rig.robots.refresh()
     assert rig.run(100) == [20, 40, 60, 80, 100]
-    rig.made[1].heard = True
+    rig.made[1].subscribed = True
     assert rig.run(200) == [120, 133, 153, 167, 187, 200]
     assert rig.made[0].times == []
     assert rig.made[1].times == pytest.approx([0.133, 0.167, 0.2])
 
 
-def test_it_is_not_looked_more_often_than_wall_time_asks_for(rig, monkeypatch):
+def test_subscribers_are_checked_at_most_once_per_check_gap_of_wall_time(rig, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(module.wall, "monotonic", lambda: now[0])
     rig.model("a", 100)
-    rig.made[0].heard = False
+    rig.made[0].subscribed = False
     rig.robots.refresh()
-    rig.made[0].heard = True
+    rig.made[0].subscribed = True
     assert rig.run(100) == [20, 40, 60, 80, 100]
-    now[0] += 1.1 * module.LOOK_GAP
+    now[0] += 1.1 * module.CHECK_GAP
     assert rig.run(160) == [120, 130, 140, 150, 160]
     assert rig.made[0].times == pytest.approx([0.13, 0.14, 0.15, 0.16])
 
@@ -186,7 +186,7 @@ def test_a_number_out_of_range_leaves_out_the_sensor_alone(rig):
 
 
 @pytest.mark.parametrize("error", [OSError("no master"), KeyboardInterrupt()])
-def test_a_failed_spawn_leaves_nothing(rig, error):
+def test_a_failed_spawn_closes_everything(rig, error):
     def refuse():
         raise error
 
@@ -207,7 +207,7 @@ def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch)
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad topic"]
 
 
-def test_a_model_that_was_deleted_meanwhile_leaves_nothing(rig):
+def test_a_model_deleted_during_its_spawn_leaves_nothing(rig):
     rig.before_register = rig.world.models.clear
     rig.model("a", 50, 100)
     assert [output.closed for output in rig.made] == [True, True]
@@ -231,49 +231,49 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
     rig.world.step_count = 0
     rig.robots.restart()
     assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
-    assert rig.forgotten == [True]
+    assert rig.camera_restarts == [True]
 
 
 def test_a_restart_drops_the_counts_of_commands(rig):
     rig.robots.arrivals.add("/cmd")
-    rig.robots.arrivals.report("/cmd")
+    rig.robots.arrivals.count("/cmd")
     rig.robots.restart()
     with pytest.raises(TimeoutError, match="/cmd: 0 of 1"):
         rig.robots.arrivals.take({"/cmd": 1}, 0.0)
 
 
-def test_failures_of_pictures_are_handed_on(rig):
+def test_failures_of_pictures_are_returned(rig):
     assert rig.robots.take_failures() == ["dark"]
 
 
 class Control:
     """Stands in for RobotControl."""
 
-    meanwhile = None
+    during_init = None
 
     def __init__(self, _jobs, _world, model, namespace, _arrivals):
-        self.model, self.namespace, self.closed, self.withdrawn = model, namespace, False, False
-        meanwhile, Control.meanwhile = Control.meanwhile, None
-        if meanwhile is not None:
-            meanwhile()
+        self.model, self.namespace, self.closed, self.closed_here = model, namespace, False, False
+        during_init, Control.during_init = Control.during_init, None
+        if during_init is not None:
+            during_init()
 
     def refresh(self):
-        """Nothing to look at."""
+        """Nothing to update."""
 
-    def next_due(self, look=True):
+    def next_due(self, check=True):
         """Never."""
         return math.inf
 
     def close(self):
-        """Withdraw."""
-        self.withdrawn = True
+        """Close."""
+        self.closed_here = True
 
 
 @pytest.fixture(name="spawn")
 def _spawn(rig, monkeypatch):
     """Function that spawns a model with controllers in the namespace /n."""
     monkeypatch.setattr(module, "RobotControl", Control)
-    monkeypatch.setattr(Control, "meanwhile", None)
+    monkeypatch.setattr(Control, "during_init", None)
 
     def spawn(name):
         model = SimpleNamespace(
@@ -287,8 +287,8 @@ def _spawn(rig, monkeypatch):
     return spawn
 
 
-def test_of_two_spawns_at_a_time_in_one_namespace_the_second_has_no_controllers(rig, spawn):
-    Control.meanwhile = lambda: spawn("second")
+def test_of_two_simultaneous_spawns_in_one_namespace_the_second_has_no_controllers(rig, spawn):
+    Control.during_init = lambda: spawn("second")
     spawn("first")
     assert list(rig.robots._controls) == ["first"]
     assert len(rig.errors) == 1 and "model 'second' has no controllers: 'first'" in rig.errors[0]
@@ -306,14 +306,14 @@ def test_a_namespace_is_free_again_after_a_deletion_or_a_failed_spawn(rig, spawn
     def refuse():
         raise OSError("no master")
 
-    Control.meanwhile = refuse
+    Control.during_init = refuse
     with pytest.raises(OSError):
         spawn("c")
 
     def taken():
         raise module.rospy.ServiceException("taken")
 
-    Control.meanwhile = taken
+    Control.during_init = taken
     spawn("d")
     assert rig.errors == ["model 'd' has no controllers: taken"]
     spawn("e")

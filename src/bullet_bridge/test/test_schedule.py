@@ -58,9 +58,9 @@ def test_skip_leaves_out_what_is_too_soon(steps, expected):
     assert due_steps(schedule, 101, 200) == list(range(expected, 200, 10))
 
 
-def test_the_clock_tells_at_most_once_a_step():
-    said = []
-    clock = SimClock(200.0, 0.01, said.append)
+def test_the_clock_publishes_at_most_once_per_step():
+    published = []
+    clock = SimClock(200.0, 0.01, published.append)
     assert clock.next == 1
     clock.set_time_step(0.001, 30)
     assert clock.next == 35

@@ -1,4 +1,4 @@
-"""The loop against a wall clock that only moves when somebody waits or works."""
+"""The loop against a wall clock that only advances when something waits or works."""
 
 import math
 
@@ -41,16 +41,16 @@ class World:
         self.step_count += count
         self.wall.time += count * self.cost
 
-    def settle(self):
+    def sort_before_start(self):
         """Nothing to do."""
         return False
 
-    def arrange(self):
-        """Remember it."""
-        self.calls.append("arrange")
+    def sort_models(self):
+        """Record the call."""
+        self.calls.append("sort_models")
 
     def reset(self, time):
-        """Start over."""
+        """Restart."""
         self.calls.append(("reset", time))
         if time:
             self.step_count = 0
@@ -73,18 +73,18 @@ class Robots:
 
     def __init__(self, rate=0.0):
         self.schedule = Schedule(rate, 0.001) if rate else None
-        self.seen, self.delivered, self.failures, self.restarts = [], [], [], 0
+        self.seen, self.applied, self.failures, self.restarts = [], [], [], 0
 
-    def deliver(self):
+    def apply_commands(self):
         """Commands."""
-        self.delivered.append(True)
+        self.applied.append(True)
 
     def next_due(self):
         """Next due step."""
         return self.schedule.next if self.schedule else math.inf
 
     def publish(self, step, _time):
-        """Keep it."""
+        """Store it."""
         if self.schedule and self.schedule.due(step):
             self.seen.append(step)
 
@@ -92,25 +92,27 @@ class Robots:
         """Nothing to do."""
 
     def restart(self):
-        """Start over."""
+        """Restart."""
         self.restarts += 1
         if self.schedule:
             self.schedule.restart(0)
 
     def take_failures(self):
-        """Hand out."""
+        """Return and clear."""
         failures, self.failures = self.failures, []
         return failures
 
 
 class Rig:
-    """A server with all around it."""
+    """A server with fakes around it."""
 
     def __init__(self, cost=1e-5, rate=0.0, clock_rate=200.0, **config):
         self.wall = Wall()
         self.world, self.robots = World(self.wall, cost), Robots(rate)
-        self.told = []
-        clock = SimClock(clock_rate, 0.001, lambda time: self.told.append((time, self.wall.time)))
+        self.published = []
+        clock = SimClock(
+            clock_rate, 0.001, lambda time: self.published.append((time, self.wall.time))
+        )
         self.server = Server(
             self.world,
             Jobs(self.wall),
@@ -121,17 +123,17 @@ class Rig:
         )
 
     def run(self, seconds):
-        """Turn for some wall time."""
+        """Run the loop for some wall time."""
         end = self.wall.time + seconds
         while self.wall.time < end:
-            self.server.turn()
+            self.server.spin_once()
 
     def run_steps(self, steps):
-        """Turn until the steps are made."""
+        """Run the loop until the steps are made."""
         for _ in range(100000):
             if steps.done.is_set():
                 return
-            self.server.turn()
+            self.server.spin_once()
         raise AssertionError("the steps are never made")
 
 
@@ -145,7 +147,7 @@ def test_the_real_time_factor_is_kept(factor):
     assert 0 <= statistics["lateness_p50"] <= statistics["lateness_max"] < 0.002
 
 
-def test_without_a_factor_it_runs_as_fast_as_the_steps_go():
+def test_running_free_it_runs_as_fast_as_the_steps_allow():
     rig = Rig(real_time_factor=0.0, cost=2e-5)
     rig.run(3.0)
     assert rig.world.time == pytest.approx(3.0 * 0.001 / 2e-5, rel=1e-3)
@@ -153,7 +155,7 @@ def test_without_a_factor_it_runs_as_fast_as_the_steps_go():
     assert rig.server.statistics()["batches"] == 0
 
 
-def test_a_world_that_is_too_slow_runs_as_fast_as_it_can_and_says_how_late():
+def test_a_slow_world_runs_as_fast_as_it_can_and_reports_its_lateness():
     rig = Rig(real_time_factor=1.0, cost=0.002)
     rig.run(5.0)
     assert rig.world.time == pytest.approx(2.5, rel=0.01)
@@ -161,7 +163,7 @@ def test_a_world_that_is_too_slow_runs_as_fast_as_it_can_and_says_how_late():
     assert 0.2 < rig.server.statistics()["lateness_max"] < 0.3
 
 
-def test_after_a_hold_up_the_pace_starts_anew():
+def test_after_a_delay_the_pace_restarts():
     rig = Rig(real_time_factor=1.0)
     rig.run(1.0)
     rig.wall.time += 5.0
@@ -175,7 +177,7 @@ def test_after_a_hold_up_the_pace_starts_anew():
 def test_due_steps_are_exact_at_any_pace(factor, rate):
     rig = Rig(real_time_factor=factor, rate=rate)
     while rig.world.time < 2.0:
-        rig.server.turn()
+        rig.server.spin_once()
     expected = [round(k * 1000 / rate) for k in range(1, int(2 * rate) + 1)]
     assert [step for step in rig.robots.seen if step <= 2000] == expected
 
@@ -183,7 +185,7 @@ def test_due_steps_are_exact_at_any_pace(factor, rate):
 def test_clock_at_a_pace_comes_at_its_rate():
     rig = Rig(real_time_factor=1.0)
     rig.run(1.0)
-    assert [round(time, 9) for time, _ in rig.told[:100]] == [
+    assert [round(time, 9) for time, _ in rig.published[:100]] == [
         pytest.approx(0.005 * k) for k in range(1, 101)
     ]
 
@@ -201,14 +203,14 @@ def test_clock_at_a_pace_comes_at_its_rate():
 def test_clock_running_free_is_thinned_by_wall_time(cost, least, most):
     rig = Rig(real_time_factor=0.0, cost=cost)
     while rig.world.time < 5.0:
-        rig.server.turn()
-    times = [time for time, _ in rig.told if time > 1.0]
+        rig.server.spin_once()
+    times = [time for time, _ in rig.published if time > 1.0]
     assert least <= len(times) / 4.0 <= most + 0.5
     assert all(time * 200 == pytest.approx(round(time * 200), abs=1e-6) for time in times)
     assert max(b - a for a, b in zip(times, times[1:])) <= module.CLOCK_STRIDE + 0.0001
 
 
-def test_paused_time_stands_still_and_is_not_caught_up():
+def test_time_stops_while_paused_and_does_not_catch_up():
     rig = Rig(real_time_factor=1.0, paused=True)
     rig.run(3.0)
     assert rig.world.step_count == 0
@@ -216,7 +218,7 @@ def test_paused_time_stands_still_and_is_not_caught_up():
     rig.run(1.0)
     assert rig.world.time == pytest.approx(1.0, abs=0.01)
     rig.server.set_paused(True)
-    assert rig.told[-1][0] == pytest.approx(rig.world.time)
+    assert rig.published[-1][0] == pytest.approx(rig.world.time)
     assert rig.server.statistics()["real_time_factor"] == 0.0
 
 
@@ -228,18 +230,18 @@ def test_steps_on_request_are_counted_exactly(count):
     rig.run(0.2)
     assert rig.world.step_count == count and steps.error == ""
     assert rig.robots.seen == list(range(20, count + 1, 20))
-    assert rig.told[-1][0] == pytest.approx(0.001 * count)
-    assert [round(time, 6) for time, _ in rig.told[:-1]] == [
+    assert rig.published[-1][0] == pytest.approx(0.001 * count)
+    assert [round(time, 6) for time, _ in rig.published[:-1]] == [
         round(0.005 * k, 6) for k in range(1, count // 5 + 1)
     ]
 
 
-def test_commands_are_taken_before_the_first_step():
+def test_commands_are_applied_before_the_first_step():
     rig = Rig(paused=True)
     order = []
-    rig.robots.deliver = lambda: order.append(("deliver", rig.world.step_count))
+    rig.robots.apply_commands = lambda: order.append(("apply_commands", rig.world.step_count))
     rig.run_steps(rig.server.begin_steps(1))
-    assert order == [("deliver", 0)]
+    assert order == [("apply_commands", 0)]
 
 
 def test_steps_are_refused_while_it_runs_or_steps_already():
@@ -262,10 +264,10 @@ def test_steps_are_refused_while_it_runs_or_steps_already():
         (lambda server: server.set_paused(True), "paused"),
     ],
 )
-def test_steps_that_are_interrupted_say_why(interrupt, reason):
+def test_interrupted_steps_report_the_reason(interrupt, reason):
     rig = Rig(paused=True)
     steps = rig.server.begin_steps(10000)
-    rig.server.turn()
+    rig.server.spin_once()
     interrupt(rig.server)
     assert steps.done.is_set() and reason in steps.error
 
@@ -296,9 +298,9 @@ def test_reset(time, monotonic, expected):
     rig.run(1.0)
     before = rig.world.time
     rig.server.reset(time=time)
-    assert rig.world.calls == ["arrange", ("reset", expected)]
+    assert rig.world.calls == ["sort_models", ("reset", expected)]
     assert rig.robots.restarts == 1
-    assert rig.told[-1][0] == pytest.approx(0.0 if expected else before)
+    assert rig.published[-1][0] == pytest.approx(0.0 if expected else before)
     rig.run(1.0)
     assert rig.world.time == pytest.approx((0.0 if expected else before) + 1.0, abs=0.01)
 
@@ -314,12 +316,12 @@ class Reporter:
         return self.schedule.next
 
     def publish(self, step, time):
-        """Keep it."""
+        """Store it."""
         if self.schedule.due(step):
             self.seen.append((step, round(time, 6)))
 
     def restart(self):
-        """Start over."""
+        """Restart."""
         self.restarts += 1
         self.schedule.restart(0)
 
@@ -334,12 +336,12 @@ def test_reporters_are_asked_at_their_steps():
     assert reporter.restarts == 1
 
 
-def test_the_process_keeps_the_time_it_tells(monkeypatch):
+def test_the_process_time_is_the_published_time(monkeypatch):
     own = []
-    told = []
-    clock = SimClock(200.0, 0.001, told.append, own.append)
-    clock.tell(1.25)
-    assert [time.to_sec() for time in own] == [1.25] == told
+    published = []
+    clock = SimClock(200.0, 0.001, published.append, own.append)
+    clock.publish(1.25)
+    assert [time.to_sec() for time in own] == [1.25] == published
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_initialized", True)
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_current", None)
     clock_module.set_own_time(own[0])

@@ -1,4 +1,4 @@
-"""State topics: when they are due, who gets them, what they say."""
+"""State topics: rates, subscribers and contents."""
 
 import math
 
@@ -22,16 +22,16 @@ class Topic:
     made = {}
 
     def __init__(self, name, _kind):
-        self.sent, self.listeners = [], 0
+        self.sent, self.subscribers = [], 0
         self.made[name] = self
 
     def publish(self, message):
-        """Keep it."""
+        """Store it."""
         self.sent.append(message)
 
     def get_num_connections(self):
-        """Listeners."""
-        return self.listeners
+        """Subscribers."""
+        return self.subscribers
 
 
 @pytest.fixture(name="world")
@@ -54,7 +54,7 @@ def run(world, reporter, steps):
         reporter.publish(world.step_count, world.time)
 
 
-def test_nobody_listens(world):
+def test_without_subscribers_nothing_is_published(world):
     topics = StateTopics("/gazebo", world, 100.0)
     assert topics.next_due() == math.inf
     run(world, topics, 100)
@@ -64,13 +64,13 @@ def test_nobody_listens(world):
 @pytest.mark.parametrize("rate, expected", [(100.0, 50), (30.0, 15), (5000.0, 500)])
 def test_rate_is_kept_and_never_more_than_one_a_step(world, rate, expected):
     topics = StateTopics("/gazebo", world, rate)
-    Topic.made["/gazebo/model_states"].listeners = 1
+    Topic.made["/gazebo/model_states"].subscribers = 1
     run(world, topics, 500)
     assert len(Topic.made["/gazebo/model_states"].sent) == expected
     assert not Topic.made["/gazebo/link_states"].sent
 
 
-def test_what_they_say(world):
+def test_contents(world):
     models, links = state_topics.model_states(world), state_topics.link_states(world)
     assert models.name == ["ground_plane", "bot"]
     assert links.name == ["ground_plane::link", "bot::base"]  # the plate is merged
@@ -83,7 +83,7 @@ def test_what_they_say(world):
 
 def test_a_restart_goes_on_from_the_new_time(world):
     topics = StateTopics("/gazebo", world, 100.0)
-    Topic.made["/gazebo/link_states"].listeners = 1
+    Topic.made["/gazebo/link_states"].subscribers = 1
     run(world, topics, 105)
     world.reset()
     topics.restart()
@@ -94,24 +94,24 @@ def test_a_restart_goes_on_from_the_new_time(world):
 
 def test_performance(world):
     now, counts = [50.0], {}
-    topic = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0])
-    wire = Topic.made["/gazebo/performance_metrics"]
-    assert topic.next_due() == math.inf
-    wire.listeners = 1
+    metrics = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0])
+    topic = Topic.made["/gazebo/performance_metrics"]
+    assert metrics.next_due() == math.inf
+    topic.subscribers = 1
     world.step(100)
     counts["w::bot::base::imu"] = 5
     now[0] += METRICS_PERIOD / 2
-    topic.publish(world.step_count, world.time)
-    assert not wire.sent
+    metrics.publish(world.step_count, world.time)
+    assert not topic.sent
     world.step(100)
     counts["w::bot::base::imu"] = 20
     now[0] += METRICS_PERIOD / 2
-    topic.publish(world.step_count, world.time)
-    message = wire.sent[0]
+    metrics.publish(world.step_count, world.time)
+    message = topic.sent[0]
     assert message.real_time_factor == pytest.approx(0.2 / METRICS_PERIOD)
     sensor = message.sensors[0]
     assert (sensor.name, sensor.sim_update_rate) == ("w::bot::base::imu", pytest.approx(100))
     assert sensor.real_update_rate == pytest.approx(20 / METRICS_PERIOD)
     now[0] += METRICS_PERIOD
-    topic.publish(world.step_count, world.time)  # no simulated time has passed
-    assert len(wire.sent) == 1
+    metrics.publish(world.step_count, world.time)  # no simulated time has passed
+    assert len(topic.sent) == 1

@@ -71,7 +71,7 @@ def test_steps_without_topics(rig):
 
 def test_steps_after_the_messages_came(rig):
     for _ in range(2):
-        rig.arrivals.report("/car/command")
+        rig.arrivals.count("/car/command")
     assert rig.ask(3, ["/car/command", "cmd_vel"], [2, 0]).success
     answer = rig.ask(3, ["/car/command"], [1])
     assert not answer.success and rig.server.made == [3]
@@ -99,13 +99,13 @@ def test_wrong_requests_are_refused_with_the_reason(rig, request_, text):
 
 def test_a_running_simulation_is_not_stepped_and_takes_no_messages(rig):
     rig.server.paused = False
-    rig.arrivals.report("/cmd_vel")
+    rig.arrivals.count("/cmd_vel")
     assert "pause it" in rig.ask(1, ["/cmd_vel"], [1]).status_message
     rig.server.paused = True
     assert rig.ask(1, ["/cmd_vel"], [1]).success
 
 
-def test_errors_on_the_way_are_told(rig):
+def test_errors_of_the_steps_are_returned(rig):
     rig.server.error = "no picture"
     answer = rig.ask()
     assert not answer.success and answer.status_message == "no picture"
@@ -114,7 +114,7 @@ def test_errors_on_the_way_are_told(rig):
 
 
 def test_messages_of_a_step_that_did_not_begin_count_for_the_next(rig):
-    rig.arrivals.report("/cmd_vel")
+    rig.arrivals.count("/cmd_vel")
     rig.server.made.append("busy")
     assert rig.ask(1, ["/cmd_vel"], [1]).status_message == "busy"
     rig.server.made.clear()

@@ -33,12 +33,12 @@ IMU = (
 )
 
 
-class Wires(dict):
+class Topics(dict):
     """Topics by name, and what was logged."""
 
     def __init__(self, monkeypatch):
         super().__init__()
-        self.said, self._throttle = [], None
+        self.logged, self._throttle = [], None
 
         def publisher(name, kind, **_):
             self[name] = Topic(name, kind)
@@ -46,18 +46,18 @@ class Wires(dict):
 
         for module in (sensor_outputs, wheel_outputs):
             monkeypatch.setattr(module, "publisher", publisher)
-        monkeypatch.setattr(rospy, "logerr_throttle", self._say)
+        monkeypatch.setattr(rospy, "logerr_throttle", self._log_throttled)
         monkeypatch.setattr(
-            rospy, "logerr", lambda text, *rest: self.said.append(text % rest if rest else text)
+            rospy, "logerr", lambda text, *rest: self.logged.append(text % rest if rest else text)
         )
 
-    def _say(self, period, text, *_):
-        self.said.append((period, text))
+    def _log_throttled(self, period, text, *_):
+        self.logged.append((period, text))
 
 
-@pytest.fixture(name="wires")
-def _wires(monkeypatch):
-    return Wires(monkeypatch)
+@pytest.fixture(name="topics")
+def _endpoints(monkeypatch):
+    return Topics(monkeypatch)
 
 
 @pytest.fixture(name="world")
@@ -67,7 +67,7 @@ def _world():
     world.close()
 
 
-def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, wires):
+def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for number, name in enumerate(("lost", "well")):
@@ -77,18 +77,18 @@ def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, wires):
     world.engine.set_base_pose(world.model("lost").body, (math.nan,) * 3, (math.nan,) * 4)
     world.step_count = 10
     made.publish(10, 0.01)
-    assert (len(wires["/lost/lost"].messages), len(wires["/well/well"].messages)) == (0, 1)
-    assert len(wires.said) == 1 and wires.said[0][0] == 5.0
-    assert all(part in wires.said[0][1] for part in ("'lost'", "/lost/lost", "nan"))
+    assert (len(topics["/lost/lost"].messages), len(topics["/well/well"].messages)) == (0, 1)
+    assert len(topics.logged) == 1 and topics.logged[0][0] == 5.0
+    assert all(part in topics.logged[0][1] for part in ("'lost'", "/lost/lost", "nan"))
     assert made.next_due() == 20
     world.model("lost").set_state(Pose((9.0, 0.0, 0.0)))
     made.publish(20, 0.02)
-    assert (len(wires["/lost/lost"].messages), len(wires["/well/well"].messages)) == (1, 2)
-    assert len(wires.said) == 1
+    assert (len(topics["/lost/lost"].messages), len(topics["/well/well"].messages)) == (1, 2)
+    assert len(topics.logged) == 1
 
 
 @pytest.mark.parametrize("error", [ValueError("no rotation"), OverflowError("too much")])
-def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monkeypatch, error):
+def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, monkeypatch, error):
     published = []
 
     class Control:
@@ -98,14 +98,14 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monk
             self.name, self.namespace = model.name, namespace
 
         def refresh(self):
-            """Nothing to look at."""
+            """Nothing to update."""
 
-        def next_due(self, look=True):
+        def next_due(self, check=True):
             """Every 10 steps."""
             return 10 * (1 + (published[-1] // 10 if published else 0))
 
         def publish(self, step, _time):
-            """As said."""
+            """As logged."""
             if self.name == "a":
                 raise error
             published.append(step)
@@ -124,11 +124,15 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, wires, monk
         made.connect(model)
     made.publish(10, 0.01)
     assert published == [10] and made.next_due() == 20
-    assert len(wires.said) == 1 and "'a'" in str(wires.said[0]) and str(error) in wires.said[0][1]
+    assert (
+        len(topics.logged) == 1
+        and "'a'" in str(topics.logged[0])
+        and str(error) in topics.logged[0][1]
+    )
     world.models.clear()
 
 
-def test_errors_of_the_program_itself_are_not_hidden(world, wires):
+def test_errors_of_the_program_itself_are_not_hidden(world, topics):
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     made.connect(world.spawn_urdf("bot", IMU.format("/imu"), Pose(), str))
@@ -136,13 +140,13 @@ def test_errors_of_the_program_itself_are_not_hidden(world, wires):
     def fail(_):
         raise TypeError("wrong")
 
-    wires["/bot/imu"].publish = fail
+    topics["/bot/imu"].publish = fail
     with pytest.raises(TypeError):
         made.publish(10, 0.01)
 
 
 @pytest.mark.parametrize("value", [1.7e308, -1.1e9, math.inf])
-def test_a_wheel_plugin_keeps_its_last_good_command(world, wires, value):
+def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
     cart = world.spawn_urdf("cart", CART.format(""), Pose(), str)
     output = outputs.OUTPUTS[specs.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
     arrivals = NoArrivals()
@@ -151,7 +155,11 @@ def test_a_wheel_plugin_keeps_its_last_good_command(world, wires, value):
     for command.angular.z in (0.5, value):
         arrivals.take(command)
     assert output._command == (0.0, 0.5)
-    assert len(wires.said) == 1 and str(value) in wires.said[0][1] and "1e+09" in wires.said[0][1]
+    assert (
+        len(topics.logged) == 1
+        and str(value) in topics.logged[0][1]
+        and "1e+09" in topics.logged[0][1]
+    )
 
 
 # tuning -------------------------------------------------------------------------------------------
@@ -166,7 +174,7 @@ class Tuned:
         self.tuning = PidTuning("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
 
     def apply(self, gains):
-        """As told."""
+        """Apply or refuse."""
         if self.fault is not None:
             raise self.fault
         self.taken.append(gains)
@@ -178,9 +186,9 @@ class Tuned:
 
 
 @pytest.fixture(name="tuned")
-def _tuned(monkeypatch, wires):
+def _tuned(monkeypatch, topics):
     tuned = Tuned(monkeypatch)
-    tuned.said = wires.said
+    tuned.logged = topics.logged
     return tuned
 
 
@@ -192,7 +200,7 @@ def test_a_gain_that_is_no_number_is_refused(tuned, name):
     assert answer == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
     assert tuned.taken == [PidGains(3.0, 0.5, 0.1, -1.0, 1.0)]
     assert tuned.parameters == before
-    assert tuned.said == [
+    assert tuned.logged == [
         f"/bot/arm/pid: {name} is nan, must be a finite number; the gains stay as they are"
     ]
     assert tuned.ask(p=4.0)["p"] == 4.0 and tuned.taken[-1].p == 4.0
@@ -200,7 +208,7 @@ def test_a_gain_that_is_no_number_is_refused(tuned, name):
 
 def test_gains_that_the_simulation_refuses_are_not_shown_as_set(tuned):
     tuned.fault = ControllerError("gone")
-    assert tuned.ask(p=5.0)["p"] == 2.0 and tuned.said == ["/bot/arm/pid: gone"]
+    assert tuned.ask(p=5.0)["p"] == 2.0 and tuned.logged == ["/bot/arm/pid: gone"]
 
 
 # time ---------------------------------------------------------------------------------------------

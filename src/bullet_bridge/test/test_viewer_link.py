@@ -22,7 +22,7 @@ def ask(*message):
     link.send(message)
     return link.recv()
 """
-SAY = "\nopen({path!r}, 'w').write(repr(said))\n"
+WRITE = "\nopen({path!r}, 'w').write(repr(found))\n"
 
 
 class Server:
@@ -96,25 +96,25 @@ def _rig(monkeypatch):
 
 
 def run(rig, script, tmp_path):
-    """Has a viewer run a script that leaves its findings in `said`; returns them as text."""
-    path = tmp_path / "said"
-    assert rig.start(CLIENT + script + SAY.format(path=str(path))) == ""
+    """Has a viewer run a script that leaves its findings in `found`; returns them as text."""
+    path = tmp_path / "found"
+    assert rig.start(CLIENT + script + WRITE.format(path=str(path))) == ""
     rig.wait_closed()
     assert rig.warnings == []
     return path.read_text()
 
 
-def test_a_look_gives_the_world(rig, tmp_path):
-    said = run(
+def test_a_view_has_the_world(rig, tmp_path):
+    found = run(
         rig,
         """
-kind, view = ask('look')
-again = ask('look')[1]
-said = kind, [m.name for m in view.models], len(view.sources), again.sources, sys.argv[2]
+kind, view = ask('view')
+again = ask('view')[1]
+found = kind, [m.name for m in view.models], len(view.sources), again.sources, sys.argv[2]
 """,
         tmp_path,
     )
-    assert said == "('view', ['ground_plane'], 1, None, 'tiny')"
+    assert found == "('view', ['ground_plane'], 1, None, 'tiny')"
 
 
 def test_buttons_reach_the_server(rig, tmp_path):
@@ -123,7 +123,7 @@ def test_buttons_reach_the_server(rig, tmp_path):
         """
 for word in ('pause', 'unpause', 'reset'):
     link.send((word,))
-said = ask('look')[0]
+found = ask('view')[0]
 """,
         tmp_path,
     )
@@ -132,26 +132,26 @@ said = ask('look')[0]
 
 @pytest.mark.parametrize("count", [1, 100, 333])
 def test_step_pauses_and_advances_exactly(rig, tmp_path, count):
-    said = run(
+    found = run(
         rig,
         f"""
 link.send(('step', {count}))
-view = ask('look')[1]
-said = view.snapshot.step, view.paused
+view = ask('view')[1]
+found = view.snapshot.step, view.paused
 """,
         tmp_path,
     )
-    assert said == f"({count}, True)"
+    assert found == f"({count}, True)"
 
 
-def test_an_error_is_told_and_the_viewer_stays(rig, tmp_path):
+def test_an_error_is_returned_and_the_viewer_stays(rig, tmp_path):
     def refuse(time):
         raise viewer_link.SimError("no reset today")
 
     rig.server.reset = refuse
     assert (
-        run(rig, "said = ask('reset'), ask('look')[0]", tmp_path)
-        == "(('trouble', 'no reset today'), 'view')"
+        run(rig, "found = ask('reset'), ask('view')[0]", tmp_path)
+        == "(('error', 'no reset today'), 'view')"
     )
 
 
@@ -171,7 +171,7 @@ def test_a_viewer_that_fails_is_one_warning(rig, script, word):
 
 
 def test_a_killed_viewer_is_one_warning_and_can_be_opened_again(rig, tmp_path):
-    rig.start(CLIENT + "while True: ask('look')")
+    rig.start(CLIENT + "while True: ask('view')")
     os.kill(rig.link.process.pid, signal.SIGKILL)
     rig.wait_closed()
     assert len(rig.warnings) == 1 and "signal 9" in rig.warnings[0]
@@ -186,7 +186,7 @@ def test_opening_twice_keeps_the_one(rig):
     assert rig.link.open() == "" and rig.link.process.pid == pid
 
 
-def test_closing_ends_the_viewer_without_a_word(rig):
+def test_closing_ends_the_viewer_without_a_warning(rig):
     rig.start(
         CLIENT
         + """
@@ -202,7 +202,7 @@ except EOFError:
 
 
 def test_the_end_of_the_simulation_ends_the_viewer(rig):
-    rig.start(CLIENT + "try:\n    while True: ask('look')\nexcept (EOFError, OSError): pass")
+    rig.start(CLIENT + "try:\n    while True: ask('view')\nexcept (EOFError, OSError): pass")
     rig.jobs.close()
     rig.wait_closed()
     assert rig.link.process.poll() == 0
@@ -229,7 +229,7 @@ def test_display(environment, can):
     assert (missing_display(environment) == "") is can
 
 
-def test_a_program_that_is_missing_is_told(rig):
+def test_a_missing_program_is_reported(rig):
     rig.link = ViewerLink(rig.jobs, rig.world, rig.server, "tiny", ("/no/such/viewer",))
     assert "/no/such/viewer" in rig.link.open()
     assert not rig.link.is_open()
@@ -239,20 +239,20 @@ def test_the_real_viewer_opens_and_closes(rig):
     rig.link = ViewerLink(rig.jobs, rig.world, rig.server, "tiny")
     assert rig.link.open() == ""
     observed = []
-    look = viewer_link.Observer.look
+    view = viewer_link.Observer.view
     end = time.monotonic() + DEADLINE
 
     def spy(observer, paused):
         observed.append(paused)
-        return look(observer, paused)
+        return view(observer, paused)
 
-    viewer_link.Observer.look = spy
+    viewer_link.Observer.view = spy
     try:
         while not observed:
             assert time.monotonic() < end and rig.link.is_open(), rig.warnings
             rig.jobs.call(rig.world.step)
             time.sleep(0.05)
     finally:
-        viewer_link.Observer.look = look
+        viewer_link.Observer.view = view
     rig.link.close()
     assert rig.link.process.poll() == 0 and rig.warnings == []

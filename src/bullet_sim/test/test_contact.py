@@ -32,7 +32,7 @@ def _world():
 def test_contact_forces_carry_the_weight(world):
     model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 0.05)), str)
     world.step(500)
-    contacts = world.engine.contacts(model.body, model.carrier("base")[0])
+    contacts = world.engine.contacts(model.body, model.link_in_body("base")[0])
     total = sum(contact.force for contact in contacts)
     assert total == pytest.approx((0, 0, 2 * 9.81), abs=0.2)
     for contact in contacts:
@@ -46,7 +46,7 @@ def test_friction_acts_against_the_motion(world):
     world.step(200)
     model.set_state(model.pose, (1.0, 0.0, 0.0))
     world.step(5)
-    contacts = world.engine.contacts(model.body, model.carrier("base")[0])
+    contacts = world.engine.contacts(model.body, model.link_in_body("base")[0])
     assert sum(contact.force for contact in contacts)[0] < -1.0
 
 
@@ -92,7 +92,7 @@ def test_unknown_collision_lists_what_there_is():
 )
 def test_point_belongs_to_the_shape_it_is_on(world, point, name):
     model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 1.0)), str)
-    link, shapes = model.collisions_at(model.carrier("bumper")[0])
+    link, shapes = model.collisions_at(model.link_in_body("bumper")[0])
     shape = nearest(shapes, point)
     assert link == "base" and shape.name == name
     assert distance(shape, point) < 0.0011

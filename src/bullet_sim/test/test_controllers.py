@@ -23,7 +23,7 @@ JOINTS = ("left", "right")
 
 
 class FakeJoints:
-    """Notes what it is told."""
+    """Records its calls."""
 
     names = JOINTS
 

@@ -29,7 +29,7 @@ def _joint(name, kind, xyz, parent="axle"):
     )
 
 
-# The wheels hang on links of their own, so only the whole chain tells where they are.
+# The wheels are on separate links, so their positions follow only from the whole chain.
 DESCRIPTION = parse_urdf(
     '<robot name="bot"><link name="base"/><link name="axle"/><joint name="f" type="fixed">'
     '<origin xyz="-0.2 0 0"/><parent link="base"/><child link="axle"/></joint>'
@@ -89,7 +89,7 @@ class Base:
         self.controller = self.manager.get("base")
 
     def run(self, seconds, command=None):
-        """Simulate; a command is sent anew every 0.1 s."""
+        """Simulate; a command is repeated every 0.1 s."""
         for step in range(round(seconds / STEP)):
             if command is not None and step % 100 == 0:
                 self.manager.command("base", command)

@@ -1,4 +1,4 @@
-"""Wrenches and efforts move things as Newton says, for as long as they were told."""
+"""Wrenches and efforts accelerate bodies as Newton says, for their duration."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import CommandError, ModelError
-from bullet_sim.models.forces import span
+from bullet_sim.models.forces import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -48,18 +48,20 @@ def body(world, pose=TURNED, centre=(0.0, 0.0, 0.0)):
     ],
 )
 def test_span(start, duration, expected):
-    assert span(50, 0.001, start, duration) == expected
+    assert step_range(50, 0.001, start, duration) == expected
 
 
 @pytest.mark.parametrize("start, duration", [(math.nan, 1.0), (0.0, math.inf), (0.0, math.nan)])
 def test_span_of_what_is_no_time(start, duration):
     with pytest.raises(CommandError, match="must be finite"):
-        span(0, 0.001, start, duration)
+        step_range(0, 0.001, start, duration)
 
 
 def test_impulse_of_a_force_is_force_times_duration(world):
     model = body(world, centre=(0.05, 0.0, 0.0))
-    world.forces.push(model, "link", (3.0, -1.0, 2.0), (0, 0, 0), span(0, 0.001, 0.0, 0.1))
+    world.forces.apply_wrench(
+        model, "link", (3.0, -1.0, 2.0), (0, 0, 0), step_range(0, 0.001, 0.0, 0.1)
+    )
     world.step(50)
     _, linear, angular = model.link_state("link")
     np.testing.assert_allclose(linear, np.array((3.0, -1.0, 2.0)) * 0.05 / MASS, rtol=1e-6)
@@ -73,7 +75,7 @@ def test_impulse_of_a_force_is_force_times_duration(world):
 
 def test_torque_along_world_axes_turns_by_the_inertia(world):
     model, torque = body(world), np.array((0.01, 0.02, -0.03))
-    world.forces.push(model, "link", (0, 0, 0), torque, span(0, 0.001, 0.0, 0.001))
+    world.forces.apply_wrench(model, "link", (0, 0, 0), torque, step_range(0, 0.001, 0.0, 0.001))
     world.step(3)
     inertia = TURNED.matrix @ np.diag(MOMENTS) @ TURNED.matrix.T
     np.testing.assert_allclose(
@@ -83,8 +85,8 @@ def test_torque_along_world_axes_turns_by_the_inertia(world):
 
 def test_forces_add_up_begin_late_and_end_when_cleared(world):
     model = body(world)
-    world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.0, -1.0))
-    world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), span(0, 0.001, 0.1, -1.0))
+    world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), step_range(0, 0.001, 0.0, -1.0))
+    world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), step_range(0, 0.001, 0.1, -1.0))
     world.step(200)
     assert model.link_state("link")[1][0] == pytest.approx((0.2 + 0.1) / MASS)
     assert world.forces.clear_link(model, "link") == 2
@@ -97,7 +99,9 @@ def test_one_batch_of_steps_is_the_same_as_single_steps():
     for batches in ([400], [1] * 400, [399, 1]):
         world = World(gravity=(0.0, 0.0, 0.0))
         model = body(world)
-        world.forces.push(model, "link", (1, 2, 3), (0.1, 0, 0), span(0, 0.001, 0.05, 0.2))
+        world.forces.apply_wrench(
+            model, "link", (1, 2, 3), (0.1, 0, 0), step_range(0, 0.001, 0.05, 0.2)
+        )
         for count in batches:
             world.step(count)
         ends.append(model.pose)
@@ -110,7 +114,9 @@ def test_one_batch_of_steps_is_the_same_as_single_steps():
 )
 def test_effort_on_a_joint_within_its_limit(world, effort, limit, acting):
     model = world.spawn_urdf("arm", ARM.format(effort=limit), Pose(), str)
-    assert world.forces.drive(model, "axle", effort, span(0, 0.001, 0.0, 0.5)) == acting
+    assert (
+        world.forces.apply_effort(model, "axle", effort, step_range(0, 0.001, 0.0, 0.5)) == acting
+    )
     world.step(700)
     assert model.joints.read()[1][0] == pytest.approx(acting * 0.5 / 0.1, rel=1e-3)
     assert world.forces.clear_joint(model, "axle") == 0
@@ -121,14 +127,20 @@ def test_bad_wrenches_are_named(world):
     fixed = world.spawn(ModelDescription("wall", {"w": Link("w")}, root="w", static=True))
     steps = (0, math.inf)
     for call, reason in (
-        (lambda: world.forces.push(model, "nose", (1, 0, 0), (0, 0, 0), steps), "no link 'nose'"),
         (
-            lambda: world.forces.push(model, "link", (math.nan, 0, 0), (0, 0, 0), steps),
+            lambda: world.forces.apply_wrench(model, "nose", (1, 0, 0), (0, 0, 0), steps),
+            "no link 'nose'",
+        ),
+        (
+            lambda: world.forces.apply_wrench(model, "link", (math.nan, 0, 0), (0, 0, 0), steps),
             "'link' of 'body' has nan",
         ),
-        (lambda: world.forces.push(fixed, "w", (1, 0, 0), (0, 0, 0), steps), "is static"),
-        (lambda: world.forces.drive(model, "nose", 1.0, steps), "joint 'nose' does not exist"),
-        (lambda: world.forces.drive(model, "nose", math.inf, steps), "has inf"),
+        (lambda: world.forces.apply_wrench(fixed, "w", (1, 0, 0), (0, 0, 0), steps), "is static"),
+        (
+            lambda: world.forces.apply_effort(model, "nose", 1.0, steps),
+            "joint 'nose' does not exist",
+        ),
+        (lambda: world.forces.apply_effort(model, "nose", math.inf, steps), "has inf"),
     ):
         with pytest.raises((CommandError, ModelError), match=reason):
             call()
@@ -140,7 +152,7 @@ def test_deleting_and_resetting_end_what_pushes(world):
     for end in (lambda: world.delete("body"), world.reset):
         if "body" not in world.models:
             model = body(world)
-        world.forces.push(model, "link", (1, 0, 0), (0, 0, 0), (0, math.inf))
+        world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), (0, math.inf))
         end()
         assert not world.forces.active
         world.step(10)

@@ -277,8 +277,6 @@ def test_ground_truth():
         ('<gazebo reference="base"><glitter>1</glitter></gazebo>' * 2, ["<glitter>", "'base'"]),
         ('<gazebo reference="nose"><mu1>1</mu1></gazebo>', ["'nose'", "no link"]),
         ('<gazebo reference="base"><material>Mine/Plaid</material></gazebo>', ["'Mine/Plaid'"]),
-        ('<gazebo reference="base"><gravity>0</gravity></gazebo>', ["gravity", "'base'"]),
-        ('<gazebo reference="base"><turnGravityOff>true</turnGravityOff></gazebo>', ["gravity"]),
         (
             '<gazebo reference="head"><sensor type="ray" name="bare"/></gazebo>',
             ["'bare'", "plugin"],

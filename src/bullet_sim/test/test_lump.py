@@ -80,13 +80,13 @@ def test_frames_of_lumped_links():
     assert list(lumped.links) == ["base", "arm"]
     assert [joint.name for joint in lumped.joints] == ["turn"]
     assert lumped.frames["base"] == ("base", Pose()) and lumped.frames["arm"] == ("arm", Pose())
-    carrier, pose = lumped.frames["camera"]
-    assert carrier == "arm"
+    link, pose = lumped.frames["camera"]
+    assert link == "arm"
     np.testing.assert_allclose(pose.position, [0, 0.2, 0.5], atol=1e-12)
     np.testing.assert_allclose(pose.rpy, [0, 0, math.pi / 2], atol=1e-12)
 
 
-def test_joint_below_a_fixed_one_moves_to_the_carrier():
+def test_joint_below_a_fixed_one_moves_to_the_link_in_body():
     links = [box_link(name, 1.0, (1, 1, 1)) for name in ("base", "axle", "wheel")]
     joints = [
         Joint("fix", "fixed", "base", "axle", Pose((0, 1, 0))),

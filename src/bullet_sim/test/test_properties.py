@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.models import properties
-from bullet_sim.models.forces import span
+from bullet_sim.models.forces import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -40,7 +40,9 @@ def _model(world):
 
 def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
     """Speed of a joint after an effort from rest."""
-    world.forces.drive(model, joint, effort, span(world.step_count, 0.001, 0.0, seconds))
+    world.forces.apply_effort(
+        model, joint, effort, step_range(world.step_count, 0.001, 0.0, seconds)
+    )
     world.step(round(seconds / 0.001))
     return model.joints.read()[1][model.joints.names.index(joint)]
 
@@ -90,7 +92,7 @@ def test_impossible_masses_change_nothing(model, link, mass, centre, inertia, gr
 
 def test_stops(world, model):
     properties.set_joint_stops(model, "hinge", upper=0.2)
-    world.forces.drive(model, "hinge", 0.3, (0, math.inf))
+    world.forces.apply_effort(model, "hinge", 0.3, (0, math.inf))
     world.step(3000)
     assert model.joints.read()[0][0] == pytest.approx(0.2, abs=0.01)
     model.joints.set_positions({"hinge": 0.9})
@@ -128,7 +130,7 @@ def test_another_time_step(world):
     for step in (0.0, -0.001, math.nan, 5.0):
         with pytest.raises(WorldError, match="time_step is"):
             world.set_time_step(step)
-    world.forces.drive(world.model("r"), "axle", 1.0, (0, math.inf))
+    world.forces.apply_effort(world.model("r"), "axle", 1.0, (0, math.inf))
     with pytest.raises(WorldError, match="wrench or an effort"):
         world.set_time_step(0.001)
 

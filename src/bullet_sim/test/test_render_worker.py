@@ -164,7 +164,7 @@ def test_forgotten_pictures_do_not_come(client, inbox):
         while client._pending and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         client.submit(snapshot(step=2), [request(), request("left")])
-        client.forget()
+        client.discard()
         client.submit(snapshot(step=3), [request()])
     finally:
         os.kill(pid, signal.SIGCONT)
@@ -185,7 +185,7 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
             (frame.step, bool(client._worker.connection.poll()), np.array_equal(before, frame.rgb))
         )
 
-    with RenderClient(on_frame, lend=True) as client:
+    with RenderClient(on_frame, zero_copy=True) as client:
         client.start("tiny")
         client.set_sources(sources)
         os.kill(client.worker_pid, signal.SIGSTOP)

@@ -1,4 +1,4 @@
-"""What a viewer is told: names, sources once, rays of visualised lidars."""
+"""Views for the viewer: names, sources once, rays of visualised lidars."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def spawn_car(world, visualize="<visualize>true</visualize>", samples=3):
 
 def test_models_and_sources(world):
     observer = Observer(world)
-    view = observer.look(paused=True)
+    view = observer.view(paused=True)
     assert [(entry.name, entry.static) for entry in view.models] == [
         ("ground_plane", True),
         ("wall", False),
@@ -53,19 +53,19 @@ def test_models_and_sources(world):
 
 def test_sources_come_only_when_they_change(world):
     observer = Observer(world)
-    observer.look(False)
-    assert observer.look(False).sources is None
+    observer.view(False)
+    assert observer.view(False).sources is None
     world.step(5)
-    assert observer.look(False).sources is None
+    assert observer.view(False).sources is None
     spawn_car(world)
-    assert len(observer.look(False).sources) == 3
+    assert len(observer.view(False).sources) == 3
     world.delete("car")
-    assert len(observer.look(False).sources) == 2
+    assert len(observer.view(False).sources) == 2
 
 
 def test_rays_end_at_what_they_hit(world):
     spawn_car(world)
-    (rays,) = Observer(world).look(False).rays
+    (rays,) = Observer(world).view(False).rays
     assert rays.origin == pytest.approx([0.0, 0.0, 1.5])
     # 0 rad: the wall's face at x = 2; 45 degrees: the wall again; 90 degrees: nothing within 5 m
     assert rays.ends == pytest.approx(
@@ -75,29 +75,29 @@ def test_rays_end_at_what_they_hit(world):
 
 def test_a_lidar_that_is_not_visualised_is_not_cast(world):
     spawn_car(world, visualize="")
-    assert Observer(world).look(False).rays == ()
+    assert Observer(world).view(False).rays == ()
 
 
 def test_many_rays_are_thinned(world):
     spawn_car(world, samples=1000)
-    (rays,) = Observer(world).look(False).rays
+    (rays,) = Observer(world).view(False).rays
     assert MAX_RAYS / 2 < len(rays.ends) <= MAX_RAYS
 
 
 def test_rays_are_cast_at_the_rate_of_the_sensor(world):
     spawn_car(world)
     observer = Observer(world)
-    (first,) = observer.look(False).rays
+    (first,) = observer.view(False).rays
     world.step(50)  # 0.05 s of 0.1 s
-    assert observer.look(False).rays[0] is first
+    assert observer.view(False).rays[0] is first
     world.step(60)
-    (second,) = observer.look(False).rays
+    (second,) = observer.view(False).rays
     assert second is not first
     world.reset()  # time goes back
-    assert observer.look(False).rays[0] is not second
+    assert observer.view(False).rays[0] is not second
 
 
-def test_looking_changes_nothing(world):
+def test_viewing_changes_nothing(world):
     def states(look):
         world.reset()
         car = world.model("car")
@@ -106,7 +106,7 @@ def test_looking_changes_nothing(world):
         for _ in range(200):
             world.step()
             if look:
-                observer.look(False)
+                observer.view(False)
         return world.snapshot()
 
     spawn_car(world)

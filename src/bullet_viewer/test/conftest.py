@@ -39,7 +39,7 @@ class Rig:
         self.world.spawn(sdf.ground_plane())
         self.observer = Observer(self.world)
         self.paused = False
-        self.looks, self.words = 0, []
+        self.views, self.requests = 0, []
         mine, its = socket.socketpair()
         self.connection = Connection(mine.detach())
         self.painter = Painter("tiny")
@@ -58,11 +58,11 @@ class Rig:
         QApplication.processEvents()
         while not self.connection.closed and self.connection.poll(0.002):
             word, *arguments = self.connection.recv()
-            if word == "look":
-                self.looks += 1
-                self.connection.send(("view", self.observer.look(self.paused)))
+            if word == "view":
+                self.views += 1
+                self.connection.send(("view", self.observer.view(self.paused)))
             else:
-                self.words.append((word, *arguments))
+                self.requests.append((word, *arguments))
 
     def until(self, condition, what):
         end = time.monotonic() + DEADLINE

@@ -165,8 +165,8 @@ def test_buttons_send_what_the_bridge_does(rig):
     QTest.mouseClick(window.step_button, Qt.LeftButton)
     QTest.mouseClick(window.pause_button, Qt.LeftButton)
     QTest.mouseClick(window.reset_button, Qt.LeftButton)
-    rig.until(lambda: len(rig.words) == 4, "four messages")
-    assert rig.words == [("pause",), ("step", 25), ("unpause",), ("reset",)]
+    rig.until(lambda: len(rig.requests) == 4, "four messages")
+    assert rig.requests == [("pause",), ("step", 25), ("unpause",), ("reset",)]
 
 
 def test_clock_shows_simulated_time(rig):
@@ -174,31 +174,31 @@ def test_clock_shows_simulated_time(rig):
     rig.until(lambda: "1.5" in rig.window.clock_label.text(), "the time")
 
 
-def test_nothing_is_asked_while_minimised_and_nothing_drawn_while_nothing_changes(rig):
+def test_no_view_is_requested_while_minimised_and_nothing_drawn_without_a_change(rig):
     rig.paused = True
     rig.until(lambda: rig.frames, "the first picture")
-    rig.until(lambda: rig.looks > 5, "more looks")
-    count, looks = len(rig.frames), rig.looks
-    rig.until(lambda: rig.looks > looks + 5, "more looks")
+    rig.until(lambda: rig.views > 5, "more views")
+    count, views = len(rig.frames), rig.views
+    rig.until(lambda: rig.views > views + 5, "more views")
     assert len(rig.frames) == count, "the same world from the same place is drawn once"
     rig.window.showMinimized()
     rig.pump()
-    looks = rig.looks
+    views = rig.views
     end = time.monotonic() + 0.5
     while time.monotonic() < end:
         rig.pump()
-    assert rig.looks <= looks + 1
+    assert rig.views <= views + 1
     rig.window.showNormal()
-    rig.until(lambda: rig.looks > looks + 1, "looks again")
+    rig.until(lambda: rig.views > views + 1, "a view again")
 
 
-def test_looks_are_limited(rig):
+def test_the_rate_of_views_is_limited(rig):
     rig.until(lambda: rig.frames, "the first picture")
-    begin, looks = time.monotonic(), rig.looks
+    begin, views = time.monotonic(), rig.views
     while time.monotonic() < begin + 1.0:
         rig.world.step()
         rig.pump()
-    assert rig.looks - looks <= (time.monotonic() - begin) * 1000.0 / module.PERIOD + 2
+    assert rig.views - views <= (time.monotonic() - begin) * 1000.0 / module.PERIOD + 2
 
 
 def test_a_body_that_cannot_be_drawn_is_named_and_the_rest_is_drawn(rig):
@@ -211,7 +211,7 @@ def test_a_body_that_cannot_be_drawn_is_named_and_the_rest_is_drawn(rig):
     assert lost.source.path in rig.window.statusBar().currentMessage()
 
 
-def test_a_picture_that_never_comes_is_ordered_again(rig, monkeypatch):
+def test_a_missing_picture_is_requested_again(rig, monkeypatch):
     rig.picture()
     monkeypatch.setattr(module, "DRAWING_LIMIT", 0.2)
     draw, lost = rig.painter.draw, []
@@ -223,9 +223,9 @@ def test_a_picture_that_never_comes_is_ordered_again(rig, monkeypatch):
     assert rig.window.view.message == ""
 
 
-def test_trouble_of_the_bridge_is_shown_and_the_viewer_goes_on(rig):
+def test_an_error_of_the_bridge_is_shown_and_the_viewer_goes_on(rig):
     rig.picture()
-    rig.connection.send(("trouble", "the simulation did not answer"))
+    rig.connection.send(("error", "the simulation did not answer"))
     rig.until(lambda: "did not answer" in rig.window.statusBar().currentMessage(), "the words")
     rig.picture()
 

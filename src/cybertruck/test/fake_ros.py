@@ -1,16 +1,16 @@
-"""Takes rospy's place for a node without a master: a clock set by hand, what is sent and said."""
+"""Fake of rospy for a node without a master: a clock set by hand, recorded messages and logs."""
 
 import rospy
 import tf2_ros
 
 
 class FakeRos:
-    """Keeps what a node publishes, logs and registers.
+    """Records what a node publishes, logs and subscribes.
 
     Attributes:
         now: ROS time [s].
         sent: (topic, message) in order.
-        said: (level, text) of the log in order.
+        logged: (level, text) of the log in order.
         subscribed: topic -> callback.
         services: name -> callback.
         timers: callbacks.
@@ -18,11 +18,11 @@ class FakeRos:
 
     def __init__(self):
         self.now = 0.0
-        self.sent, self.said, self.timers = [], [], []
+        self.sent, self.logged, self.timers = [], [], []
         self.subscribed, self.services = {}, {}
 
     def install(self, monkeypatch, parameters=()):
-        """Replaces what the nodes use.
+        """Replaces the parts of rospy that the nodes use.
 
         Args:
             monkeypatch: Of pytest.
@@ -42,7 +42,7 @@ class FakeRos:
                 pass
 
         def log(level):
-            return lambda text, *values: fake.said.append(
+            return lambda text, *values: fake.logged.append(
                 (level, text % values if values else text)
             )
 
@@ -76,9 +76,9 @@ class FakeRos:
         monkeypatch.setattr(tf2_ros, "TransformBroadcaster", Broadcaster)
 
     def messages(self, topic):
-        """What was published on a topic, in order."""
+        """Messages published on a topic, in order."""
         return [message for name, message in self.sent if name == topic]
 
     def texts(self, level):
-        """What was logged at a level, in order."""
-        return [text for kind, text in self.said if kind == level]
+        """Texts logged at a level, in order."""
+        return [text for kind, text in self.logged if kind == level]

@@ -59,7 +59,7 @@ class Truck:
 
 @dataclass
 class Run:
-    """What came of a drive to a goal."""
+    """Result of a drive to a goal."""
 
     state: str
     error: float  # distance to the goal at the end [m]

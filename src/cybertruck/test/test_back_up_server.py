@@ -33,7 +33,7 @@ class Source:
 
 
 def come_to_rest(monkeypatch, source):
-    """Runs the wait; gives how often the truck was told to stop."""
+    """Runs the wait; returns how often the truck was commanded to stop."""
     stops = []
     server = BackUpServer.__new__(BackUpServer)  # its constructor needs a master
     server._source, server._driver = source, SimpleNamespace(stop=lambda: stops.append(1))

@@ -1,4 +1,4 @@
-"""Settings of the backing node and goals: what is taken, and the words for what is not."""
+"""Settings of the backing node and goals: valid ones, and errors of invalid ones."""
 
 import math
 from types import SimpleNamespace

@@ -21,7 +21,7 @@ AXLE = "/cybertruck/axle_controller/command"
 
 
 class Rig:
-    """A drive node whose wheels do at once what they are told."""
+    """A drive node whose wheels follow commands at once."""
 
     def __init__(self, monkeypatch):
         self.ros = FakeRos()
@@ -59,7 +59,7 @@ class Rig:
             timer(None)
 
     def axle(self):
-        """Speed that the rear wheels are told now [rad/s]."""
+        """Commanded speed of the rear wheels [rad/s]."""
         sent = self.ros.messages(AXLE)
         return sent[-1].data[0] if sent else 0.0
 
@@ -112,7 +112,7 @@ def test_a_missing_joint_brakes_the_truck(rig):
     assert any("'rear_right_wheel_joint' is missing" in text for text in rig.ros.texts("err"))
 
 
-def test_silent_joint_states_stop_the_wheels(rig):
+def test_missing_joint_states_stop_the_wheels(rig):
     rig.ros.now += 0.9 * TIMEOUT
     rig.watch()
     assert rig.axle() == pytest.approx(1.0 / RADIUS)
@@ -125,7 +125,7 @@ def test_silent_joint_states_stop_the_wheels(rig):
     assert 0.0 < rig.axle() <= BRAKING * (0.1 + PERIOD) / RADIUS + 1e-9
 
 
-def test_a_command_during_silence_does_not_move_the_wheels(rig):
+def test_a_command_without_joint_states_does_not_move_the_wheels(rig):
     rig.ros.now += 1.2 * TIMEOUT
     message = Twist()
     message.linear.x = 1.0
@@ -134,14 +134,14 @@ def test_a_command_during_silence_does_not_move_the_wheels(rig):
     assert rig.axle() == 0.0
 
 
-def test_before_the_first_joint_states_it_is_silent(monkeypatch):
+def test_before_the_first_joint_states_nothing_is_published(monkeypatch):
     rig = Rig(monkeypatch)
     rig.ros.now += 10.0
     rig.watch()
     assert rig.ros.messages(AXLE) == [] and rig.ros.texts("err") == []
 
 
-def test_silence_is_counted_anew_when_time_goes_back(rig):
+def test_the_timeout_restarts_when_time_goes_back(rig):
     rig.ros.now = 0.1
     rig.watch()
     assert rig.axle() == pytest.approx(1.0 / RADIUS)
@@ -150,14 +150,14 @@ def test_silence_is_counted_anew_when_time_goes_back(rig):
     assert rig.axle() == 0.0
 
 
-def test_time_that_goes_back_starts_odometry_anew(rig):
+def test_time_that_goes_back_restarts_odometry(rig):
     assert not at_start(rig)
     rig.ros.now, rig.wheel = 0.0, 0.0
     rig.joints()
     assert at_start(rig) and rig.axle() == 0.0
 
 
-def test_wheels_that_jump_start_odometry_anew(rig):
+def test_wheels_that_jump_restart_odometry(rig):
     """After /gazebo/reset_world time goes on, and the wheels are where they began."""
     rig.drive(1.0, 1.0)
     assert math.dist(rig.pose()[:2], (1.0, -2.0)) > 1.0

@@ -189,7 +189,7 @@ def test_a_new_goal_replaces_the_running_one():
     assert drive(driver, truck, (truck.x, 5.0)).state == "reached"
 
 
-def test_arrival_is_told_once_then_it_is_silent():
+def test_arrival_is_reported_once():
     driver = controller()
     driver.start(1.0, 1.0)
     assert driver.update(1.0, 1.02, 0.0, 0.0) == ("reached", 0.0, 0.0)
@@ -205,7 +205,7 @@ def test_stopped_goals_command_nothing():
 
 
 @pytest.mark.parametrize("gains, first", [("default", 0.2), ("original", 1.5)])
-def test_after_a_cancelled_goal_the_next_one_pulls_away_gently(gains, first):
+def test_after_a_cancelled_goal_the_next_one_starts_from_rest(gains, first):
     truck, driver = Truck(), controller(gains=gains)
     driver.start(20.0, 0.0)
     for _ in range(300):
@@ -234,7 +234,7 @@ def test_time_that_goes_back_between_goal_and_odometry_ends_it():
     assert driver.update(0.0, 0.0, 0.0, 0.008)[0] == "reset"
 
 
-def test_time_that_went_back_before_the_goal_is_nothing_to_it():
+def test_time_that_went_back_before_the_goal_does_not_end_it():
     driver = controller()
     assert driver.update(0.0, 0.0, 0.0, 50.0) is None
     assert driver.update(0.0, 0.0, 0.0, 0.008) is None

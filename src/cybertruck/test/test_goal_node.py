@@ -68,7 +68,7 @@ def test_a_reset_aborts_the_goal_with_one_zero(rig):
     assert rig.speeds()[before:] == [0.0]
 
 
-def test_a_reset_without_odometry_after_it_is_silence(rig):
+def test_a_reset_without_odometry_after_it_times_out(rig):
     rig.ros.now = 0.1
     rig.wall += 0.4
     rig.watch()
@@ -87,7 +87,7 @@ def test_a_reset_without_odometry_after_it_is_silence(rig):
         (0.6, 0.6, GoalStatus.ABORTED),
     ],
 )
-def test_silence_lasts_in_both_times(rig, ros, wall, status):
+def test_the_timeout_has_to_pass_in_both_times(rig, ros, wall, status):
     rig.ros.now += ros
     rig.wall += wall
     rig.watch()

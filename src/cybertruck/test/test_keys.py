@@ -12,7 +12,7 @@ FORWARD, BACK = (0.5, 0.0), (-0.5, 0.0)
 
 
 def play(script, teleop=None):
-    """Does "+key" (press) and "-key" (release), separated by spaces; gives the wanted command."""
+    """Does "+key" (press) and "-key" (release), separated by spaces; returns the wanted command."""
     teleop = teleop or KeyTeleop()
     for word in script.split():
         (teleop.press if word[0] == "+" else teleop.release)(word[1:])
@@ -127,7 +127,7 @@ def test_lost_source_releases_all():
     "linear, angular, words",
     [
         (0.0, 0.5, "linear_speed is 0.0"),
-        (9.0, 0.5, "limit 3"),
+        (9.0, 0.5, "from 0.01 to 3"),
         (0.5, -1.0, "angular_speed is -1.0"),
         (float("nan"), 0.5, "linear_speed is nan"),
         ("fast", 0.5, "'fast'"),
@@ -140,7 +140,7 @@ def test_bad_speeds(linear, angular, words):
 
 
 def typed(events, until):
-    """Types (time, key) into a terminal and gives the teleop at a time."""
+    """Types (time, key) into a terminal and returns the teleop at a time."""
     teleop = KeyTeleop()
     keys = TerminalKeys(teleop)
     codes = {

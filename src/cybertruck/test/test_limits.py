@@ -61,7 +61,7 @@ def test_no_rates():
     [
         ({"max_speed": 0.0}, "max_speed is 0.0; it must be above 0"),
         ({"max_acceleration": -1.0}, "0 or more"),
-        ({"max_steering": 1.6}, "below pi/2"),
+        ({"max_steering": 1.6}, "below 1.571"),
         ({"trailer": "yes"}, "true or false"),
         ({"wheelbase": float("nan")}, "wheelbase is nan"),
         ({"max_angular": True}, "max_angular is True"),

@@ -120,7 +120,7 @@ def test_alternate(pad, texts, expected):
     [
         (["l2=0 r2=0"], STOP),  # at 0 until first moved
         (["l2=0 r2=0", "l2=0 r2=0 x=1"], STOP),
-        (["l2=0 r2=0", "l2=0 r2=0.8"], (0.05, 0.0)),  # the first thing told of a pull
+        (["l2=0 r2=0", "l2=0 r2=0.8"], (0.05, 0.0)),  # the first message of a pull
         (["l2=0 r2=0", "l2=0 r2=-1"], (0.5, 0.0)),
         (["l2=0 r2=0", "l2=0 r2=-1", "l2=0 r2=1"], STOP),
         (["l2=1 r2=1"], STOP),  # at 1 from the start

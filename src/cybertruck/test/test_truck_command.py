@@ -1,4 +1,4 @@
-"""Commands: how old they may be, how fast the truck follows, what a pad says."""
+"""Commands: time-out, rate limits, pads."""
 
 import math
 
@@ -7,6 +7,7 @@ from cybertruck.drive.command import Command, refusal
 from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.drive.joystick import JoyDrive
 from cybertruck.drive.limits import RateLimiter
+from paddock_common.settings import read
 
 SHAPE = TruckGeometry()
 
@@ -75,11 +76,8 @@ def test_pad(axes, steering, speed):
 
 
 def test_pad_maps_and_signs():
-    pad = JoyDrive.from_parameters(
-        lambda name, default: {"joy_speed_axis": 4, "joy_steering_axis": 3, "joy_speed": -2.0}.get(
-            name, default
-        )
-    )
+    values = {"joy_speed_axis": 4, "joy_steering_axis": 3, "joy_speed": -2.0}
+    pad = read(JoyDrive, values.get, prefix="joy_")
     assert pad.command((9.0, 9.0, 9.0, 1.0, 0.5)) == pytest.approx((0.7854, -1.0))
 
 

@@ -9,8 +9,7 @@ import pytest
 import xacro
 import yaml
 from cybertruck.drive.geometry import TruckGeometry
-
-from cybertruck.meshes import writer
+from cybertruck.meshes.writer import MESHES
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 SHAPE = TruckGeometry()
@@ -107,7 +106,7 @@ def test_mass_and_inertia_are_those_of_the_volume(robot, link, parts, density, o
     """A homogeneous body of the meshes' shape, by sums over tetrahedra, within a fifth."""
     mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for part in parts:
-        triangles = writer.MESHES[part]().triangles() + np.array(offset)
+        triangles = MESHES.makers[part]().triangles() + np.array(offset)
         volumes = (
             np.einsum("ij,ij->i", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])) / 6.0
         )
@@ -146,18 +145,18 @@ def test_the_box_passes_the_truck_at_any_angle(robot):
         numbers(box.find("origin").get("xyz"))[0]
         + numbers(box.find("geometry/box").get("size"))[0] / 2
     )
-    low, high = writer.MESHES["shell"]().bounds()
+    low, high = MESHES.makers["shell"]().bounds()
     corner = math.hypot(-SHAPE.hitch_offset - low[0], high[1])
     assert -front > corner + 0.02
 
 
 def test_the_lidar_is_above_the_truck_and_below_the_trailers_roof(robot):
     beams = position(robot, "lidar_link")[2]
-    assert writer.MESHES["shell"]().bounds()[1][2] + 0.05 < beams
-    assert beams < writer.MESHES["trailer_box"]().bounds()[1][2] - 0.05
+    assert MESHES.makers["shell"]().bounds()[1][2] + 0.05 < beams
+    assert beams < MESHES.makers["trailer_box"]().bounds()[1][2] - 0.05
     assert (
         position(robot, "trailer_lidar_link")[2]
-        > writer.MESHES["trailer_box"]().bounds()[1][2] + 0.05
+        > MESHES.makers["trailer_box"]().bounds()[1][2] + 0.05
     )
 
 
@@ -231,6 +230,6 @@ def test_controllers_match_joints_and_transmissions(robot):
 
 def test_meshes_exist(robot):
     uris = {mesh.get("filename") for mesh in robot.iter("mesh")}
-    assert {uri.rsplit("/", 1)[1][:-4] for uri in uris} == set(writer.MESHES)
+    assert {uri.rsplit("/", 1)[1][:-4] for uri in uris} == set(MESHES.makers)
     for uri in uris:
         assert (PACKAGE / uri.replace("package://cybertruck/", "")).is_file()

@@ -5,14 +5,14 @@ import re
 
 import numpy as np
 import pytest
-
-from cybertruck.meshes import solids, writer
+from cybertruck.meshes.writer import MESHES
+from paddock_common.meshes import solids
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 
 def test_committed_meshes_are_reproduced(tmp_path):
-    writer.write(str(tmp_path))
+    MESHES.write(str(tmp_path))
     committed = PACKAGE / "meshes"
     assert sorted(path.name for path in committed.iterdir()) == sorted(
         path.name for path in tmp_path.iterdir()
@@ -22,19 +22,19 @@ def test_committed_meshes_are_reproduced(tmp_path):
         assert path.stat().st_size < 100_000
 
 
-@pytest.mark.parametrize("name", sorted(writer.MESHES))
+@pytest.mark.parametrize("name", sorted(MESHES.makers))
 def test_solids_are_closed(name):
     """The area vectors of a closed surface add up to nothing; its volume is positive."""
-    for solid in writer.MESHES[name]().solids:
+    for solid in MESHES.makers[name]().solids:
         triangles = [t for face in solid for t in solids.fan(face)]
         vectors = np.array([solids.area_vector(t) for t in triangles])
         assert np.abs(vectors.sum(axis=0)).max() < 1e-9 * len(triangles)
         assert solids.volume(solid) > 0.0
 
 
-@pytest.mark.parametrize("name", sorted(writer.MESHES))
+@pytest.mark.parametrize("name", sorted(MESHES.makers))
 def test_obj_has_real_normals(name):
-    lines = [line.split() for line in writer.MESHES[name]().to_obj(name).splitlines()]
+    lines = [line.split() for line in MESHES.obj(name).splitlines()]
     points = np.array([list(map(float, line[1:])) for line in lines if line[0] == "v"])
     normals = np.array([list(map(float, line[1:])) for line in lines if line[0] == "vn"])
     faces = np.array(
@@ -55,23 +55,23 @@ def test_obj_has_real_normals(name):
 
 
 def test_sizes():
-    truck = [writer.MESHES[name]().bounds() for name in ("shell", "sides", "light_bar", "tail_bar")]
+    truck = [MESHES.makers[name]().bounds() for name in ("shell", "sides", "light_bar", "tail_bar")]
     low = np.min([bounds[0] for bounds in truck], axis=0)
     high = np.max([bounds[1] for bounds in truck], axis=0)
     assert high[0] - low[0] == pytest.approx(0.9652, abs=0.01)  # 38 in
     assert high[1] - low[1] == pytest.approx(0.508, abs=0.001)  # 20 in
     assert 0.05 < low[2] < 0.1016 and high[2] < 0.4
-    low, high = writer.MESHES["tyre"]().bounds()
+    low, high = MESHES.makers["tyre"]().bounds()
     assert high == pytest.approx((0.1016, 0.0381, 0.1016), abs=2e-4)
     assert low == pytest.approx(-high)
     for name in ("trailer_box", "trailer_trim", "trailer_lights"):
-        low, high = writer.MESHES[name]().bounds()
+        low, high = MESHES.makers[name]().bounds()
         assert low[2] > 0.1 and high[2] < 0.65 and high[1] < 0.26 and high[0] < 0.70, name
 
 
 def test_the_shell_is_folded_from_planes():
     """Roof and upper sides before and behind the ridge are flat: few directions, much area."""
-    triangles = writer.MESHES["shell"]().triangles()
+    triangles = MESHES.makers["shell"]().triangles()
     vectors = np.array([solids.area_vector(t) / 2.0 for t in triangles])
     areas = np.linalg.norm(vectors, axis=1)
     directions = {}
@@ -91,7 +91,7 @@ def test_colours_are_those_of_the_description():
         "trailer_trim": "trim",
         "trailer_lights": "tail_bar",
     }
-    for name, colour in writer.COLOURS.items():
+    for name, colour in MESHES.colours.items():
         match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
         assert tuple(map(float, match.group(1).split()))[:3] == colour, name
-    assert set(writer.COLOURS) == set(writer.MESHES)
+    assert set(MESHES.colours) == set(MESHES.makers)

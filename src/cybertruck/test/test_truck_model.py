@@ -5,8 +5,9 @@ import pathlib
 
 import pytest
 import yaml
-from cybertruck.drive.geometry import TruckGeometry, geometry_from
+from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.drive.model import CyberModel
+from paddock_common.settings import read
 
 SHAPE = TruckGeometry()
 MODEL = CyberModel(SHAPE)
@@ -15,7 +16,7 @@ CONFIG = pathlib.Path(__file__).resolve().parents[1] / "config" / "truck.yaml"
 
 def test_defaults_are_those_of_the_file():
     values = yaml.safe_load(CONFIG.read_text())
-    assert geometry_from(lambda name, default: values[name]) == SHAPE
+    assert read(TruckGeometry, values.get, prefix="") == SHAPE
     assert set(values) == set(vars(SHAPE))
 
 
@@ -32,7 +33,7 @@ def test_defaults_are_those_of_the_file():
 )
 def test_wrong_parameters_are_named(name, value, word):
     with pytest.raises(ValueError, match=word):
-        geometry_from(lambda key, default: value if key == name else default)
+        read(TruckGeometry, lambda key, default: value if key == name else default, prefix="")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ HINGES = (topics.LEFT_DIRECTION_TOPIC, topics.RIGHT_DIRECTION_TOPIC)
 
 
 class FakeRos:
-    """Takes rospy's place: keeps messages, errors and a clock set by hand."""
+    """Fake of rospy: stores messages and errors; its clock is set by hand."""
 
     def __init__(self):
         self.sent, self.errors, self.subscribed, self.now = [], [], {}, 0.0
@@ -50,7 +50,7 @@ class FakeRos:
         monkeypatch.setattr(rospy, "get_param", lambda name, default: parameters.get(name, default))
 
     def take(self):
-        """Gives the last value of each topic since the last call."""
+        """Returns the last value of each topic since the last call."""
         values, self.sent = dict(self.sent), []
         return values
 
@@ -120,20 +120,20 @@ def test_ackermann_mode_is_metric_and_left_positive(make):
 
 @pytest.mark.parametrize("mode", control.MODES)
 @pytest.mark.parametrize(
-    "v, w, said",
+    "v, w, message",
     [
         (math.nan, 1, "linear.x is nan"),
         (1, math.inf, "angular.z is inf"),
         (-math.inf, 1, "linear.x is -inf"),
     ],
 )
-def test_no_number_stops_the_car_and_is_said(make, mode, v, w, said):
+def test_a_value_that_is_not_finite_stops_the_car_and_is_logged(make, mode, v, w, message):
     car, fake = make(mode=mode)
     car.drive(0.2, 0.1)
     fake.take()
     car.subscriberCb(twist(v, w))
     assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
-    assert len(fake.errors) == 1 and said in fake.errors[0]
+    assert len(fake.errors) == 1 and message in fake.errors[0]
     car.subscriberCb(twist(2, 0))
     assert fake.take()[WHEELS[0]] > 0
 
@@ -157,7 +157,7 @@ def test_watchdog_stops_once_in_ros_time(make):
     assert fake.take() == {}
 
 
-def test_watchdog_counts_anew_after_a_reset(make):
+def test_watchdog_restarts_after_a_reset(make):
     car, fake = make(command_timeout=0.5)
     ((_, watch),) = fake.timers
     fake.now = 10.0
@@ -173,16 +173,16 @@ def test_no_watchdog_by_default(make):
 
 
 @pytest.mark.parametrize(
-    "key, value, said",
+    "key, value, message",
     [
         ("mode", "sideways", "mode is 'sideways'"),
         ("command_timeout", -1, "command_timeout is -1"),
-        ("wheelbase", "long", "~wheelbase is 'long'"),
+        ("wheelbase", "long", "wheelbase is 'long'"),
         ("wheel_radius", 0, "wheel_radius is 0"),
     ],
 )
-def test_bad_parameters_are_named(make, key, value, said):
-    with pytest.raises(ValueError, match=said):
+def test_bad_parameters_are_named(make, key, value, message):
+    with pytest.raises(ValueError, match=message):
         make(**{key: value})
 
 

@@ -1,4 +1,4 @@
-"""The camera's view of the ground and what the drivers make of it."""
+"""Projection to the ground, line detection, and the drivers' commands."""
 
 import math
 
@@ -55,14 +55,14 @@ def test_ground_points_invert_the_projection():
 def test_curvature_of_the_line(curvature):
     vision = LineVision()
     for _ in range(3):
-        goal = vision.look(picture(curvature), MATRIX)
+        goal = vision.find_goal(picture(curvature), MATRIX)
     assert towards(*goal) == pytest.approx(curvature, abs=0.08)
     assert 0.45 < math.hypot(*goal) < 0.7
 
 
 @pytest.mark.parametrize("side", [-0.15, 0.15])
 def test_steers_back_to_the_line(side):
-    goal = LineVision().look(picture(0.0, side), MATRIX)
+    goal = LineVision().find_goal(picture(0.0, side), MATRIX)
     assert goal[1] == pytest.approx(side, abs=0.02)
 
 
@@ -70,13 +70,13 @@ def test_steers_back_to_the_line(side):
 def test_hairpin_by_the_border_alone(curvature):
     vision = LineVision()
     for k in (0.5, 1.0, 1.4, 1.7):
-        vision.look(picture(math.copysign(k, curvature)), MATRIX)
+        vision.find_goal(picture(math.copysign(k, curvature)), MATRIX)
     for _ in range(4):
-        goal = vision.look(picture(curvature, orange=False), MATRIX)
+        goal = vision.find_goal(picture(curvature, orange=False), MATRIX)
     assert towards(*goal) == pytest.approx(curvature, rel=0.25)
 
 
-def test_nothing_in_sight():
+def test_no_line_found():
     grass = np.full((HEIGHT, WIDTH, 3), GRASS, np.uint8)
     follower = LineFollower(LineVision(), patience=1.0)
     assert follower.command(0.0, grass, MATRIX) == (0.0, 0.0)
@@ -106,6 +106,16 @@ def test_pursuit_on_a_circle_gives_its_curvature():
         speed, curvature = pursuit.command(x, y, angle)
         assert curvature == pytest.approx(1.0 / 1.5, rel=0.03)
         assert speed == pytest.approx(1.5, rel=0.03)  # v^2 / R = 1.5 m/s^2
+
+
+def test_places_on_a_circuit():
+    path = Path(circle(2.0)[:-1], closed=True)
+    assert path.closed and path.length == pytest.approx(4.0 * math.pi, rel=1e-3)
+    quarter = path.nearest(2.3, 2.0)
+    assert path.distance(2.3, 2.0) == pytest.approx(0.3, abs=1e-3)
+    assert path.way(0, quarter) == pytest.approx(math.pi, rel=2e-2)
+    assert path.way(quarter, 0) == pytest.approx(3.0 * math.pi, rel=2e-2)
+    assert Path([(0, 0), (1, 0), (2, 0)]).way(75, 50) == pytest.approx(-0.5)
 
 
 def test_open_path_ends_with_a_stop():

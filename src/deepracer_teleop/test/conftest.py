@@ -39,7 +39,7 @@ class Rig:
         QTest.mouseClick(box, Qt.LeftButton, pos=QPoint(8, box.height() // 2))
 
     def advance(self, seconds, step=0.01):
-        """Lets time pass in steps, as the window's timer does."""
+        """Advances the time in steps, as the window's timer does."""
         for _ in range(round(seconds / step)):
             self.now = round(self.now + step, 6)
             self.window._tick()
@@ -49,7 +49,7 @@ class Rig:
         return sent
 
     def drag(self, slider, pixels, steps=10):
-        """Takes the slider's handle (at 0, in the middle) and pulls it sideways."""
+        """Drags the slider's handle (at 0, in the middle) sideways."""
         start = QPoint(slider.width() // 2, slider.height() // 3)
         QTest.mousePress(slider, Qt.LeftButton, pos=start)
         for index in range(1, steps + 1):

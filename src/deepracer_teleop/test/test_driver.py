@@ -1,4 +1,4 @@
-"""The window drivers' decisions, with eyes that see what a test says."""
+"""The window drivers' decisions, with a fake line detector."""
 
 import math
 
@@ -6,24 +6,24 @@ import pytest
 from deepracer_teleop.drivers import driver as module
 
 
-class Eyes:
-    """Sees `goal` in each new picture."""
+class LineDetector:
+    """Detects `goal` in each new picture."""
 
     def __init__(self):
         self.goal, self.new, self.restarts = None, True, 0
 
-    def news(self):
+    def has_new_picture(self):
         return self.new
 
-    def look(self):
+    def find_goal(self):
         return self.goal
 
     def restart(self):
         self.restarts += 1
 
 
-class Hands:
-    """Keeps what was done."""
+class Mouse:
+    """Records the calls."""
 
     def __init__(self, window):
         self.window, self.done = window, []
@@ -65,22 +65,22 @@ class Window:
 
 
 class Rig:
-    """A driver with a clock of the test's."""
+    """A driver with a clock set by the test."""
 
     def __init__(self, monkeypatch, kind):
-        self.now, self.eyes, self.parameters = 10.0, Eyes(), {}
-        monkeypatch.setattr(module, "Eyes", lambda window: self.eyes)
-        monkeypatch.setattr(module, "Hands", Hands)
+        self.now, self.detector, self.parameters = 10.0, LineDetector(), {}
+        monkeypatch.setattr(module, "LineDetector", lambda window: self.detector)
+        monkeypatch.setattr(module, "Mouse", Mouse)
         monkeypatch.setattr(module.rospy, "get_time", lambda: self.now)
         monkeypatch.setattr(module.rospy, "get_param", lambda name, default: default)
         self.window = Window()
         self.driver = kind(self.window)
-        self.done = self.driver._hands.done
+        self.done = self.driver._mouse.done
 
     def run(self, seconds):
         for _ in range(round(seconds / 0.02)):
             self.now += 0.02
-            self.driver.act()
+            self.driver.spin_once()
 
 
 @pytest.fixture
@@ -95,16 +95,16 @@ def buttons(monkeypatch):
 
 def test_slider_changes_at_most_five_times_a_second(slider):
     for k in range(100):
-        slider.eyes.goal = (1.0, 0.3 * math.sin(k))
+        slider.detector.goal = (1.0, 0.3 * math.sin(k))
         slider.run(0.04)
     values = [item for item in slider.done if not isinstance(item, str)]
     assert slider.done[:2] == ["cruise", "grab"] and 15 <= len(values) <= 21  # in 4 s
 
 
 def test_slider_stops_when_the_line_is_gone(slider):
-    slider.eyes.goal = (1.0, 0.2)
+    slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
-    slider.eyes.goal = None
+    slider.detector.goal = None
     slider.run(1.0)
     assert "Stop" not in slider.done
     slider.run(1.0)
@@ -112,20 +112,20 @@ def test_slider_stops_when_the_line_is_gone(slider):
 
 
 def test_slider_stops_when_no_new_picture_comes(slider):
-    slider.eyes.goal = (1.0, 0.2)
+    slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
-    slider.eyes.new = False
+    slider.detector.new = False
     slider.run(2.0)
     assert slider.done[-3:] == ["release", "cruise", "Stop"]
 
 
 def test_slider_goes_on_after_a_reset(slider):
-    slider.eyes.goal = (1.0, 0.2)
+    slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
     slider.now = 0.0
     slider.run(0.5)
-    assert slider.eyes.restarts == 1 and "Stop" not in slider.done
-    slider.eyes.goal = (1.0, -0.2)
+    assert slider.detector.restarts == 1 and "Stop" not in slider.done
+    slider.detector.goal = (1.0, -0.2)
     slider.run(0.5)
     assert slider.done[-1] > 0
 
@@ -135,20 +135,20 @@ def test_slider_goes_on_after_a_reset(slider):
     [((1.0, 0.1), "Forward"), ((1.0, 0.6), "Left"), ((1.0, -0.6), "Right"), (None, "Backwards")],
 )
 def test_buttons(buttons, goal, button):
-    buttons.eyes.goal = goal
-    buttons.driver.act()
+    buttons.detector.goal = goal
+    buttons.driver.spin_once()
     assert buttons.done == [button]
 
 
 def test_buttons_wait_for_the_move_and_for_a_new_picture(buttons):
-    buttons.eyes.goal = (1.0, 0.0)
+    buttons.detector.goal = (1.0, 0.0)
     buttons.window.moving = True
     buttons.run(0.5)
     assert buttons.done == []
     buttons.window.moving = False
-    buttons.eyes.new = False
+    buttons.detector.new = False
     buttons.run(1.0)
     assert buttons.done == []
-    buttons.eyes.new = True
+    buttons.detector.new = True
     buttons.run(0.1)
     assert buttons.done[0] == "Forward"

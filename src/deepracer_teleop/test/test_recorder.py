@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepracer_teleop.runs import birdseye
-from deepracer_teleop.runs.recorder import Pursuit, Recorder, along
+from deepracer_teleop.runs.recorder import Recorder, along
 from nav_msgs.msg import Odometry
 
 
@@ -47,13 +47,6 @@ def test_csv(tmp_path):
         "t,x,y,yaw,v",
         "1.500000,1.000000,-2.000000,0.500000,0.300000",
     ]
-
-
-def test_pursuit_on_a_circle_gives_its_curvature():
-    pursuit = Pursuit(circle(2.0))
-    assert pursuit.curvature(2.0, 0.0, math.pi / 2.0) == pytest.approx(0.5, rel=1e-3)
-    assert pursuit.nearest(2.3, 0.0) == (0, pytest.approx(0.3))
-    assert pursuit.progress(390, 10) == pytest.approx(20 * 2.0 * math.pi * 2.0 / 400, rel=1e-3)
 
 
 def test_birdseye_draws_the_path_where_it_was():

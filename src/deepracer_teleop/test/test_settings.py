@@ -4,11 +4,12 @@ import math
 
 import pytest
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
-from deepracer_teleop.window.settings import Settings, settings_from_parameters
+from deepracer_teleop.window.settings import Settings
+from paddock_common.settings import read
 
 
 def test_defaults_are_the_originals():
-    settings = settings_from_parameters(lambda _name, default: default)
+    settings = read(Settings, lambda _name, default: default)
     assert settings == Settings()
     assert (settings.default_speed, settings.default_angular_speed) == (10, 5)
     assert (settings.linear_wait, settings.turn_wait) == (1.0, 0.8)
@@ -16,7 +17,7 @@ def test_defaults_are_the_originals():
 
 def test_parameters_are_private():
     values = {"~default_speed": 0.3, "~angular_sign": -1}
-    settings = settings_from_parameters(lambda name, default: values.get(name, default))
+    settings = read(Settings, lambda name, default: values.get(name, default))
     assert (settings.default_speed, settings.angular_sign) == (0.3, -1)
     assert settings.slider_to_angular(20) == -2.0
 

@@ -188,7 +188,7 @@ def test_convert_keeps_aspect_and_colour(rig):
 
 
 def send_from_thread(window, *messages):
-    """Hands frames in as rospy does; returns when Qt's thread has seen them."""
+    """Passes frames in as rospy does; returns when Qt's thread has processed them."""
     for message in messages:
         thread = threading.Thread(target=window.imageCb, args=(message,))
         thread.start()
@@ -239,7 +239,7 @@ def test_frames_that_pile_up_are_dropped(rig):
     assert len(shown) == 1 and QColor(shown[0].toImage().pixel(100, 100)).red() == 99
 
 
-def test_missing_and_stopped_camera_are_said(rig):
+def test_a_missing_and_a_stopped_camera_are_shown(rig):
     window = rig.build(camera_timeout=0.05)
     time.sleep(0.1)
     window._check_health()
@@ -257,7 +257,7 @@ def test_missing_and_stopped_camera_are_said(rig):
     assert window.cameraLabel.message == ""
 
 
-def test_an_unreadable_picture_is_said(rig):
+def test_an_unreadable_picture_is_reported(rig):
     window = rig.build()
     bad = frame(stamp=1.0)
     bad.encoding = "nonsense"

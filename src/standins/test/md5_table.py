@@ -1,8 +1,8 @@
 """MD5 sums of ROS Noetic's definitions: the contract with nodes built against the originals.
 
-SUMS: services as (request, response), actions as (goal, result, feedback). WIRE: what a connection
-is refused by: a service's sum over both parts; of an action the messages that travel, which wrap
-goal, result and feedback with header and id.
+SUMS: services as (request, response), actions as (goal, result, feedback). CONNECTION: the sums
+that are compared when a connection is made: of a service over both parts; of an action those of the
+messages that wrap goal, result and feedback with header and id.
 
 Where they come from: each sum of both tables was looked up, and found under its own name, in
 message code that others generated from the original packages and published (roscpp, roslisp,
@@ -10,6 +10,10 @@ rosserial, gennodejs, and clients in C#, Swift and Elixir). None had to be taken
 fields alone. Where an original changed, the sum is that of its last form, as Noetic has it:
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
+
+Those of geographic_msgs, robot_localization and twist_mux_msgs were computed from the originals'
+definitions; of these GeoPoint, GeoPath, SetPose, GetState, FromLL and ToggleFilterProcessing were
+found in such code, too.
 """
 
 EMPTY = "d41d8cd98f00b204e9800998ecf8427e"
@@ -125,9 +129,39 @@ SUMS = {
     "gazebo_msgs/srv/SetModelState.srv": ("cb042b0e91880f4661b29ea5b6234350", STATUS),
     "gazebo_msgs/srv/SetPhysicsProperties.srv": ("abd9f82732b52b92e9d6bb36e6a82452", STATUS),
     "gazebo_msgs/srv/SpawnModel.srv": ("6d0eba5753761cd57e6263a056b79930", STATUS),
+    "geographic_msgs/msg/BoundingBox.msg": ("f62e8b5e390a3ac7603250d46e8f8446",),
+    "geographic_msgs/msg/GeoPath.msg": ("1476008e63041203a89257cfad97308f",),
+    "geographic_msgs/msg/GeoPoint.msg": ("c48027a852aeff972be80478ff38e81a",),
+    "geographic_msgs/msg/GeoPointStamped.msg": ("ea50d268b03080563c330351a21edc89",),
+    "geographic_msgs/msg/GeoPose.msg": ("778680b5172de58b7c057d973576c784",),
+    "geographic_msgs/msg/GeoPoseStamped.msg": ("cc409c8ed6064d8a846fa207bf3fba6b",),
+    "geographic_msgs/msg/GeoPoseWithCovariance.msg": ("84c133e7220362d3d8aff8e415075357",),
+    "geographic_msgs/msg/GeoPoseWithCovarianceStamped.msg": ("2cc818b24aae5ffa4fd33f5ee0bb5421",),
+    "geographic_msgs/msg/KeyValue.msg": ("cf57fdc6617a881a88c16e768132149c",),
+    "robot_localization/srv/FromLL.srv": (
+        "191f0513cae6fcb95b63e2ec2e976938",
+        "326fc0ec1385c52a253c06e024d9f49e",
+    ),
+    "robot_localization/srv/GetState.srv": (
+        "853815113280ed7c4ea64ad795f27171",
+        "8d49e6249cf8371736e3286b16a7ce83",
+    ),
+    "robot_localization/srv/SetDatum.srv": ("fe903ca95d0210defda73a1629604439", EMPTY),
+    "robot_localization/srv/SetPose.srv": ("4f3e0bbe7a24e1f929488cd1970222d3", EMPTY),
+    "robot_localization/srv/SetUTMZone.srv": ("893fd74d45efde020666acda18d3cccc", EMPTY),
+    "robot_localization/srv/ToLL.srv": (
+        "326fc0ec1385c52a253c06e024d9f49e",
+        "191f0513cae6fcb95b63e2ec2e976938",
+    ),
+    "robot_localization/srv/ToggleFilterProcessing.srv": (
+        "74983d2ffe4877de8ae30b7a94625c41",
+        "3a1255d4d998bd4d6585c64639b5ee9a",
+    ),
+    "twist_mux_msgs/action/JoyPriority.action": (EMPTY, EMPTY, EMPTY),
+    "twist_mux_msgs/action/JoyTurbo.action": (EMPTY, EMPTY, EMPTY),
 }
 
-WIRE = {
+CONNECTION = {
     "control_msgs/action/FollowJointTrajectory.action": (
         "cff5c1d533bf2f82dd0138d57f4304bb",
         "c4fb3b000dc9da4fd99699380efcc5d9",
@@ -186,4 +220,21 @@ WIRE = {
     "gazebo_msgs/srv/SetModelState.srv": ("5b3ab0281d4f5445def017e3a2e4a07b",),
     "gazebo_msgs/srv/SetPhysicsProperties.srv": ("97e2057080558ce4730434b5fae75c91",),
     "gazebo_msgs/srv/SpawnModel.srv": ("9ed9c82c96abe1a00c3e8cdaeee24413",),
+    "robot_localization/srv/FromLL.srv": ("a6cd7064e35acbe3e4c3ac3dc5fd8265",),
+    "robot_localization/srv/GetState.srv": ("b143410e9c7f7be208eedf8f691d8069",),
+    "robot_localization/srv/SetDatum.srv": ("fe903ca95d0210defda73a1629604439",),
+    "robot_localization/srv/SetPose.srv": ("4f3e0bbe7a24e1f929488cd1970222d3",),
+    "robot_localization/srv/SetUTMZone.srv": ("893fd74d45efde020666acda18d3cccc",),
+    "robot_localization/srv/ToLL.srv": ("ad0cbea3b8423e9ccf1b2ebeefc50b92",),
+    "robot_localization/srv/ToggleFilterProcessing.srv": ("a8e1711976dcda1b8b978eee81e85498",),
+    "twist_mux_msgs/action/JoyPriority.action": (
+        "4b30be6cd12b9e72826df56b481f40e0",
+        "1eb06eeff08fa7ea874431638cb52332",
+        "aae20e09065c3809e8a8e87c4c8953fd",
+    ),
+    "twist_mux_msgs/action/JoyTurbo.action": (
+        "4b30be6cd12b9e72826df56b481f40e0",
+        "1eb06eeff08fa7ea874431638cb52332",
+        "aae20e09065c3809e8a8e87c4c8953fd",
+    ),
 }

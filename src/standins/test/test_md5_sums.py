@@ -5,7 +5,7 @@ import hashlib
 import os
 
 import pytest
-from md5_table import SUMS, WIRE
+from md5_table import CONNECTION, SUMS
 
 gentools = pytest.importorskip("genmsg.gentools")
 msg_loader = pytest.importorskip("genmsg.msg_loader")
@@ -50,7 +50,7 @@ def _sums(relative, search_path):
     return tuple(_sum(text) for text in _texts(relative, search_path))
 
 
-def _wire_sums(relative, search_path):
+def _connection_sums(relative, search_path):
     texts = _texts(relative, search_path)
     if relative.endswith(".srv"):
         return (_sum("".join(texts)),)
@@ -70,9 +70,9 @@ def test_sum(relative, search_path):
     assert _sums(relative, search_path) == SUMS[relative]
 
 
-@pytest.mark.parametrize("relative", sorted(WIRE))
-def test_wire_sum(relative, search_path):
-    assert _wire_sums(relative, search_path) == WIRE[relative]
+@pytest.mark.parametrize("relative", sorted(CONNECTION))
+def test_connection_sum(relative, search_path):
+    assert _connection_sums(relative, search_path) == CONNECTION[relative]
 
 
 def test_every_definition_is_in_the_table():
@@ -82,4 +82,4 @@ def test_every_definition_is_in_the_table():
         for f in glob.glob(os.path.join(STANDINS, "*", kind, "*." + kind))
     ]
     assert {os.path.relpath(f, STANDINS) for f in files} == set(SUMS)
-    assert {name for name in SUMS if not name.endswith(".msg")} == set(WIRE)
+    assert {name for name in SUMS if not name.endswith(".msg")} == set(CONNECTION)

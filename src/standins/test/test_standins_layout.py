@@ -46,6 +46,15 @@ NAMED_IN_FIND_PACKAGE = (
     "gazebo_msgs",
     "xacro",
     "joy",
+    "roslint",
+    "twist_mux",
+    "twist_mux_msgs",
+    "teleop_twist_keyboard",
+    "teleop_twist_joy",
+    "interactive_marker_twist_server",
+    "map_server",
+    "geographic_msgs",
+    "robot_localization",
 )
 
 

@@ -1,4 +1,4 @@
-"""The expanded description against the published numbers."""
+"""The expanded description has the published numbers."""
 
 import math
 import xml.etree.ElementTree as ET

@@ -1,4 +1,4 @@
-"""What rviz shows of a lane."""
+"""The lane's marker for rviz."""
 
 import numpy as np
 import pytest

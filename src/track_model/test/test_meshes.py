@@ -1,15 +1,14 @@
-"""The generator makes the committed meshes, and they look as large as the car is."""
+"""The generator makes the committed meshes; their sizes are the car's."""
 
 import re
 
 import numpy as np
 import pytest
-
-from track_model.meshes import car as meshes
+from track_model.meshes.car import MESHES
 
 
 def test_committed_meshes_are_reproduced(package, tmp_path):
-    meshes.write(str(tmp_path))
+    MESHES.write(str(tmp_path))
     committed = package / "meshes"
     assert sorted(path.name for path in committed.iterdir()) == sorted(
         path.name for path in tmp_path.iterdir()
@@ -19,9 +18,9 @@ def test_committed_meshes_are_reproduced(package, tmp_path):
         assert path.stat().st_size < 200_000
 
 
-@pytest.mark.parametrize("name", sorted(meshes.MESHES))
+@pytest.mark.parametrize("name", sorted(MESHES.makers))
 def test_faces_point_outwards_and_indices_exist(name):
-    lines = [line.split() for line in meshes.MESHES[name]().to_obj(name).splitlines()]
+    lines = [line.split() for line in MESHES.obj(name).splitlines()]
     vertices = np.array([list(map(float, line[1:])) for line in lines if line[0] == "v"])
     normals = np.array([list(map(float, line[1:])) for line in lines if line[0] == "vn"])
     faces = np.array(
@@ -39,14 +38,14 @@ def test_faces_point_outwards_and_indices_exist(name):
 
 
 def test_sizes():
-    low, high = meshes.tyre().bounds()
+    low, high = MESHES.makers["tyre"]().bounds()
     assert (low, high) == (
         pytest.approx((-0.03, -0.0125, -0.03), abs=3e-4),
         pytest.approx((0.03, 0.0125, 0.03), abs=3e-4),
     )
     # In the chassis frame the ground is at -0.016 or lower.
     for name in ("body", "trim", "stripe", "glass", "headlights", "taillights"):
-        low, high = meshes.MESHES[name]().bounds()
+        low, high = MESHES.makers[name]().bounds()
         assert low[2] > -0.005 and high[2] < 0.13, name
         assert low[0] > -0.16 and high[0] < 0.18 and max(-low[1], high[1]) < 0.1, name
 
@@ -54,6 +53,6 @@ def test_sizes():
 def test_colours_are_those_of_the_description(package):
     text = (package / "urdf" / "materials.xacro").read_text()
     names = {"body": "paint", "headlights": "headlight", "taillights": "taillight"}
-    for name, colour in meshes.COLOURS.items():
+    for name, colour in MESHES.colours.items():
         match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
         assert tuple(map(float, match.group(1).split()))[:3] == colour, name

@@ -92,7 +92,7 @@ def test_reversing_over_the_line_is_no_lap(course):
 
 
 def test_cutting_to_a_far_part_is_no_progress(course):
-    """A car that is put somewhere else goes on from there; the way between does not count."""
+    """A car that is moved elsewhere continues from there; the distance between does not count."""
     referee = Referee(course)
     drive(referee, np.linspace(-0.2, 1.0, 100), np.arange(100) * 0.02)
     way = referee.status.distance
@@ -163,7 +163,7 @@ def test_open_course_from_start_to_finish():
     assert referee.status.last_lap_time == pytest.approx((lane.length - 0.1) / 0.5, abs=0.05)
 
 
-def test_time_going_back_starts_afresh(course):
+def test_time_going_back_restarts_the_run(course):
     referee = Referee(course)
     drive(referee, np.linspace(-0.2, 1.0, 50), 10.0 + np.arange(50) * 0.1)
     assert referee.status.running
@@ -196,7 +196,7 @@ def test_off_track_matches_polygon_geometry():
 @pytest.mark.parametrize(
     "wrong, words",
     [
-        ({"off_track": "two"}, ["off_track", "two", "all or one"]),
+        ({"off_track": "two"}, ["off_track", "two", "all, one"]),
         ({"stuck_time": -1.0}, ["stuck_time", "-1"]),
         ({"collision_penalty": float("nan")}, ["collision_penalty", "nan"]),
         ({"auto_reset": 1}, ["auto_reset", "true or false"]),

@@ -1,4 +1,4 @@
-"""Routes of other projects: forms that occur, tracks made from them, and what mistakes say."""
+"""Routes of other projects: their forms, tracks made from them, error messages."""
 
 import io
 import xml.etree.ElementTree as ET

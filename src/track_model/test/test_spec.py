@@ -1,4 +1,4 @@
-"""Track files: what is read, and what each mistake says."""
+"""Track files: values that are read, error messages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Facts about the picture on the ground that renderers depend on."""
+"""Properties of the ground texture that renderers depend on."""
 
 import numpy as np
 import pytest

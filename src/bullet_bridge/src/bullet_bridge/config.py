@@ -1,7 +1,8 @@
 """Parameters of the bridge node, read once."""
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from paddock_common.settings import check, choice, flag, number, read, text
 
 RENDERERS = ("auto", "egl", "tiny")
 
@@ -12,30 +13,33 @@ class Config:
 
     Attributes:
         world_file: SDF world to load; empty: an empty world.
-        paused: start with simulated time standing still.
+        paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
-        lockstep: start paused; time advances only by /gazebo/step, with every picture.
+        lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
         renderer: auto, egl or tiny.
         clock_rate: messages on /clock per simulated second [Hz].
         states_rate: of model_states and link_states in simulated time [Hz].
         seed: of all sensor noise.
-        monotonic_clock: simulated time goes on in a reset instead of starting at 0.
-        step_timeout: wall time that a step waits for its commands [s].
+        monotonic_clock: a reset does not set simulated time back to 0.
+        step_timeout: wall time that /gazebo/step waits for commands [s].
         gui, headless: gui without headless opens the viewer.
     """
 
-    world_file: str = ""
-    paused: bool = False
-    real_time_factor: float = 1.0
-    lockstep: bool = False
-    renderer: str = "auto"
-    clock_rate: float = 200.0
-    states_rate: float = 100.0
-    seed: int = 0
-    monotonic_clock: bool = False
-    step_timeout: float = 10.0
-    gui: bool = False
-    headless: bool = False
+    world_file: str = text("", empty=True)
+    paused: bool = flag(False)
+    real_time_factor: float = number(1.0, least=0.0)
+    lockstep: bool = flag(False)
+    renderer: str = choice("auto", RENDERERS)
+    clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
+    states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
+    seed: int = number(0)
+    monotonic_clock: bool = flag(False)
+    step_timeout: float = number(10.0, least=0.0, unit="s")
+    gui: bool = flag(False)
+    headless: bool = flag(False)
+
+    def __post_init__(self):
+        check(self, prefix="parameter ")
 
 
 def parse_config(get):
@@ -44,51 +48,10 @@ def parse_config(get):
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    factor = _number(get, "real_time_factor", 1.0)
-    if factor < 0:
-        raise ValueError(
-            f"parameter real_time_factor is {factor}, must be 0 (as fast as possible) or more"
-        )
-    rate = _number(get, "pub_clock_frequency", 200.0) or 200.0
-    if rate < 0:
-        raise ValueError(f"parameter pub_clock_frequency is {rate}, must be above 0 [Hz]")
-    timeout = _number(get, "step_timeout", 10.0)
-    if timeout < 0:
-        raise ValueError(f"parameter step_timeout is {timeout}, must be 0 or more [s]")
-    states_rate = _number(get, "pub_states_frequency", 100.0)
-    if states_rate <= 0:
-        raise ValueError(f"parameter pub_states_frequency is {states_rate}, must be above 0 [Hz]")
-    renderer = get("renderer", "auto")
-    if renderer not in RENDERERS:
-        raise ValueError(
-            f"parameter renderer is '{renderer}', must be one of {', '.join(RENDERERS)}"
-        )
-    lockstep = _flag(get, "lockstep")
-    return Config(
-        world_file=str(get("world_file", "")),
-        paused=_flag(get, "paused") or lockstep,
-        real_time_factor=factor,
-        lockstep=lockstep,
-        renderer=renderer,
-        clock_rate=rate,
-        states_rate=states_rate,
-        seed=int(_number(get, "seed", 0)),
-        monotonic_clock=_flag(get, "monotonic_clock"),
-        step_timeout=timeout,
-        gui=_flag(get, "gui"),
-        headless=_flag(get, "headless"),
+    config = read(Config, get, prefix="")
+    return replace(
+        config,
+        paused=config.paused or config.lockstep,
+        clock_rate=config.clock_rate or Config.clock_rate,  # 0: the default
+        seed=int(config.seed),
     )
-
-
-def _number(get, name, default):
-    value = get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"parameter {name} is {value!r}, must be a finite number")
-    return float(value)
-
-
-def _flag(get, name):
-    value = get(name, False)
-    if not isinstance(value, bool):
-        raise ValueError(f"parameter {name} is {value!r}, must be true or false")
-    return value

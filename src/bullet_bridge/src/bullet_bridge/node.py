@@ -5,7 +5,7 @@ import sys
 import rospy
 from bullet_sim.errors import SimError, WorldError
 from bullet_sim.formats.sdf.world import parse_world
-from bullet_sim.system.quiet import keep_python_audible
+from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
 
 from bullet_bridge.config import parse_config
@@ -19,6 +19,7 @@ from bullet_bridge.outputs.cameras import Cameras
 from bullet_bridge.outputs.viewer_link import ViewerLink
 from bullet_bridge.resolve import Resolver, find_world
 from bullet_bridge.robots import Robots
+from bullet_bridge.services.describe import DescribeService
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.relay import Relay
@@ -43,7 +44,7 @@ def load_world(world, path, resolve):
 
 
 def start_relay():
-    """The Relay, or None: the bridge does without."""
+    """The Relay, or None if it does not start."""
     try:
         return Relay()
     except OSError as error:
@@ -52,11 +53,12 @@ def start_relay():
 
 
 def main():
-    """Run the node `gazebo`; exits with 1 and the reason when it cannot start."""
-    keep_python_audible()
-    # The node would hear its own /clock through a socket and a thread: it sets its time itself.
+    """Run the node `gazebo`; returns 1 after logging the reason when it cannot start."""
+    keep_python_output()
+    # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
     rospy.init_node("gazebo", disable_rostime=True)
     world = World()
+    world.contacts.on_implausible = rospy.logerr
     cameras = viewer = relay = None
     try:
         config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
@@ -75,10 +77,11 @@ def main():
         server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
         StatisticsService(jobs, server)
+        DescribeService(jobs, world, robots)
         StepService(jobs, server, arrivals, config.step_timeout)
-        robots.adopt()
+        robots.connect_world_models()
         viewer = ViewerLink(jobs, world, server, config.renderer)
-        viewer.offer()
+        viewer.advertise()
         if config.gui and not config.headless:
             viewer.open()
         rospy.loginfo(

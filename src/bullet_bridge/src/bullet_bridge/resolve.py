@@ -18,7 +18,7 @@ class Resolver:
         """Absolute path of a URI's file.
 
         Raises:
-            ValueError: nothing is found; names what was looked for and where.
+            ValueError: nothing is found; names the file and the folders searched.
         """
         scheme, _, rest = uri.partition("://")
         if not rest:
@@ -42,7 +42,7 @@ class Resolver:
             raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
 
     def _file(self, path):
-        """A file:// path; a relative one is looked for as Gazebo does, then taken as it is."""
+        """A file:// path; a relative one is searched as Gazebo does, else returned unchanged."""
         places = (
             []
             if os.path.isabs(path)
@@ -116,13 +116,13 @@ def _sdf_file(folder):
 
 
 def find_world(path):
-    """Path of a world file, looked for as Gazebo does.
+    """Path of a world file, searched as Gazebo does.
 
-    A path that exists is taken as it is; a relative one is then looked for in the folders of
+    A path that exists is returned unchanged; a relative one is searched in the folders of
     GAZEBO_RESOURCE_PATH, in the package gazebo_ros and in packages' gazebo_media_path exports.
 
     Raises:
-        ValueError: it is nowhere; names all places.
+        ValueError: not found; names the folders searched.
     """
     if os.path.isabs(path) or os.path.isfile(path):
         return path

@@ -1,4 +1,4 @@
-"""What a spawned model brings to the ROS graph: controllers and sensors."""
+"""Controllers and sensors of spawned models in the ROS graph."""
 
 import threading
 import time as wall
@@ -12,12 +12,12 @@ from bullet_bridge.outputs.sensors import CameraOutput
 from bullet_bridge.outputs.table import OUTPUTS
 from bullet_bridge.transport.publishing import all_or_none
 
-LOOK = 0.02  # [s] of simulated time after which it is looked again who subscribes ...
-LOOK_GAP = 0.005  # [s] ... but not sooner than after so much wall time
+CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
+CHECK_GAP = 0.005  # [s] ... and least wall time between them
 
 
 def _publish(what, publish, *arguments):
-    """Publish; what a body that is nowhere (NaN, infinite) makes impossible is only logged."""
+    """Publish; if a state is NaN or infinite, log that it cannot be published."""
     try:
         publish(*arguments)
     except (ValueError, ArithmeticError) as error:
@@ -34,36 +34,36 @@ class Robots:
         seed: base of all noise seeds.
         arrivals: Arrivals, which count the commands.
 
-    The loop asks next_due and publish in every batch, so what they need is kept as flat lists and
-    one number; `refresh` renews them after anything may have changed.
+    The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
+    one number; `refresh` updates them after jobs.
     """
 
     def __init__(self, jobs, world, cameras, seed, arrivals=None):
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
         self.arrivals = arrivals or Arrivals()
         self._controls, self._outputs, self._counts = {}, {}, {}
-        self._all_controls, self._all_outputs, self._next, self._next_look = (), (), 0, 0.0
+        self._all_controls, self._all_outputs, self._next, self._next_check = (), (), 0, 0.0
         self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
 
     def connect(self, model, namespace=""):
-        """Offer a model's services and topics; called outside the simulation thread."""
+        """Create a model's services and topics; called outside the simulation thread."""
         for text in model.description.warnings:
             rospy.logwarn("model '%s': %s", model.name, text)
-        self._offer(model, namespace, self._jobs.call)
+        self._connect(model, namespace, self._jobs.call)
 
-    def adopt(self):
-        """Offer what the world file's models bring; called before the simulation runs."""
+    def connect_world_models(self):
+        """Connect the models of the world file; called before the simulation runs."""
         for model in list(self._world.models.values()):
             if model.description.sensors or model.manager is not None:
-                self._offer(model, "", lambda job: job())
+                self._connect(model, "", lambda job: job())
 
-    def _offer(self, model, namespace, run):
+    def _connect(self, model, namespace, run):
         outputs, controls = [], []
 
         def register():
             if self._world.models.get(model.name) is not model:
                 return False
-            for output in outputs:  # steps were made since they were built
+            for output in outputs:  # steps were made since they were created
                 output.schedule.restart(self._world.step_count)
             self._outputs[model.name] = outputs
             for control in controls:
@@ -72,18 +72,18 @@ class Robots:
             self.refresh()
             return True
 
-        kept = False
+        registered = False
         try:
             self._make_outputs(model, outputs)
             control = self._control(model, namespace)
             controls += [control] if control is not None else []
-            kept = run(register)  # else deleted by somebody meanwhile
+            registered = run(register)  # False: the model was deleted in the meantime
         finally:
-            if not kept:
-                self._withdraw(controls + outputs)
+            if not registered:
+                self._close(controls + outputs)
 
     def _make_outputs(self, model, outputs):
-        """Append the outputs of a model's sensors to a list; one that cannot work is left out."""
+        """Append the outputs of a model's sensors to a list, except those that fail."""
         for number, spec in enumerate(model.description.sensors):
             seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
             try:
@@ -101,20 +101,20 @@ class Robots:
         if any(isinstance(output, CameraOutput) for output in outputs):
             self._cameras.start()
 
-    def _withdraw(self, parts):
-        """Close what is not to stay; one that cannot be closed does not hold up the others."""
+    def _close(self, parts):
+        """Close parts of a failed spawn; if one raises, the others are closed all the same."""
         for part in parts:
             if isinstance(part, CameraOutput):
                 self._cameras.remove(part)
             try:
                 part.close()
             except Exception as error:
-                rospy.logerr("what a failed spawn left cannot be withdrawn: %s", error)
+                rospy.logerr("a part of a failed spawn cannot be closed: %s", error)
             if isinstance(part, RobotControl):
                 self._release(part.model)
 
     def _control(self, model, namespace):
-        """The model's RobotControl; None without a control plugin, or if its place is taken."""
+        """The model's RobotControl; None without a control plugin or if its namespace is taken."""
         if model.manager is None:
             return None
         namespace = (model.description.control_namespace or namespace or model.name).strip("/")
@@ -140,14 +140,18 @@ class Robots:
             raise
 
     def _release(self, model):
-        """Let others have a model's control namespace."""
+        """Release a model's control namespace for other models."""
         with self._claiming:
             self._claims = {
                 namespace: owner for namespace, owner in self._claims.items() if owner is not model
             }
 
     def disconnect(self, name):
-        """Withdraw a model's services and topics (simulation thread)."""
+        """Remove a model (simulation thread).
+
+        Returns:
+            Its controls and outputs, which the caller closes.
+        """
         control = self._controls.pop(name, None)
         if control is not None:
             control.closed = True
@@ -162,38 +166,38 @@ class Robots:
         return ([control] if control is not None else []) + outputs
 
     def refresh(self):
-        """Look again at what there is and when it is due (simulation thread, after jobs)."""
+        """Update the flat lists and the next due step (simulation thread, after jobs)."""
         self._all_controls = tuple(self._controls.values())
         for control in self._all_controls:
             control.refresh()
         self._all_outputs = tuple(
             output for outputs in self._outputs.values() for output in outputs
         )
-        self._look_ahead(again=True)
+        self._update_next(check=True)
 
-    def _look_ahead(self, again=False):
+    def _update_next(self, check=False):
         step, now = self._world.step_count, wall.monotonic()
-        look = again or now >= self._next_look
-        if look:
-            self._next_look = now + LOOK_GAP
-        due = step + max(1, round(LOOK / self._world.time_step))
+        check = check or now >= self._next_check
+        if check:
+            self._next_check = now + CHECK_GAP
+        due = step + max(1, round(CHECK_PERIOD / self._world.time_step))
         for output in self._all_outputs:
-            due = min(due, output.schedule.next_heard(step, look))
+            due = min(due, output.schedule.next_due_subscribed(step, check))
         for control in self._all_controls:
-            due = min(due, control.next_due(look))
+            due = min(due, control.next_due(check))
         self._next = due
 
-    def deliver(self):
-        """Hand over the latest commands of all robots."""
+    def apply_commands(self):
+        """Pass the latest commands of all robots to their controllers."""
         for control in self._all_controls:
-            control.deliver()
+            control.apply_commands()
 
     def next_due(self):
-        """Physics step after which publish() is to be called, at the latest."""
+        """Physics step after which publish() has to be called at the latest."""
         return self._next
 
     def publish(self, step, time):
-        """Publish whatever is due at this step and listened to."""
+        """Publish what is due at this step and has subscribers."""
         if step < self._next:
             return
         for control in self._all_controls:
@@ -212,10 +216,14 @@ class Robots:
                     )
         if pictures:
             _publish("pictures", self._cameras.draw, self._world, pictures)
-        self._look_ahead()
+        self._update_next()
+
+    def parts(self, name):
+        """Outputs (a list) and RobotControl, or None, of a model."""
+        return list(self._outputs.get(name, ())), self._controls.get(name)
 
     def sensor_counts(self):
-        """Messages so far of each sensor that had listeners, by WORLD::MODEL::LINK::SENSOR."""
+        """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
         return {
             f"{self._world.name}::{output.model.name}::{output.spec.link}::"
             f"{getattr(output.spec, 'name', output.spec.topic)}": count
@@ -223,17 +231,17 @@ class Robots:
         }
 
     def take_failures(self):
-        """What of the due messages could not be made since the last call, as sentences."""
+        """Sentences about due messages that could not be made since the last call."""
         return self._cameras.take_failures()
 
     def restart(self):
-        """Start afresh after a reset."""
+        """Restart controls, outputs and cameras after a reset."""
         for control in self._controls.values():
             control.restart()
         for outputs in self._outputs.values():
             for output in outputs:
                 output.restart()
-        self.arrivals.clear()  # their commands are dropped
+        self.arrivals.clear()  # the commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()

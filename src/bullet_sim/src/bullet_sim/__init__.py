@@ -1,1 +1,1 @@
-"""Pure simulation core of Paddock: no ROS import, usable as a plain Python library."""
+"""Pure simulation core of Paddock: no ROS import, a plain Python library."""

@@ -2,7 +2,7 @@
 
 
 class SimError(ValueError):
-    """Base of every error that bad input causes."""
+    """Base class of errors caused by bad input."""
 
 
 class ModelError(SimError):
@@ -22,4 +22,4 @@ class CommandError(SimError):
 
 
 class RenderError(SimError):
-    """Pictures cannot be rendered as asked."""
+    """Pictures cannot be rendered as requested."""

@@ -1,25 +1,30 @@
 """Rigid transforms: positions [m] with unit quaternions (x, y, z, w)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-MAX_POSITION = 1e9  # [m] further out nothing can be placed
-QUATERNION_LENGTHS = (1e-6, 1e6)  # of those that can be normalised
+Vector = Sequence[float] | np.ndarray
+Point = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+MAX_POSITION = 1e9  # [m] bound of a placeable position
+QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalised
 PLACEABLE = (
     f"must be finite, at most {MAX_POSITION:g} m along each axis, the length of the "
     "quaternion {:g} to {:g}".format(*QUATERNION_LENGTHS)
 )
 
 
-def cross(a, b):
-    """Cross product (3,) of two vectors of three numbers; numpy's takes 30 times as long."""
+def cross(a: Vector, b: Vector) -> np.ndarray:
+    """Cross product (3,) of two vectors of three numbers; numpy's is 30 times as slow."""
     (ax, ay, az), (bx, by, bz) = a, b
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
 
-def quaternion_from_rpy(roll, pitch, yaw):
+def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Quaternion of fixed-axis angles [rad], as URDF and SDF define them (Rz Ry Rx)."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
@@ -32,7 +37,7 @@ def quaternion_from_rpy(roll, pitch, yaw):
     )
 
 
-def rpy_from_quaternion(quaternion):
+def rpy_from_quaternion(quaternion: Vector) -> Point:
     """Fixed-axis angles (roll, pitch, yaw) [rad] of a unit quaternion."""
     x, y, z, w = quaternion
     pitch = max(-1.0, min(1.0, 2 * (w * y - z * x)))
@@ -43,7 +48,7 @@ def rpy_from_quaternion(quaternion):
     )
 
 
-def matrix_from_quaternion(quaternion):
+def matrix_from_quaternion(quaternion: Vector) -> np.ndarray:
     """Rotation matrix (3, 3) of a unit quaternion."""
     x, y, z, w = quaternion
     return np.array(
@@ -55,7 +60,7 @@ def matrix_from_quaternion(quaternion):
     )
 
 
-def multiply(a, b):
+def multiply(a: Vector, b: Vector) -> Quaternion:
     """Product of two quaternions."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
@@ -75,41 +80,44 @@ class Pose:
     orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     @classmethod
-    def from_xyz_rpy(cls, xyz=(0, 0, 0), rpy=(0, 0, 0)):
+    def from_xyz_rpy(cls, xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> "Pose":
         """Pose from a translation [m] and fixed-axis angles [rad]."""
-        return cls(tuple(float(v) for v in xyz), quaternion_from_rpy(*rpy))
+        x, y, z = xyz
+        return cls((float(x), float(y), float(z)), quaternion_from_rpy(*rpy))
 
     @property
-    def rpy(self):
+    def rpy(self) -> Point:
         """Fixed-axis angles [rad]."""
         return rpy_from_quaternion(self.orientation)
 
     @property
-    def matrix(self):
+    def matrix(self) -> np.ndarray:
         """Rotation matrix (3, 3)."""
         return matrix_from_quaternion(self.orientation)
 
-    def __mul__(self, other):
+    def __mul__(self, other: "Pose") -> "Pose":
         """Compose: the other pose, given in this frame, in this frame's parent."""
         position = np.asarray(self.position) + self.matrix @ np.asarray(other.position)
-        return Pose(tuple(position.tolist()), multiply(self.orientation, other.orientation))
+        x, y, z = position.tolist()
+        return Pose((x, y, z), multiply(self.orientation, other.orientation))
 
-    def inverse(self):
+    def inverse(self) -> "Pose":
         """The parent's pose in this frame."""
         x, y, z, w = self.orientation
         back = (-x, -y, -z, w)
-        position = -(matrix_from_quaternion(back) @ np.asarray(self.position))
-        return Pose(tuple(position.tolist()), back)
+        a, b, c = (-(matrix_from_quaternion(back) @ np.asarray(self.position))).tolist()
+        return Pose((a, b, c), back)
 
-    def is_placeable(self):
-        """Whether something can be put there: what PLACEABLE says."""
+    def is_placeable(self) -> bool:
+        """Whether a body can be placed there, see PLACEABLE."""
         length = math.sqrt(sum(q * q for q in self.orientation))
         return (
             all(abs(value) <= MAX_POSITION for value in self.position)
             and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1]
         )
 
-    def normalised(self):
+    def normalised(self) -> "Pose":
         """The same pose with a unit quaternion."""
         length = math.sqrt(sum(q * q for q in self.orientation))
-        return Pose(self.position, tuple(q / length for q in self.orientation))
+        x, y, z, w = self.orientation
+        return Pose(self.position, (x / length, y / length, z / length, w / length))

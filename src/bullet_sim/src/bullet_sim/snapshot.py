@@ -1,6 +1,7 @@
-"""Small values that carry the state of a world to its mirrors (renderer, viewer).
+"""State of a world as a small value, for its mirrors (renderer, viewer).
 
-A snapshot feeds pictures. It is not bit-exact for going on from: contact caches are missing.
+A snapshot is for rendering. The simulation cannot be continued from it bit-exactly: it has no
+contact caches.
 """
 
 from dataclasses import dataclass
@@ -8,10 +9,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class BodySource:
-    """What a mirror needs to load one body.
+    """Source of one body for a mirror.
 
     Attributes:
-        key: identity of the body, never used twice in one world.
+        key: identifier of the body, unique in a world's lifetime.
         path: prepared URDF file.
         fixed_base: True when the body never moves.
     """

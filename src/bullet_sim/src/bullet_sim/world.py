@@ -2,15 +2,21 @@
 
 import shutil
 import tempfile
+from collections.abc import Callable
 
+from bullet_sim.description.parts import ModelDescription
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats.sdf.world import WorldDescription
+from bullet_sim.models.contacts import PERIOD, Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
-from bullet_sim.pose import PLACEABLE, Pose
-from bullet_sim.snapshot import Snapshot
+from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.snapshot import BodySource, Snapshot
+
+Resolve = Callable[[str], str]  # URI -> path
 
 
 class World:
@@ -22,43 +28,50 @@ class World:
         engine: an Engine to use instead of a new one (tests).
     """
 
-    def __init__(self, time_step=0.001, gravity=(0.0, 0.0, -9.81), engine=None):
+    def __init__(
+        self,
+        time_step: float = 0.001,
+        gravity: Point = (0.0, 0.0, -9.81),
+        engine: Engine | None = None,
+    ) -> None:
         self._engine = engine or Engine(time_step, gravity)
         self._folder = tempfile.mkdtemp(prefix="bullet_sim_")
         self._next_key = 0
         self.name = "default"
-        self.models = {}
+        self.models: dict[str, Model] = {}
         self.forces = Forces()
+        self.contacts = Contacts(self._engine)
         self.step_count = 0
-        self._loaded_names = ()  # models of the world file, in its order
-        self._fresh = True  # no step yet since the start or the last reset
-        self._unsettled = self._holes = False  # models came or went, some went, since then
+        self._next_check = 0.0  # simulated time of the next check for implausible states
+        self._loaded_names: tuple[str, ...] = ()  # models of the world file, in file order
+        self._fresh = True  # no step since the start or the last reset
+        self._changed = self._deleted = False  # models were spawned or deleted; deleted
 
     @property
-    def time_step(self):
+    def time_step(self) -> float:
         """Physics step [s]."""
         return self._engine.time_step
 
     @property
-    def gravity(self):
+    def gravity(self) -> Point:
         """Gravity [m/s^2] in the world frame."""
         return self._engine.gravity
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Simulated time [s]."""
         return self.step_count * self._engine.time_step
 
     @property
-    def engine(self):
+    def engine(self) -> Engine:
         """The engine, for sensors that cast rays."""
         return self._engine
 
-    def set_time_step(self, time_step):
+    def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] between two steps; simulated time stays.
 
         Raises:
-            WorldError: out of bounds, or something counts in steps of the present length.
+            WorldError: out of bounds, or a period is counted in steps of the present length.
         """
         if not sdf.MIN_STEP <= time_step < 1:
             raise WorldError(
@@ -81,13 +94,13 @@ class World:
         self.step_count = round(self.time / time_step)
         self._engine.set_time_step(time_step)
 
-    def close(self):
+    def close(self) -> None:
         """Free the engine and the temporary files."""
         self._engine.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def load(self, described):
-        """Take over a WorldDescription: gravity, step and models.
+    def load(self, described: WorldDescription) -> list[str]:
+        """Load a WorldDescription: gravity, step and models.
 
         Returns:
             Warnings, one sentence each.
@@ -102,17 +115,17 @@ class World:
         self._loaded_names += tuple(model.name for model, _ in described.models)
         return warnings
 
-    def spawn_urdf(self, name, text, pose, resolve):
+    def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
         return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
 
-    def spawn_sdf(self, name, text, pose, resolve):
+    def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn an SDF model; its own <pose> applies within the given one."""
-        description, own = sdf.parse_model(text, resolve, f"SDF of '{name}'")
+        description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'")
         description.name = name
-        return self.spawn(description, pose * own)
+        return self.spawn(description, pose * model_pose)
 
-    def spawn(self, description, pose=Pose()):
+    def spawn(self, description: ModelDescription, pose: Pose = Pose()) -> Model:
         """Spawn a ModelDescription with its root link's frame at a world pose.
 
         Raises:
@@ -131,10 +144,12 @@ class World:
         self._next_key += 1
         model = Model(self._engine, self._next_key, description, pose.normalised(), self._folder)
         self.models[description.name] = model
-        self._unsettled = True
+        self.contacts.model_added(model)
+        model.on_moved = self.contacts.model_moved
+        self._changed = True
         return model
 
-    def model(self, name):
+    def model(self, name: str) -> Model:
         """The model of that name.
 
         Raises:
@@ -146,56 +161,61 @@ class World:
             )
         return self.models[name]
 
-    def delete(self, name):
+    def delete(self, name: str) -> None:
         """Remove a model."""
-        self.forces.forget(self.model(name))
+        self.forces.remove_model(self.model(name))
+        self.contacts.model_removed(self.model(name))
         self.model(name).remove()
         del self.models[name]
-        self._unsettled = self._holes = True
+        self._changed = self._deleted = True
 
-    def step(self, count=1):
+    def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
         managers = [
             model.manager
             for model in self.models.values()
             if model.manager is not None and model.manager.periodic
         ]
-        if not managers and not self.forces.active:
-            self._engine.step(count)
-            self.step_count += count
-            self._fresh = False
-            return
-        for _ in range(count):
-            for manager in managers:
-                manager.update(self.time_step)
-            if self.forces.active:
-                self.forces.apply(self.step_count)
-            self._engine.step()
-            self.step_count += 1
+        self.contacts.prepare(self.models)
+        end = self.step_count + count
+        while self.step_count < end:
+            stride = self.contacts.stride(self.step_count, end - self.step_count)
+            if managers or self.forces.active:
+                stride = 1
+                for manager in managers:
+                    manager.update(self.time_step)
+                if self.forces.active:
+                    self.forces.apply(self.step_count)
+            self.contacts.apply_forces()
+            self._engine.step(stride)
+            self.step_count += stride
+            self.contacts.update(self.step_count)
         self._fresh = False
+        if self.time >= self._next_check:
+            self._next_check = self.time + PERIOD
+            self.contacts.check()
 
-    def reset(self, time=True):
-        """Reload every model at its initial pose into a cleared engine: as a fresh start.
+    def reset(self, time: bool = True) -> None:
+        """Reload every model at its initial pose into a cleared engine, as after a new start.
 
         Args:
             time: also set simulated time to 0.
         """
         self.forces.clear()
-        self._engine.clear()
-        for model in self.models.values():
-            model.reload()
-        self._fresh, self._unsettled, self._holes = True, False, False
+        self._reload()
+        self._next_check = 0.0
+        self._fresh, self._changed, self._deleted = True, False, False
         if time:
             self.step_count = 0
 
-    def arrange(self):
-        """Order the models: those of the world file as it lists them, then the others by name.
+    def sort_models(self) -> bool:
+        """Sort the models: those of the world file in file order, then the others by name.
 
-        The engine's results depend, in the last bits, on the order in which bodies were loaded;
-        programs that spawn at the same time do it in any order. A reset keeps the order.
+        The last bits of the engine's results depend on the order in which bodies were loaded, and
+        programs that spawn models at the same time do so in any order. A reset keeps the order.
 
         Returns:
-            Whether anything changed its place.
+            Whether the order has changed.
         """
         first = {name: number for number, name in enumerate(self._loaded_names)}
         ordered = sorted(self.models, key=lambda name: (first.get(name, len(first)), name))
@@ -203,34 +223,41 @@ class World:
         self.models = {name: self.models[name] for name in ordered}
         return changed
 
-    def settle(self):
-        """Before the first step: make what follows independent of the order of spawning.
+    def sort_before_start(self) -> bool:
+        """Before the first step: make the results independent of the order of spawning.
 
-        Loads the models anew in the order of `arrange` where they were spawned in another one or
-        some were deleted again; poses and joint positions that were set meanwhile stay.
-        Controllers restart, so call it before commands are handed over.
+        If the models were spawned in another order than that of `sort_models`, or some were
+        deleted, all are reloaded in that order; poses and joint positions set since then stay.
+        Controllers restart, so it has to be called before commands are applied.
 
         Returns:
-            Whether models were loaded anew.
+            Whether models were reloaded.
         """
-        if not (self._fresh and self._unsettled):
+        if not (self._fresh and self._changed):
             return False
-        self._unsettled = False
-        if not self.arrange() and not self._holes:
+        self._changed = False
+        if not self.sort_models() and not self._deleted:
             return False
-        self._holes = False
-        kept = [model.placement() for model in self.models.values()]
-        self._engine.clear()
-        for model, placement in zip(self.models.values(), kept):
-            model.reload()
-            model.place(placement)
+        self._deleted = False
+        saved = [model.save_state() for model in self.models.values()]
+        self._reload()
+        for model, state in zip(self.models.values(), saved):
+            model.restore_state(state)
         return True
 
-    def sources(self):
+    def _reload(self) -> None:
+        """Load all models into a cleared engine, at their initial poses."""
+        self._engine.clear()
+        self.contacts.clear()
+        for model in self.models.values():
+            model.reload()
+            self.contacts.model_added(model)
+
+    def sources(self) -> list[BodySource]:
         """BodySources of all models, for a mirror."""
         return [model.source for model in self.models.values()]
 
-    def snapshot(self):
+    def snapshot(self) -> Snapshot:
         """The state of all bodies now."""
         return Snapshot(
             self.time, self.step_count, tuple(model.state() for model in self.models.values())

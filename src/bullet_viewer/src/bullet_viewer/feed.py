@@ -1,9 +1,9 @@
 """The viewer's end of the socket to the bridge.
 
 Messages, pickled tuples through a multiprocessing Connection:
-    to the bridge     ('look',), ('pause',), ('unpause',), ('step', count), ('reset',)
-    from the bridge   ('view', WorldView) for each look, ('trouble', text) for what failed
-The viewer asks and the bridge answers, so a slow or hidden window costs the simulation nothing.
+    to the bridge     ('view',), ('pause',), ('unpause',), ('step', count), ('reset',)
+    from the bridge   ('view', WorldView) for each 'view', ('error', text) for a failed request
+The bridge only responds to requests, so a slow or hidden window costs the simulation nothing.
 """
 
 from multiprocessing.connection import Connection
@@ -19,7 +19,7 @@ class Feed(QObject):
     """
 
     viewed = pyqtSignal(object)  # WorldView
-    troubled = pyqtSignal(str)
+    failed = pyqtSignal(str)
     ended = pyqtSignal()
 
     def __init__(self, descriptor):
@@ -46,7 +46,7 @@ class Feed(QObject):
         except (EOFError, OSError):
             self._end()
             return
-        {"view": self.viewed, "trouble": self.troubled}[kind].emit(content)
+        {"view": self.viewed, "error": self.failed}[kind].emit(content)
 
     def _end(self):
         if self._notifier.isEnabled():

@@ -1,7 +1,7 @@
 """The viewer process: python -m bullet_viewer.main SOCKET_FD auto|egl|tiny.
 
-The bridge starts it with one end of a socket and may be closed or die at any time: then the
-viewer ends, too. The other way round the bridge only says so. Ctrl-C is left to the bridge.
+The bridge starts it with one end of a socket. When the bridge ends, also by a crash, the viewer
+ends; when the viewer ends, the bridge only logs it. SIGINT is left to the bridge.
 """
 
 import signal

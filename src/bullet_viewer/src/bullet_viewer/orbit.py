@@ -1,4 +1,4 @@
-"""A camera that circles a point, and where it sees points of the world."""
+"""A camera that orbits a point, and its projection of points in the world."""
 
 import math
 
@@ -18,7 +18,7 @@ class OrbitCamera:
         target: (3,) [m], world frame.
         distance: [m].
         yaw: heading of the view [rad], 0 looks along the world's x.
-        pitch: how far it looks down [rad].
+        pitch: downward tilt of the view [rad].
         horizontal_fov: [rad].
     """
 
@@ -72,12 +72,12 @@ class OrbitCamera:
         self.target = self.target + metres * (right * left + down * up)
 
     def zoom(self, notches):
-        """Come nearer by so many notches of the wheel."""
+        """Move nearer by so many notches of the wheel."""
         self.distance = min(FARTHEST, max(NEAREST, self.distance * ZOOM_PER_NOTCH**notches))
 
 
 def project(points, pose, horizontal_fov, width, height):
-    """Where a camera sees points.
+    """Project points into a camera's picture.
 
     Args:
         points: (n, 3) [m], world frame.
@@ -87,7 +87,7 @@ def project(points, pose, horizontal_fov, width, height):
 
     Returns:
         (n, 2) [px] right and down from the upper left corner, and (n,) depth along the view [m];
-        places of points with a depth that is not positive mean nothing.
+        pixels of points whose depth is not positive are meaningless.
     """
     xyz, rpy = pose
     seen = (np.asarray(points, float) - xyz) @ matrix_from_rpy(rpy)
@@ -100,13 +100,13 @@ def project(points, pose, horizontal_fov, width, height):
 
 
 def project_rays(origin, ends, pose, horizontal_fov, width, height, near=0.01):
-    """Lines that a camera sees of rays; the part behind the camera is cut off.
+    """Project rays into lines; the part behind the camera is clipped.
 
     Args:
         origin: (3,) [m], world frame.
         ends: (n, 3) [m], world frame.
         pose, horizontal_fov, width, height: as in project.
-        near: depth at which lines are cut [m].
+        near: depth at which lines are clipped [m].
 
     Returns:
         (m, 4) [px]: x, y of the start and of the end; m <= n.

@@ -14,7 +14,7 @@ VIEWPOINT = -1  # key of an empty body at the world's origin; models have positi
 
 
 class Painter(QObject):
-    """Draws one picture at a time in a render worker of its own.
+    """Renders one picture at a time in its own render worker.
 
     Args:
         kind: renderer: auto, egl or tiny.
@@ -22,7 +22,7 @@ class Painter(QObject):
 
     started = pyqtSignal(str)  # which renderer
     drawn = pyqtSignal(object)  # Frame
-    troubled = pyqtSignal(str)
+    failed = pyqtSignal(str)
 
     def __init__(self, kind):
         super().__init__()
@@ -31,25 +31,25 @@ class Painter(QObject):
         with open(path, "w", encoding="utf-8") as file:
             file.write('<robot name="viewpoint"><link name="origin"/></robot>')
         self._viewpoint = BodySource(VIEWPOINT, path, True)
-        self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.troubled.emit)
+        self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.failed.emit)
         self._starter = threading.Thread(target=self._start, args=(kind,), daemon=True)
 
     def start(self):
-        """Start the worker; `started` or `troubled` tells when it is done."""
+        """Start the worker; the signal `started` or `failed` follows."""
         self._starter.start()
 
     def _start(self, kind):
         try:
             self.started.emit(self._client.start(kind).kind)
         except RenderError as error:
-            self.troubled.emit(f"no pictures: {error}")
+            self.failed.emit(f"no pictures: {error}")
 
     def set_sources(self, sources):
-        """Tell which bodies there are."""
+        """Set the bodies."""
         self._client.set_sources((self._viewpoint, *sources))
 
     def draw(self, snapshot, camera, width, height):
-        """Order a picture; `drawn` or `troubled` follows.
+        """Request a picture; the signal `drawn` or `failed` follows.
 
         Args:
             snapshot: Snapshot.

@@ -51,7 +51,7 @@ class View(QWidget):
         self.update()
 
     def show_message(self, text):
-        """Words at the lower edge; empty: none."""
+        """Show a message at the lower edge; empty: none."""
         if text != self.message:
             self.message = text
             self.update()

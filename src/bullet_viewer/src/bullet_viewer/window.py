@@ -9,11 +9,11 @@ from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QMainWindow, QPushButt
 
 from bullet_viewer.view import View
 
-PERIOD = 60  # wall time between two looks at the world [ms]: at most 17 a second
+PERIOD = 60  # wall time between two views of the world [ms]: at most 17 a second
 MAX_PIXELS = 1280 * 800  # of a drawn picture; a larger window shows it enlarged
 PACE_WINDOW = 1.0  # wall time over which the real-time factor is taken [s]
 TROUBLE_SHOWN = 10000  # [ms]
-DRAWING_LIMIT = 10.0  # wall time after which a picture that was ordered is given up [s]
+DRAWING_LIMIT = 10.0  # wall time after which a requested picture counts as failed [s]
 FREE = "free camera"
 FIRST_LOOK = 2.0  # distance of the camera from the first model that can move [m]
 
@@ -25,7 +25,7 @@ class Pace:
         self._clock, self._samples = clock, deque()
 
     def update(self, simulated):
-        """Take the simulated time [s] of now; returns the factor or None while unknown."""
+        """Update with the simulated time [s]; returns the factor or None while unknown."""
         samples, now = self._samples, self._clock()
         if samples and simulated < samples[-1][1]:  # a reset
             samples.clear()
@@ -37,7 +37,7 @@ class Pace:
 
 
 class ViewerWindow(QMainWindow):
-    """Asks the feed for views of the world and has them painted.
+    """Requests views of the world from the feed and shows their pictures.
 
     Args:
         feed: Feed.
@@ -49,11 +49,11 @@ class ViewerWindow(QMainWindow):
         self.setWindowTitle("Paddock viewer")
         self._feed, self._painter = feed, painter
         self._pace = Pace()
-        self._asked = False  # a look was sent, its view is not here yet
+        self._asked = False  # a view was requested and has not arrived
         self._drawing = None  # rays, pose, field of view of the picture that is drawn
-        self._ordered = 0.0  # when it was ordered [s]
+        self._ordered = 0.0  # when it was requested [s]
         self._ready = False  # the render worker runs
-        self._shown = None  # what the newest picture shows: nothing new, nothing drawn
+        self._shown = None  # state shown in the newest picture; the same state is not drawn again
         self._followed = None  # where the followed model was (3,)
         self._seen_moving = False
         self.paused = None
@@ -61,11 +61,11 @@ class ViewerWindow(QMainWindow):
         self.view.show_message("starting the renderer")
         self.setCentralWidget(self.view)
         self._add_tools()
-        feed.viewed.connect(self._look_at)
-        feed.troubled.connect(self._forget_drawing)
+        feed.viewed.connect(self._show_view)
+        feed.failed.connect(self._drawing_failed)
         painter.started.connect(self._start)
         painter.drawn.connect(self._show)
-        painter.troubled.connect(self._forget_drawing)
+        painter.failed.connect(self._drawing_failed)
         self._ticker = QTimer(self, interval=PERIOD, timeout=self._tick)
         self._ticker.start()
 
@@ -110,7 +110,7 @@ class ViewerWindow(QMainWindow):
 
     def _tick(self):
         if self._drawing is not None and time.monotonic() > self._ordered + DRAWING_LIMIT:
-            self._forget_drawing(f"no picture within {DRAWING_LIMIT:g} s, trying again")
+            self._drawing_failed(f"no picture within {DRAWING_LIMIT:g} s, trying again")
         if (
             self._ready
             and not self._asked
@@ -119,7 +119,7 @@ class ViewerWindow(QMainWindow):
             and not self.isMinimized()
         ):
             self._asked = True
-            self._feed.send("look")
+            self._feed.send("view")
 
     def _start(self, kind):
         self._ready = True
@@ -127,8 +127,8 @@ class ViewerWindow(QMainWindow):
         self.view.show_message("drawing the first picture")
 
     # the world --------------------------------------------------------------------------------
-    def _look_at(self, seen):
-        """Take over a WorldView and order its picture."""
+    def _show_view(self, seen):
+        """Process a WorldView and request its picture."""
         self._asked = False
         if seen.sources is not None:
             self._painter.set_sources(seen.sources)
@@ -147,14 +147,14 @@ class ViewerWindow(QMainWindow):
         self._painter.draw(seen.snapshot, self.view.camera, width, height)
 
     def _show(self, frame):
-        """Take over a finished Frame."""
+        """Show a finished Frame."""
         if self._drawing is not None:
             drawing, self._drawing = self._drawing, None
             self.view.show_message("")
             self.view.show_picture(frame.rgb, *drawing)
 
-    def _forget_drawing(self, text):
-        """No answer comes to what was asked; go on after saying why."""
+    def _drawing_failed(self, text):
+        """Give up the requested picture and show the reason."""
         self._drawing, self._shown, self._asked = None, None, False
         self.view.show_message(text)
         self.statusBar().showMessage(text, TROUBLE_SHOWN)
@@ -189,7 +189,7 @@ class ViewerWindow(QMainWindow):
         self._followed = None
 
     def _aim(self, seen):
-        """Move the target along with the followed model; at first look at what can move."""
+        """Move the target along with the followed model; at first to the first movable model."""
         camera = self.view.camera
         places = {state.key: np.array(state.position) for state in seen.snapshot.bodies}
         by_name = {entry.name: places.get(entry.key) for entry in seen.models}

@@ -6,10 +6,12 @@ Pure functions, no ROS. Frames follow REP-103: x forward, y left, positive turns
 import math
 from dataclasses import dataclass
 
+from paddock_common.settings import check, number
+
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where a car's wheels are.
+    """Wheel positions of a car.
 
     Attributes:
         wheelbase: Rear axle to front axle [m].
@@ -19,20 +21,17 @@ class Geometry:
         max_steering: Largest angle of the equivalent bicycle's front wheel [rad].
     """
 
-    wheelbase: float = 0.164
-    front_half_track: float = 0.079601
-    rear_half_track: float = 0.08105
-    wheel_radius: float = 0.03
-    max_steering: float = 0.5236
+    wheelbase: float = number(0.164, above=0.0, unit="m")
+    front_half_track: float = number(0.079601, above=0.0, unit="m")
+    rear_half_track: float = number(0.08105, above=0.0, unit="m")
+    wheel_radius: float = number(0.03, above=0.0, unit="m")
+    max_steering: float = number(0.5236, above=0.0, unit="rad")
 
     def __post_init__(self):
-        for name in ("wheelbase", "front_half_track", "rear_half_track", "wheel_radius"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value!r}; it must be a length above 0 m")
+        check(self)
         widest = max(self.front_half_track, self.rear_half_track)
         limit = math.atan(self.wheelbase / widest)
-        if not 0.0 < self.max_steering < limit:
+        if self.max_steering >= limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r} rad; it must be above 0 and below "
                 f"{limit:.4f} rad, where the turning centre would lie under a wheel"
@@ -52,7 +51,7 @@ class WheelCommands:
 
 
 def bicycle_steering(speed, yaw_rate, geometry):
-    """Gives the steering angle of the equivalent bicycle, within the car's limit.
+    """Returns the steering angle of the equivalent bicycle, within the car's limit.
 
     tan(steering) = wheelbase * yaw_rate / speed (kinematic bicycle, no side slip at the rear axle).
 

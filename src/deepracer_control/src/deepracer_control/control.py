@@ -1,15 +1,16 @@
-"""The node `control`: listens to /cmd_vel and commands four wheels and two steering hinges.
+"""The node `control`: subscribes to /cmd_vel, commands four wheels and two steering hinges.
 
-The camelCase names are public interface (other people's nodes import them).
+The camelCase names are public interface (imported by other nodes).
 """
 
 import math
-import sys
 import threading
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.nodes import start
+from paddock_common.settings import check, choice, number, read
 from std_msgs.msg import Float64
 
 from deepracer_control import topics
@@ -24,27 +25,21 @@ controlEngines = None
 
 @dataclass(frozen=True)
 class Settings:
-    """How commands are understood.
+    """Settings of the node.
 
     Attributes:
         mode: "original" (wheel rad/s and steps of 15 degrees, positive to the right) or
             "ackermann" (m/s and rad/s, positive to the left).
         command_timeout: ROS time without a command after which the car is stopped once [s]; 0: off.
-        geometry: Where the wheels are; ackermann mode only.
+        geometry: Wheel positions; ackermann mode only.
     """
 
-    mode: str = "original"
-    command_timeout: float = 0.0
-    geometry: Geometry = field(default_factory=Geometry)
+    mode: str = choice("original", MODES)
+    command_timeout: float = number(0.0, least=0.0, unit="s")
+    geometry: Geometry = Geometry()
 
     def __post_init__(self):
-        if self.mode not in MODES:
-            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
-        if not (math.isfinite(self.command_timeout) and self.command_timeout >= 0.0):
-            raise ValueError(
-                f"command_timeout is {self.command_timeout!r}; "
-                "it must be 0 (off) or a time in seconds"
-            )
+        check(self)
 
 
 def settings_from_parameters():
@@ -56,24 +51,15 @@ def settings_from_parameters():
     Raises:
         ValueError: A parameter is no number or out of range; the message names it.
     """
-
-    def number(name, default):
-        value = rospy.get_param("~" + name, default)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError(f"parameter ~{name} is {value!r}; it must be a number")
-        return float(value)
-
     return Settings(
         mode=rospy.get_param("~mode", Settings.mode),
-        command_timeout=number("command_timeout", Settings.command_timeout),
-        geometry=Geometry(
-            **{item.name: number(item.name, item.default) for item in fields(Geometry)}
-        ),
+        command_timeout=rospy.get_param("~command_timeout", Settings.command_timeout),
+        geometry=read(Geometry, rospy.get_param),
     )
 
 
 def original_steering(w):
-    """Gives the hinge angle [rad, left positive] of the original's steering command.
+    """Returns the hinge angle [rad, left positive] of the original's steering command.
 
     Args:
         w: Steering in units of 15 degrees, positive to the right; capped at 60 degrees.
@@ -86,7 +72,7 @@ class CarControl:
     """Turns commands into the six joint commands of the car."""
 
     def __init__(self, settings=None):
-        """Connects to the topics.
+        """Advertises and subscribes.
 
         Args:
             settings: Settings; by default read from the node's private parameters.
@@ -104,7 +90,7 @@ class CarControl:
         self._lock = threading.RLock()
         self._speed = 0.0
         self._turn = 0.0
-        self._last_command = None  # ROS time [s] of the newest command, None: watchdog at rest
+        self._last_command = None  # ROS time [s] of the newest command, None: watchdog off
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
         rospy.on_shutdown(self._stop)
         if self.settings.command_timeout > 0.0:
@@ -163,7 +149,7 @@ class CarControl:
             self.drive(msg.linear.x, msg.angular.z)
 
     def _accepts(self, v, w):
-        """Says whether both values are finite; if not, logs it and stops the car."""
+        """Returns whether both values are finite; if not, logs it and stops the car."""
         if math.isfinite(v) and math.isfinite(w):
             return True
         name, value = ("linear.x", v) if not math.isfinite(v) else ("angular.z", w)
@@ -187,7 +173,7 @@ class CarControl:
             if self._last_command is None:
                 return
             now = rospy.get_time()
-            if now < self._last_command:  # the simulation was reset: count from here
+            if now < self._last_command:  # the simulation was reset: restart the watchdog
                 self._last_command = now
             elif now - self._last_command >= self.settings.command_timeout:
                 self._last_command = None
@@ -224,12 +210,7 @@ class CarControl:
 def main():
     """Runs the node `control` until ROS shuts down."""
     global controlEngines
-    rospy.init_node("control")
-    try:
-        controlEngines = CarControl()
-    except ValueError as error:
-        rospy.logfatal("control cannot start: %s", error)
-        sys.exit(1)
+    controlEngines = start("control", CarControl)
     rospy.spin()
 
 

@@ -14,5 +14,5 @@ LEFT_FRONT_TOPIC = "/racecar/left_front_wheel_velocity_controller/command"
 LEFT_DIRECTION_TOPIC = "/racecar/left_steering_hinge_position_controller/command"
 RIGHT_DIRECTION_TOPIC = "/racecar/right_steering_hinge_position_controller/command"
 
-# What the car is asked to do, geometry_msgs/Twist
+# Command of the car, geometry_msgs/Twist
 COMMANDED_DATA_TOPIC = "/cmd_vel"

@@ -1,1 +1,1 @@
-"""The teleop window of the car, and a demo that drives through its widgets."""
+"""The teleop window of the car, and a demo that drives with its widgets."""

@@ -5,7 +5,7 @@ from controller_manager.bring_up import Spawner
 
 
 class FakeManager:
-    """Remembers what it was asked; controllers named bad* do not load."""
+    """Records the requests; controllers named bad* do not load."""
 
     def __init__(self):
         self.asked = []

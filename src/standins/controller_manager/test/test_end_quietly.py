@@ -1,4 +1,4 @@
-"""What the spawner says at its end; no ROS needed."""
+"""Warnings of the spawner at its shutdown, without ROS."""
 
 import time
 
@@ -9,7 +9,7 @@ from controller_manager.client import ManagerError
 
 
 class Manager:
-    """A manager that loses its connection at some time after the node's end began."""
+    """A manager that disappears some time after the node's shutdown has begun."""
 
     def __init__(self, leaves_after, works):
         self._leaves, self._works = time.monotonic() + leaves_after, works
@@ -30,20 +30,20 @@ class Manager:
 
 
 @pytest.mark.parametrize(
-    "leaves_after, works, said",
+    "leaves_after, works, count",
     [
-        (0.0, None, 0),  # gone already: silence
-        (0.3, False, 0),  # going: it refuses, then it is gone
-        (1e9, None, 1),  # it stays and does not do as asked
+        (0.0, None, 0),  # gone already: no warning
+        (0.3, False, 0),  # shutting down: it refuses, then it is gone
+        (1e9, None, 1),  # it stays and the request fails
         (1e9, False, 1),
         (1e9, True, 0),
     ],
 )
-def test_warnings_only_about_a_manager_that_stays(monkeypatch, leaves_after, works, said):
+def test_warnings_only_about_a_manager_that_stays(monkeypatch, leaves_after, works, count):
     warnings = []
     monkeypatch.setattr(node.rospy, "logwarn", warnings.append)
     manager = Manager(leaves_after, works)
     spawner = Spawner(manager, lambda text: None, warnings.append)
     spawner.loaded = ["a"]
     node.end_quietly(spawner, manager, 2.0)
-    assert len(warnings) == said
+    assert len(warnings) == count

@@ -1,4 +1,4 @@
-"""gzserver's command line as the bridge gets it."""
+"""gzserver's command line -> arguments of the bridge."""
 
 import pytest
 from gazebo_ros import server, server_options
@@ -27,12 +27,12 @@ from gazebo_ros import server, server_options
     ],
 )
 def test_parameters(line, gui, expected):
-    options, said = server_options.parse(line.split())
-    assert server_options.parameters(options, gui) == expected and said == []
+    options, notes = server_options.parse(line.split())
+    assert server_options.parameters(options, gui) == expected and notes == []
 
 
 @pytest.mark.parametrize(
-    "line, said",
+    "line, notes",
     [
         ("-s libgazebo_ros_api_plugin.so -s /opt/lib/libgazebo_ros_paths_plugin.so", []),
         ("-s libmine.so", ["server plugin 'libmine.so' cannot be loaded here and is left out"]),
@@ -45,16 +45,16 @@ def test_parameters(line, gui, expected):
         ("--minimal_comms -q", []),
     ],
 )
-def test_what_has_no_effect_is_said(line, said):
-    assert server_options.parse(line.split())[1] == said
+def test_options_without_effect_are_reported(line, notes):
+    assert server_options.parse(line.split())[1] == notes
 
 
 def test_remappings_go_on_to_the_bridge():
-    words, said = server.command(
+    arguments, notes = server.command(
         ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], False, "gzserver"
     )
-    assert words[0] == '_world_file:="a.world"' and "_paused:=true" in words and said == []
-    assert words[-3:] == ["__name:=gazebo", "__log:=/l", "a:=b"]
+    assert arguments[0] == '_world_file:="a.world"' and "_paused:=true" in arguments and notes == []
+    assert arguments[-3:] == ["__name:=gazebo", "__log:=/l", "a:=b"]
 
 
 @pytest.mark.parametrize("line", ["--seed x", "-s", "a.world b.world --seed"])

@@ -41,6 +41,7 @@ class Bench:
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
             self.said.append,
             lambda: self.time,
+            "the joystick js0",
         )
 
     def _open(self):
@@ -161,15 +162,20 @@ def test_unplugged_sends_zeros_once_and_looks_again():
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
     assert bench.said == [
         "joystick 'fake pad'",
-        "joystick 'fake pad' is gone; sent zeros",
+        "joystick 'fake pad' is gone; sent zeros; waiting for the joystick js0, looking for it "
+        "every 1 s",
         "joystick 'fake pad'",
     ]
 
 
-def test_no_pad_is_said_once():
+def test_no_pad_is_said_once_and_looked_for_each_second_until_it_comes():
     bench = Bench(None)
     assert bench.run(5.0) == 0
-    assert len(bench.said) == 1 and bench.looks == 5
+    assert bench.said == ["waiting for the joystick js0; looking for it every 1 s"]
+    assert bench.looks == 5
+    bench.pad = FakePad()
+    assert bench.run(1.5) == 1
+    assert bench.said[1:] == ["joystick 'fake pad'"]
 
 
 @pytest.mark.parametrize(
@@ -194,19 +200,21 @@ def test_device_names(device, number):
     assert sdl_pads.number_of(device) == number
 
 
-def test_device_without_a_number_is_refused_and_a_pad_out_of_reach_is_none():
+@pytest.mark.parametrize("device", ["/dev/input/js99", "/dev/input/my_pad", "pad"])
+def test_a_device_that_is_not_there_is_waited_for(device):
     from joy_node import sdl_pads
 
-    with pytest.raises(ValueError, match="dev is '/dev/input/event'"):
-        sdl_pads.number_of("/dev/input/event")
-    pads = sdl_pads.SdlPads("/dev/input/js99")
+    pads = sdl_pads.SdlPads(device)
     assert pads.open() is None
+    assert pads.wanted == f"the joystick {device}"
     pads.close()
+    assert sdl_pads.SdlPads(device, "Wireless").wanted == "a joystick named 'Wireless'"
 
 
 def test_a_link_to_a_device_counts_as_the_device(tmp_path):
     from joy_node import sdl_pads
 
     link = tmp_path / "usb-pad-joystick"
+    assert sdl_pads.number_of(str(link)) is None  # its pad is not there yet
     link.symlink_to("/dev/input/js4")
     assert sdl_pads.number_of(str(link)) == 4

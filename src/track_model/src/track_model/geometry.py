@@ -4,12 +4,14 @@ A curve is an (N, 2) array of evenly spaced points [m]; a closed one does not re
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from track_model.spec import TrackError
+from track_model.spec import TrackError, TrackSpec
 
+Rows = np.ndarray | tuple  # (N, ...) numbers
 STEP = 0.02  # spacing of the sampled centreline [m]
 
 
@@ -31,17 +33,17 @@ class Lane:
     origin: tuple
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length of the centreline [m]."""
         return length(self.curve, self.closed)
 
-    def edge(self, side, inset=0.0):
+    def edge(self, side: float, inset: float = 0.0) -> np.ndarray:
         """Edge of the lane (N, 2): side +1 the left one, -1 the right; inset [m] inwards."""
         reach = (self.left if side > 0 else self.right) - inset
         return self.curve + side * reach[:, None] * left_normals(self.curve, self.closed)
 
 
-def spline(points, closed, values=None):
+def spline(points: Rows, closed: bool, values: Rows | None = None) -> Any:
     """Evaluate the cubic spline (twice differentiable) through points, densely.
 
     Knots are spaced by the square root of the chords (centripetal; see Lee 1989, "Choosing nodes
@@ -49,8 +51,7 @@ def spline(points, closed, values=None):
 
     Args:
         points: (P, 2) [m]; a closed curve returns from the last to the first.
-        values: (P, K) numbers that go along with the points, interpolated monotonically between
-            them, or None.
+        values: (P, K) numbers of the points, interpolated monotonically between them, or None.
 
     Returns:
         (M, 2) positions [m] with the point of each knot among them, (M, K) values or None. The
@@ -61,7 +62,7 @@ def spline(points, closed, values=None):
         points = np.vstack([points, points[:1]])
     knots = np.concatenate(([0.0], np.cumsum(_knot_steps(points))))
     curve = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
-    # 5 mm apart or closer, so that chords stand for arcs
+    # at most 5 mm apart, so that chords approximate arcs
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     fine = np.concatenate(
         [
@@ -79,23 +80,29 @@ def spline(points, closed, values=None):
     return curve(fine), PchipInterpolator(knots, values)(fine)
 
 
-def _knot_steps(points):
+def _knot_steps(points: np.ndarray) -> np.ndarray:
     return np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def length(curve, closed=True):
+def length(curve: np.ndarray, closed: bool = True) -> float:
     """Return the length of a polyline (N, 2) [m]."""
     if closed:
         return closed_length(curve)
     return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
 
-def closed_length(curve):
+def closed_length(curve: np.ndarray) -> float:
     """Return the length of a closed polyline (N, 2) [m]."""
     return float(np.linalg.norm(np.roll(curve, -1, axis=0) - curve, axis=1).sum())
 
 
-def resample(curve, step=STEP, start=0.0, closed=True, values=None):
+def resample(
+    curve: np.ndarray,
+    step: float = STEP,
+    start: float = 0.0,
+    closed: bool = True,
+    values: np.ndarray | None = None,
+) -> Any:
     """Return a polyline sampled at even arc length.
 
     Args:
@@ -103,7 +110,7 @@ def resample(curve, step=STEP, start=0.0, closed=True, values=None):
         step: Wanted spacing [m]; the nearest that divides the length is taken.
         start: Arc length of the first sample [m]; an open curve begins there.
         closed: whether the last point is followed by the first.
-        values: (N, K) that go along, or None.
+        values: (N, K) numbers of the points, or None.
 
     Returns:
         (M, 2) curve, or with values: the curve and (M, K) values.
@@ -121,7 +128,7 @@ def resample(curve, step=STEP, start=0.0, closed=True, values=None):
     return samples if values is None else (samples[:, :2], samples[:, 2:])
 
 
-def tangents(curve, closed=True):
+def tangents(curve: np.ndarray, closed: bool = True) -> np.ndarray:
     """Return unit tangents (N, 2) of an evenly sampled curve."""
     if closed:
         direction = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
@@ -130,17 +137,17 @@ def tangents(curve, closed=True):
     return direction / np.linalg.norm(direction, axis=1)[:, None]
 
 
-def left_normals(curve, closed=True):
+def left_normals(curve: np.ndarray, closed: bool = True) -> np.ndarray:
     """Return unit normals (N, 2) to the left of the driving direction."""
     return tangents(curve, closed)[:, ::-1] * (-1.0, 1.0)
 
 
-def offset(curve, distance):
+def offset(curve: np.ndarray, distance: float) -> np.ndarray:
     """Return the curve moved to its left by a distance [m]."""
     return curve + distance * left_normals(curve)
 
 
-def radii(curve, closed=True):
+def radii(curve: np.ndarray, closed: bool = True) -> np.ndarray:
     """Return signed radii of curvature (N,) [m], positive in left turns, inf if straight."""
     t = tangents(curve, closed)
     ahead = np.roll(t, -1, axis=0)
@@ -152,14 +159,14 @@ def radii(curve, closed=True):
         return np.where(np.abs(turn) < 1e-9, np.inf, step / turn)
 
 
-def first_crossing(curve, closed=True):
+def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
     """Return a point (2,) where a polyline crosses itself, or None."""
     a, b = curve, np.roll(curve, -1, axis=0)
     if not closed:
         a, b = a[:-1], b[:-1]
     d = b - a
 
-    def side(p, direction, q):
+    def side(p: np.ndarray, direction: np.ndarray, q: np.ndarray) -> np.ndarray:
         return direction[:, None, 0] * (q[None, :, 1] - p[:, None, 1]) - direction[:, None, 1] * (
             q[None, :, 0] - p[:, None, 0]
         )
@@ -170,7 +177,7 @@ def first_crossing(curve, closed=True):
     return None if len(index) == 0 else a[index[0][0]]
 
 
-def first_touch(curve, width, closed=True):
+def first_touch(curve: np.ndarray, width: Any, closed: bool = True) -> Any:
     """Return a point (2,) where two far parts of the lane overlap, or None."""
     step = length(curve, closed) / len(curve)
     gap = np.abs(np.arange(len(curve))[:, None] - np.arange(len(curve))[None, :])
@@ -180,7 +187,7 @@ def first_touch(curve, width, closed=True):
     return None if len(index) == 0 else curve[index[0][0]]
 
 
-def lane(spec):
+def lane(spec: TrackSpec) -> Lane:
     """Return the Lane of a TrackSpec.
 
     Raises:
@@ -221,7 +228,7 @@ def lane(spec):
     )
 
 
-def _check_lane(spec, curve, coarse, sides):
+def _check_lane(spec: TrackSpec, curve: np.ndarray, coarse: np.ndarray, sides: np.ndarray) -> None:
     bends = radii(curve, spec.closed)
     inside = np.where(bends > 0, sides[:, 0], sides[:, 1])
     room = np.abs(bends) - inside
@@ -245,6 +252,6 @@ def _check_lane(spec, curve, coarse, sides):
         )
 
 
-def centreline(spec):
+def centreline(spec: TrackSpec) -> np.ndarray:
     """Return the sampled centreline (N, 2) [m] in the start frame: Lane.curve."""
     return lane(spec).curve

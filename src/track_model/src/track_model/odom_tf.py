@@ -2,8 +2,9 @@
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
+from std_msgs.msg import Header
 
 
 def to_transform(odometry, parent="", child=""):
@@ -20,9 +21,10 @@ def to_transform(odometry, parent="", child=""):
     Raises:
         ValueError: A frame is named neither by the message nor by the argument.
     """
-    transform = TransformStamped()
-    transform.header.stamp = odometry.header.stamp
-    transform.header.frame_id = parent or odometry.header.frame_id
+    transform = transform_of(odometry)
+    transform.header = Header(
+        stamp=odometry.header.stamp, frame_id=parent or odometry.header.frame_id
+    )
     transform.child_frame_id = child or odometry.child_frame_id
     for item, value in (
         ("header.frame_id", transform.header.frame_id),
@@ -32,11 +34,6 @@ def to_transform(odometry, parent="", child=""):
             raise ValueError(
                 f"odometry {item} is empty; give a frame name in the message or as parameter"
             )
-    pose = odometry.pose.pose
-    transform.transform.translation.x = pose.position.x
-    transform.transform.translation.y = pose.position.y
-    transform.transform.translation.z = pose.position.z
-    transform.transform.rotation = pose.orientation
     return transform
 
 

@@ -1,4 +1,4 @@
-"""The area of a lane as clean polygons, whatever its bends do: for painting and for referees."""
+"""The area of a lane as valid polygons, also in tight bends; for the texture and the referee."""
 
 import numpy as np
 from shapely.geometry import Polygon
@@ -8,7 +8,7 @@ from shapely.ops import unary_union
 def lane_area(lane, inset=0.0):
     """Return the lane's area as a shapely geometry: the union of the pieces between its edges.
 
-    Built piece by piece, so that an inner edge that folds over in a tight bend does no harm.
+    It is built piece by piece, because the inner edge folds over in a tight bend.
 
     Args:
         lane: geometry.Lane.
@@ -36,7 +36,7 @@ def rings(area):
 
 
 class Inside:
-    """Tells whether points lie in an area, by counting the edges to their right (even-odd).
+    """Whether points lie in an area, by counting the edges to their right (even-odd rule).
 
     Args:
         area: shapely geometry of valid polygons.

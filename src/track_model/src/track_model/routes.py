@@ -8,7 +8,7 @@ from track_model import spec as track_spec
 from track_model.spec import TrackError
 
 LARGEST = 500.0  # coordinates [m]
-SAME = 1e-3  # points nearer than this are one [m]
+SAME = 1e-3  # points nearer than this are merged [m]
 CLOSING_GAP = 4.0  # a route whose ends are nearer than this many median spacings is closed
 NARROWEST = 0.2  # of a lane [m]
 
@@ -154,7 +154,7 @@ def _f1tenth(array, _path):
 
 
 def _distinct(points, sides, path):
-    """Drop repeated points; tell whether the route is closed."""
+    """Drop repeated points; also return whether the route is closed."""
     keep = [0]
     for index in range(1, len(points)):
         if np.linalg.norm(points[index] - points[keep[-1]]) >= SAME:

@@ -1,19 +1,18 @@
-"""Where tracks are read from: the shipped ones by name, other files by path and suffix."""
+"""Reading tracks: the package's by name, other files by path and suffix."""
 
 import os
 
 from track_model import spec
-from track_model.spec import TrackError
+from track_model.spec import TrackError, TrackSpec
 
 
-def tracks_directory():
+def tracks_directory() -> str:
     """Return the folder of the tracks that come with the package."""
     here = os.path.dirname(os.path.realpath(__file__))
-    candidates = [os.path.join(here, "..", "..")]
-    candidates += [
-        os.path.join(prefix, "share", "track_model")
-        for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
-        if prefix
+    candidates = [
+        os.path.join(here, "..", ".."),  # source tree
+        # install space, from lib/python3/dist-packages/track_model
+        os.path.join(here, *[".."] * 4, "share", "track_model"),
     ]
     for candidate in candidates:
         directory = os.path.normpath(os.path.join(candidate, "tracks"))
@@ -27,7 +26,7 @@ def tracks_directory():
     )
 
 
-def find(name_or_path):
+def find(name_or_path: str) -> str:
     """Return the absolute path of a track by its name or file.
 
     Raises:
@@ -48,7 +47,7 @@ def find(name_or_path):
     )
 
 
-def load(path, content=None):
+def load(path: str, content: bytes | None = None) -> TrackSpec:
     """Read and check a track file of any kind: YAML, or a route (.npy, .csv).
 
     Args:
@@ -69,7 +68,7 @@ def load(path, content=None):
     return spec.parse(content, path)
 
 
-def read(path):
+def read(path: str) -> bytes:
     """Return a track file's bytes.
 
     Raises:

@@ -2,9 +2,11 @@
 
 import math
 import os
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-import yaml
+import yaml  # type: ignore[import]
 
 DEFAULTS = {
     "width": 0.76,
@@ -19,6 +21,8 @@ DEFAULTS = {
     "closed": True,
     "description": "",
 }
+Points = tuple[tuple[float, float], ...]
+
 COLOURS = {
     "asphalt": (52, 53, 56),
     "border": (242, 242, 240),
@@ -45,7 +49,7 @@ RANGES = {
 class TrackError(ValueError):
     """A track file is wrong; the message names file, item, value and what is valid."""
 
-    def __init__(self, path, item, value, valid):
+    def __init__(self, path: str, item: str, value: object, valid: str) -> None:
         super().__init__(f"{path}: {item} is {value}; valid: {valid}")
 
 
@@ -68,7 +72,7 @@ class TrackSpec:
         closed: Whether the last point is followed by the first (a circuit).
         width: Lane from outer edge to outer edge of the white borders, the widest place.
         sides: (left, right) from each point to the lane's outer edges.
-        imported: Whether it comes from a route file, which may have tight bends and overlaps.
+        imported: Whether it is from a route file, which may have tight bends and overlaps.
         start_distance: Start pose, measured along the centreline from the first point.
     """
 
@@ -92,7 +96,7 @@ class TrackSpec:
     imported: bool = False
 
 
-def _number(path, item, value):
+def _number(path: str, item: str, value: Any) -> float:
     # bool is an int in Python; YAML's yes and no are not numbers.
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise TrackError(path, item, repr(value), "a number")
@@ -104,7 +108,7 @@ def _number(path, item, value):
     return float(value)
 
 
-def _typed(path, item, value, default):
+def _typed(path: str, item: str, value: Any, default: Any) -> Any:
     if isinstance(default, float):
         return _number(path, item, value)
     if not isinstance(value, type(default)) or (
@@ -117,7 +121,7 @@ def _typed(path, item, value, default):
     return value
 
 
-def _section(path, prefix, data, valid):
+def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict:
     if not isinstance(data, dict):
         raise TrackError(
             path,
@@ -133,16 +137,16 @@ def _section(path, prefix, data, valid):
     return data
 
 
-def _points(path, data, closed):
+def _points(path: str, data: Any, closed: bool) -> Points:
     if not isinstance(data, list):
         raise TrackError(path, "points", repr(data), "a list of at least 3 pairs [x, y]")
-    points = []
+    points: list[tuple[float, float]] = []
     for index, pair in enumerate(data):
         item = f"points[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
             raise TrackError(path, item, repr(pair), "a pair [x, y] in metres")
-        point = tuple(_number(path, item, value) for value in pair)
-        if max(map(abs, point)) > 50.0:
+        point = _number(path, item, pair[0]), _number(path, item, pair[1])
+        if max(abs(value) for value in point) > 50.0:
             raise TrackError(path, item, repr(pair), "coordinates of -50 to 50 m")
         if points and math.dist(point, points[-1]) < 1e-3:
             raise TrackError(path, item, repr(pair), "at least 1 mm away from the point before")
@@ -155,7 +159,7 @@ def _points(path, data, closed):
     return tuple(points)
 
 
-def _width(path, data, points):
+def _width(path: str, data: dict, points: Points) -> Sequence[float]:
     """Return the lane's widths, one per point, from one number or a list of them."""
     width = data.get("width", DEFAULTS["width"])
     if not isinstance(width, list):
@@ -172,7 +176,7 @@ def _width(path, data, points):
     return width[: len(points)]
 
 
-def parse(text, path):
+def parse(text: str | bytes, path: str) -> TrackSpec:
     """Parse a track file's text.
 
     Args:
@@ -205,7 +209,7 @@ def parse(text, path):
         raise TrackError(
             path, "width", min(widths), "more than both borders and the centre line together"
         )
-    colours = dict(COLOURS)
+    colours: dict[str, tuple[int, ...]] = dict(COLOURS)
     for key, value in _section(path, "colours", data.get("colours", {}), COLOURS).items():
         good = (
             isinstance(value, list)
@@ -217,10 +221,10 @@ def parse(text, path):
                 path, "colours." + key, repr(value), "[red, green, blue], each 0 to 255"
             )
         colours[key] = tuple(value)
-    walls = _section(path, "walls", data.get("walls", {}), WALLS)
+    given = _section(path, "walls", data.get("walls", {}), WALLS)
     walls = WallSpec(
         **{
-            key: _typed(path, "walls." + key, walls.get(key, default), default)
+            key: _typed(path, "walls." + key, given.get(key, default), default)
             for key, default in WALLS.items()
         }
     )
@@ -236,6 +240,6 @@ def parse(text, path):
     )
 
 
-def stem(path):
+def stem(path: str) -> str:
     """Return a track's name: its file's name without folder and suffix."""
     return os.path.splitext(os.path.basename(path))[0]

@@ -42,7 +42,7 @@ class Track:
     spec: spec.TrackSpec
 
 
-def load_track(name_or_path):
+def load_track(name_or_path: str) -> Track:
     """Load a track, generating its files if they are not cached.
 
     Args:

@@ -1,10 +1,10 @@
-"""What controllers tell -> ROS messages."""
+"""States of controllers -> ROS messages."""
 
 import math
 
 import rospy
 from control_msgs.msg import JointControllerState, PidState
-from geometry_msgs.msg import TransformStamped, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 
 from bullet_bridge.transport.conversions import stamp
@@ -67,16 +67,6 @@ def _diagonal(values):
     matrix = [0.0] * 36
     matrix[::7] = values
     return matrix
-
-
-def odometry_transform(message):
-    """geometry_msgs/TransformStamped that says the same as a nav_msgs/Odometry."""
-    transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
-    position = message.pose.pose.position
-    transform.transform.translation.x = position.x
-    transform.transform.translation.y = position.y
-    transform.transform.rotation = message.pose.pose.orientation
-    return transform
 
 
 def limited_twist(time, linear, angular):

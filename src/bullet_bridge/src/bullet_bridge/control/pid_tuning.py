@@ -1,4 +1,4 @@
-"""Live tuning of PIDs through dynamic_reconfigure, as control_toolbox offers it."""
+"""Tuning of PIDs at run time through dynamic_reconfigure, as in control_toolbox."""
 
 import math
 import types
@@ -13,7 +13,7 @@ NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
 
 
 def config_type(gains):
-    """ParametersConfig, with ranges wide enough for the gains that are set already."""
+    """ParametersConfig with ranges widened to include the present gains."""
     widened = types.SimpleNamespace(
         **{
             name: getattr(ParametersConfig, name)
@@ -57,8 +57,8 @@ class PidTuning:
     Args:
         namespace: of its topics, service and parameters, e.g. '/bot/arm/pid'.
         gains: PidGains now.
-        apply: function that has the simulation take new PidGains; its SimErrors and time-outs are
-            logged, and the last gains shown again.
+        apply: function that sets new PidGains in the simulation; its SimErrors and time-outs are
+            logged, and the last gains are published again.
     """
 
     def __init__(self, namespace, gains, apply):
@@ -79,7 +79,7 @@ class PidTuning:
         return config
 
     def close(self):
-        """Withdraw the service and the topics."""
+        """Shut down the service and unregister the topics."""
         self._server.set_service.shutdown("the PID is gone")
         self._server.descr_topic.unregister()
         self._server.update_topic.unregister()

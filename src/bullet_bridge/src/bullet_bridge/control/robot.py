@@ -1,4 +1,4 @@
-"""ros_control's face of one robot: its controllers' life cycles, topics and live tuning."""
+"""ros_control's interface of one robot: controllers' life cycles, topics and PID tuning."""
 
 import math
 import threading
@@ -27,7 +27,7 @@ class RobotControl:
         arrivals: Arrivals, which count the commands.
 
     Attributes:
-        closed: the model is deleted; nothing is to be loaded any more.
+        closed: the model is deleted; no controller can be loaded.
     """
 
     def __init__(self, jobs, world, model, namespace, arrivals=None):
@@ -35,21 +35,21 @@ class RobotControl:
         self.world, self.model, self.manager = world, model, model.manager
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self.arrivals = arrivals or Arrivals()
-        self._mail, self._lock = {}, threading.Lock()
-        self._topics, self._tunings, self._said = {}, {}, set()
-        self._timed = {}  # of the topics: those of running controllers that publish
+        self._commands, self._lock = {}, threading.Lock()
+        self._topics, self._tunings, self._logged = {}, {}, set()
+        self._publishing = {}  # of the topics: those of running controllers that publish
         self.closed = False
         try:
             self._set_joint_gains()
             self._services = ControllerServices(
-                self.namespace, self.manager, self._answer, self._load, self._unload
+                self.namespace, self.manager, self._run_job, self._load, self._unload
             )
         except BaseException:
-            self._withdraw()
+            self._close_topics()
             raise
 
     def _set_joint_gains(self):
-        """Joints with gains on the parameter server follow their commands by PID."""
+        """Read the gains of joints that follow their commands by a PID."""
         entries = rospy.get_param(f"{self.namespace}/{PID_GAINS}", None) or {}
         if not isinstance(entries, dict):
             rospy.logerr(
@@ -75,69 +75,71 @@ class RobotControl:
             for text in warnings:
                 rospy.logwarn("%s", text)
 
-    def _tune(self, owner, namespace, gains, take):
-        """Offer a dynamic_reconfigure server; `take` is run by the simulation."""
-        tuning = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: take(new)))
+    def _tune(self, owner, namespace, gains, apply):
+        """Start a dynamic_reconfigure server; `apply` runs in the simulation thread."""
+        tuning = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
         with self._lock:
             self._tunings.setdefault(owner, []).append(tuning)
 
     def pid_namespace(self, spec, number):
-        """Where the parameters of a controller's PID are, those of its joint `number`."""
+        """Namespace of the parameters of a controller's PID, that of its joint `number`."""
         of_joint = f"/{spec.joints[number]}" if spec.kind.group else ""
         return f"{self.namespace}/{spec.name}{of_joint}/pid"
 
     # simulation thread ------------------------------------------------------------------------
-    def deliver(self):
-        """Hand over the latest commands."""
-        if not self._mail:
+    def apply_commands(self):
+        """Pass the latest commands to the controllers."""
+        if not self._commands:
             return
         with self._lock:
-            mail, self._mail = self._mail, {}
-        for name, values in mail.items():
+            commands, self._commands = self._commands, {}
+        for name, values in commands.items():
             try:
                 self.manager.command(name, values)
             except SimError as error:
                 rospy.logerr_throttle(1.0, f"{self.namespace}: {error}")
 
     def refresh(self):
-        """Look again which controllers run, after anything may have changed."""
-        before, self._timed = (
-            self._timed,
+        """Update which controllers run and publish, after jobs."""
+        before, self._publishing = (
+            self._publishing,
             {
                 name: topics
                 for name, topics in self._topics.items()
-                if topics.is_timed() and self.manager.is_running(name)
+                if topics.is_periodic() and self.manager.is_running(name)
             },
         )
-        for name, topics in self._timed.items():
+        for name, topics in self._publishing.items():
             if name not in before:
                 topics.restart(self.world.step_count)
 
-    def next_due(self, look=True):
-        """First physics step after which something is to be published, or infinity.
+    def next_due(self, check=True):
+        """First physics step after which a message is due, or infinity.
 
         Args:
-            look: look anew who subscribes.
+            check: check for subscribers; False: as at the last check.
         """
-        return min([topics.next_due(look) for topics in self._timed.values()], default=math.inf)
+        return min(
+            [topics.next_due(check) for topics in self._publishing.values()], default=math.inf
+        )
 
     def publish(self, step, time):
         """Publish what is due."""
-        for topics in self._timed.values():
+        for topics in self._publishing.values():
             topics.publish(step, time)
 
     def restart(self):
-        """Start afresh after a reset."""
+        """Drop commands and restart the schedules after a reset."""
         with self._lock:
-            self._mail = {}
+            self._commands = {}
         for topics in self._topics.values():
             topics.restart(self.world.step_count)
 
     # other threads ----------------------------------------------------------------------------
-    def keep_mail(self, name, values):
-        """Keep a command for the next step; the latest wins."""
+    def buffer_command(self, name, values):
+        """Store a command for the next step; the latest replaces earlier ones."""
         with self._lock:
-            self._mail[name] = values
+            self._commands[name] = values
 
     def _load(self, name):
         config = rospy.get_param(f"{self.namespace}/{name}", None)
@@ -150,17 +152,17 @@ class RobotControl:
                 name,
             )
             return False
-        spec = self._answer(lambda: self._check_rate(self.manager.load(name, config)))
+        spec = self._run_job(lambda: self._check_rate(self.manager.load(name, config)))
         if spec is None:
             return False
         for note in spec.notes:
-            self._say_once(rospy.loginfo, note.partition(": ")[2] or note, note)
-        for warning in (*spec.warnings, *self.manager.cut_gains(spec, self.world.time_step)):
-            self._say_once(rospy.logwarn, warning, warning)
+            self._log_once(rospy.loginfo, note.partition(": ")[2] or note, note)
+        for warning in spec.warnings:
+            self._log_once(rospy.logwarn, warning, warning)
         try:
             with all_or_none():
                 topics = topics_of(self, spec)
-            if not self._answer(lambda: self._keep(name, topics)):
+            if not self._run_job(lambda: self._register(name, topics)):
                 topics.close()
                 self._unload(name)
                 return False
@@ -178,12 +180,12 @@ class RobotControl:
             self._unload(name)
             return False
         if self.closed:
-            self._withdraw()
+            self._close_topics()
             return False
         return True
 
-    def _keep(self, name, topics):
-        """Take the topics of a controller into use (simulation thread)."""
+    def _register(self, name, topics):
+        """Add the topics of a loaded controller (simulation thread)."""
         if self.closed:
             raise ControllerError(f"controller '{name}' is not loaded, its model is deleted")
         self._topics[name] = topics
@@ -193,7 +195,7 @@ class RobotControl:
         self.manager.get(name).pids[number].gains = gains
 
     def _check_rate(self, spec):
-        """Refuse a rate that the physics cannot give; nothing is left behind then."""
+        """Refuse and unload a controller whose publish_rate is above one per physics step."""
         if (
             spec.kind.interface == "state" or spec.kind.drive
         ) and spec.publish_rate * self.world.time_step > 1.0001:
@@ -205,46 +207,46 @@ class RobotControl:
             )
         return spec
 
-    def _say_once(self, log, key, text):
-        if key not in self._said:
-            self._said.add(key)
+    def _log_once(self, log, key, text):
+        if key not in self._logged:
+            self._logged.add(key)
             log("%s: %s", self.namespace, text)
 
     def _unload(self, name):
         def work():
             self.manager.unload(name)
             with self._lock:
-                self._mail.pop(name, None)
+                self._commands.pop(name, None)
                 return self._topics.pop(name, None), self._tunings.pop(name, [])
 
-        done = self._answer(work)
+        done = self._run_job(work)
         if done is None:
             return False
         topics, tunings = done
-        for wire in [topics] * (topics is not None) + tunings:
-            wire.close()
+        for part in [topics] * (topics is not None) + tunings:
+            part.close()
         return True
 
-    def _answer(self, work):
+    def _run_job(self, work):
         """Result of a job, or None with the reason in the log."""
         try:
             return self._jobs.call(work)
         except Ended:
-            return None  # whoever asks at the end of all is not in need of a reason
+            return None  # at the end of the simulation no reason is logged
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: %s", self.namespace, error)
             return None
 
     def close(self):
-        """Withdraw services and topics."""
+        """Shut down the services and unregister the topics."""
         self.closed = True
         self._services.close()
-        self._withdraw()
+        self._close_topics()
 
-    def _withdraw(self):
-        """Withdraw topics and tunings, each once."""
+    def _close_topics(self):
+        """Close topics and tunings, each once."""
         with self._lock:
             topics, tunings = self._topics, self._tunings
             self._topics, self._tunings = {}, {}
-        for wire in [*topics.values(), *(t for ts in tunings.values() for t in ts)]:
-            wire.close()
+        for part in [*topics.values(), *(t for ts in tunings.values() for t in ts)]:
+            part.close()

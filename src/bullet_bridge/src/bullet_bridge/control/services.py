@@ -21,18 +21,18 @@ from controller_manager_msgs.srv import (
 
 
 class ControllerServices:
-    """Answers NAMESPACE/controller_manager/*.
+    """The services NAMESPACE/controller_manager/*.
 
     Args:
         namespace: of the robot, '' or with a leading slash.
         manager: bullet_sim.controllers.manager.Manager.
-        answer: function that has a callable run by the simulation and returns its result, or None
-            with the reason in the log.
-        load, unload: functions name -> whether it worked.
+        run_job: function that runs a callable in the simulation thread and returns its result, or
+            None after it has logged the error.
+        load, unload: functions name -> whether it succeeded.
     """
 
-    def __init__(self, namespace, manager, answer, load, unload):
-        self._namespace, self._manager, self._answer = namespace, manager, answer
+    def __init__(self, namespace, manager, run_job, load, unload):
+        self._namespace, self._manager, self._run_job = namespace, manager, run_job
         self._do_load, self._do_unload = load, unload
         self._services = []
         try:
@@ -52,7 +52,7 @@ class ControllerServices:
             raise
 
     def _name(self, text):
-        """A controller's name, also where it is spelt with slashes or with the namespace."""
+        """A controller's name, without slashes and the robot's namespace."""
         prefix = self._namespace.strip("/") + "/"
         text = text.strip("/")
         return text[len(prefix) :] if len(prefix) > 1 and text.startswith(prefix) else text
@@ -69,7 +69,7 @@ class ControllerServices:
             for names in (request.start_controllers, request.stop_controllers)
         )
         strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
-        left_out = self._answer(lambda: self._manager.switch(start, stop, strict))
+        left_out = self._run_job(lambda: self._manager.switch(start, stop, strict))
         if left_out is None:
             return SwitchControllerResponse(ok=False)
         for reason in left_out:
@@ -78,7 +78,7 @@ class ControllerServices:
 
     def _list(self, _):
         response = ListControllersResponse()
-        for spec, state in self._answer(self._manager.list) or []:
+        for spec, state in self._run_job(self._manager.list) or []:
             claims = spec.claims or ((spec.kind.interface, ()),)
             response.controller.append(
                 ControllerState(
@@ -103,7 +103,7 @@ class ControllerServices:
 
     def _reload(self, request):
         """There are no libraries; as upstream, force_kill stops and unloads all controllers."""
-        loaded = self._answer(self._manager.list)
+        loaded = self._run_job(self._manager.list)
         if loaded is None:
             return ReloadControllerLibrariesResponse(ok=False)
         if loaded and not request.force_kill:
@@ -115,13 +115,13 @@ class ControllerServices:
             )
             return ReloadControllerLibrariesResponse(ok=False)
         running = [spec.name for spec, state in loaded if state == "running"]
-        if running and self._answer(lambda: self._manager.switch([], running)) is None:
+        if running and self._run_job(lambda: self._manager.switch([], running)) is None:
             return ReloadControllerLibrariesResponse(ok=False)
         return ReloadControllerLibrariesResponse(
             ok=all([self._do_unload(spec.name) for spec, _ in loaded])
         )
 
     def close(self):
-        """Withdraw the services."""
+        """Shut down the services."""
         for service in self._services:
             service.shutdown("model deleted")

@@ -6,12 +6,13 @@ import rospy
 from control_msgs.msg import JointControllerState, PidState
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.control import messages as control_messages
-from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_bridge.loop.schedule import SubscribedSchedule
 from bullet_bridge.transport.packed import PackedJointState
 from bullet_bridge.transport.publishing import publisher
 
@@ -19,33 +20,33 @@ STATE_EVERY = 10  # updates of a PID controller between two messages on its stat
 
 
 class Topics:
-    """Topics of one controller; this one has none.
+    """Topics of one controller. The base class has none.
 
     Args:
-        robot: RobotControl: namespace, world, model, manager, arrivals, keep_mail.
+        robot: RobotControl: namespace, world, model, manager, arrivals, buffer_command.
         spec: ControllerSpec.
     """
 
     def __init__(self, robot, spec):
         self._robot, self._spec = robot, spec
-        self._schedules, self._wires = [], []
+        self._schedules, self._endpoints = [], []
 
-    def _every(self, rate, *wires):
-        """A HeardSchedule [Hz] of publishers, at most once per physics step."""
+    def _every(self, rate, *publishers):
+        """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
         world = self._robot.world
-        schedule = HeardSchedule(
+        schedule = SubscribedSchedule(
             min(rate, 1.0 / world.time_step),
             world.time_step,
             world.step_count,
-            lambda: any(wire.get_num_connections() > 0 for wire in wires),
+            lambda: any(publisher.get_num_connections() > 0 for publisher in publishers),
         )
         self._schedules.append(schedule)
         return schedule
 
     def _publisher(self, topic, kind):
-        wire = publisher(topic, kind)
-        self._wires.append(wire)
-        return wire
+        made = publisher(topic, kind)
+        self._endpoints.append(made)
+        return made
 
     @property
     def name(self):
@@ -57,33 +58,34 @@ class Topics:
         """The Controller."""
         return self._robot.manager.get(self._spec.name)
 
-    def is_timed(self):
-        """Whether something is published now and then."""
+    def is_periodic(self):
+        """Whether the controller publishes periodically."""
         return bool(self._schedules)
 
-    def next_due(self, look=True):
-        """First physics step after which something is to be published, or infinity.
+    def next_due(self, check=True):
+        """First physics step after which a message is due, or infinity.
 
         Args:
-            look: look anew who subscribes.
+            check: check for subscribers; False: as at the last check.
         """
         step = self._robot.world.step_count
         return min(
-            [schedule.next_heard(step, look) for schedule in self._schedules], default=math.inf
+            [schedule.next_due_subscribed(step, check) for schedule in self._schedules],
+            default=math.inf,
         )
 
     def publish(self, step, time):
-        """Publish what is due (only called while the controller runs)."""
+        """Publish what is due; called only while the controller runs."""
 
     def restart(self, step):
-        """Count on from a step, after a reset or a start."""
+        """Restart the schedules at a step, after a reset or a start."""
         for schedule in self._schedules:
             schedule.restart(step)
 
     def close(self):
-        """Withdraw the topics."""
-        for wire in self._wires:
-            wire.unregister()
+        """Unregister the topics."""
+        for endpoint in self._endpoints:
+            endpoint.unregister()
 
 
 class JointStates(Topics):
@@ -94,16 +96,16 @@ class JointStates(Topics):
         self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(spec.publish_rate, self._states)
         names = robot.model.joints.names
-        self._kept = [names.index(name) for name in spec.joints or names]  # their numbers
-        shown = [names[number] for number in self._kept]
-        self._extra = [row for row in spec.extra_joints if row[0] not in shown]
-        self._sender = PackedJointState(self._states, [*shown, *(row[0] for row in self._extra)])
+        self._numbers = [names.index(name) for name in spec.joints or names]
+        joints = [names[number] for number in self._numbers]
+        self._extra = [row for row in spec.extra_joints if row[0] not in joints]
+        self._sender = PackedJointState(self._states, [*joints, *(row[0] for row in self._extra)])
 
     def publish(self, step, time):
         """Publish joint states that are due."""
         if not self._schedule.due(step):
             return
-        columns = self._robot.model.joints.columns(self._kept)
+        columns = self._robot.model.joints.columns(self._numbers)
         for number, column in enumerate(columns, 1):
             column += [row[number] for row in self._extra]
         self._sender.send(time, *columns)
@@ -117,16 +119,18 @@ class Commands(Topics):
     def __init__(self, robot, spec):
         super().__init__(robot, spec)
         self._subscriber = robot.arrivals.subscribe(
-            f"{self.name}/{self.topic}", self._kind(), self._take, tcp_nodelay=True
+            f"{self.name}/{self.topic}", self._kind(), self._on_command, tcp_nodelay=True
         )
-        self._wires.append(self._subscriber)
+        self._endpoints.append(self._subscriber)
 
     def _kind(self):
         return Float64MultiArray if self._spec.kind.group else Float64
 
-    def _take(self, message):
+    def _on_command(self, message):
         data = message.data
-        self._robot.keep_mail(self._spec.name, (data,) if isinstance(data, float) else tuple(data))
+        self._robot.buffer_command(
+            self._spec.name, (data,) if isinstance(data, float) else tuple(data)
+        )
 
 
 class PidCommands(Commands):
@@ -142,11 +146,13 @@ class PidCommands(Commands):
         self._inner = []
         for number, wanted in enumerate(spec.publish_pid):
             if wanted:
-                wire = self._publisher(f"{self._robot.pid_namespace(spec, number)}/state", PidState)
-                self._inner.append((self._every(rate, wire), number, wire))
+                states = self._publisher(
+                    f"{self._robot.pid_namespace(spec, number)}/state", PidState
+                )
+                self._inner.append((self._every(rate, states), number, states))
 
     def publish(self, step, time):
-        """Publish the last update, with the time at which its measurement was taken."""
+        """Publish the last update, stamped with the time of its measurement."""
         state_due = self._state is not None and self._schedule.due(step)
         inner_due = [row for row in self._inner if row[0].due(step)]
         if not (state_due or inner_due) or self.controller.sample is None:
@@ -158,8 +164,8 @@ class PidCommands(Commands):
             self._state.publish(
                 control_messages.controller_state(time, sample, controller.pids[0].gains)
             )
-        for _, number, wire in inner_due:
-            wire.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
+        for _, number, states in inner_due:
+            states.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
 
 
 class Drive(Commands):
@@ -172,7 +178,7 @@ class Drive(Commands):
         self._odometry = self._publisher(f"{self.name}/odom", Odometry)
         drive = spec.drive
         self._transform = self._publisher("/tf", TFMessage) if drive.publish_tf else None
-        self._outputs = [wire for wire in (self._odometry, self._transform) if wire is not None]
+        self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
         self._schedule = self._every(spec.publish_rate, *self._outputs)
         self._limited = None
         if drive.publish_command:
@@ -184,7 +190,7 @@ class Drive(Commands):
     def _kind(self):
         return Twist
 
-    def _take(self, message):
+    def _on_command(self, message):
         values = (message.linear.x, message.angular.z)
         if self._spec.drive.single_publisher and self._subscriber.get_num_connections() > 1:
             rospy.logerr_throttle(
@@ -193,23 +199,19 @@ class Drive(Commands):
                 "which allow_multiple_cmd_vel_publishers forbids; it brakes",
             )
             values = (0.0, 0.0)
-        self._robot.keep_mail(self._spec.name, values)
+        self._robot.buffer_command(self._spec.name, values)
 
     def publish(self, step, time):
-        """Publish odometry of this very step, and the limited command."""
+        """Publish the odometry of this step and the limited command."""
         if self._limited is not None and self._limited_schedule.due(step):
             self._limited.publish(control_messages.limited_twist(time, *self.controller.limited))
         if not self._schedule.due(step):
             return
-        wires = [wire for wire in self._outputs if wire.get_num_connections()]
+        outputs = [out for out in self._outputs if out.get_num_connections()]
         self._robot.manager.observe()
         message = control_messages.drive_odometry(time, self._spec.drive, self.controller.odometry)
-        for wire in wires:
-            wire.publish(
-                message
-                if wire is self._odometry
-                else TFMessage([control_messages.odometry_transform(message)])
-            )
+        for out in outputs:
+            out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
 
 
 def topics_of(robot, spec):

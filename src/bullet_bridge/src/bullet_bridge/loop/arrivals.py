@@ -1,6 +1,7 @@
 """Counting messages on subscribed topics, so that a step can wait for its commands.
 
-TCPROS acknowledges nothing: a publisher cannot know when its message was taken. The counter tells.
+TCPROS has no acknowledgement: a publisher cannot know when its message was received. The count on
+the subscriber's side can be waited for.
 """
 
 import threading
@@ -10,75 +11,75 @@ import rospy
 
 
 class Arrivals:
-    """Messages that came on each subscribed topic since the last step that was asked for.
+    """Messages received on each subscribed topic since the last requested step.
 
-    Where several listen to one topic a message has come when all of them have it.
+    A message on a topic with several subscribers counts when all of them have received it.
     """
 
     def __init__(self):
         self._changed = threading.Condition()
-        self._counts = {}  # resolved topic -> {listener: messages since the last take}
+        self._counts = {}  # resolved topic -> {subscriber: messages since the last take}
         self._clears = 0
 
     def subscribe(self, topic, kind, callback, **options):
         """A rospy.Subscriber whose messages are counted once `callback` has returned.
 
-        Without a queue size every message of a burst is handed over, so that each one counts.
+        It has no queue size, so that no message of a burst is dropped and each one counts.
 
         Args:
             topic, kind, callback: as for rospy.Subscriber.
             options: of rospy.Subscriber.
 
         Returns:
-            The subscriber; its unregister() ends the counting, too.
+            The subscriber; its unregister() also ends the counting.
         """
         return _Counted(self, topic, kind, callback, options)
 
-    def add(self, topic, listener=None):
-        """Count a topic for a listener (any key) from now on."""
+    def add(self, topic, subscriber=None):
+        """Count a topic's messages for a subscriber (any key) from now on."""
         with self._changed:
-            self._counts.setdefault(topic, {})[listener] = 0
+            self._counts.setdefault(topic, {})[subscriber] = 0
 
-    def drop(self, topic, listener=None):
-        """Forget a listener, with the last one the topic; who waits for it learns it."""
+    def remove(self, topic, subscriber=None):
+        """Remove a subscriber, and a topic without one; a take() that waits for it then fails."""
         with self._changed:
-            listeners = self._counts.get(topic, {})
-            listeners.pop(listener, None)
-            if not listeners:
+            subscribers = self._counts.get(topic, {})
+            subscribers.pop(subscriber, None)
+            if not subscribers:
                 self._counts.pop(topic, None)
             self._changed.notify_all()
 
-    def report(self, topic, listener=None):
-        """A message has come to a listener and lies where the next step finds it."""
+    def count(self, topic, subscriber=None):
+        """Count a message that a subscriber has processed: the next step uses it."""
         with self._changed:
-            if listener in self._counts.get(topic, ()):
-                self._counts[topic][listener] += 1
+            if subscriber in self._counts.get(topic, ()):
+                self._counts[topic][subscriber] += 1
                 self._changed.notify_all()
 
     def clear(self):
-        """Count all topics from 0 again: what came is dropped, as by a reset."""
+        """Count all topics from 0 again: a reset dropped the messages."""
         with self._changed:
             self._clears += 1
             self._start_again()
 
-    def give_back(self, taken):
-        """Count again what a take() returned, unless clear() was called since."""
+    def restore(self, taken):
+        """Restore the counts that a take() returned, unless clear() was called since."""
         clears, counts = taken
         with self._changed:
             if clears != self._clears:
                 return
-            for topic, listeners in counts.items():
-                mine = self._counts.get(topic, {})
-                for listener in listeners.keys() & mine.keys():
-                    mine[listener] += listeners[listener]
+            for topic, subscribers in counts.items():
+                current = self._counts.get(topic, {})
+                for subscriber in subscribers.keys() & current.keys():
+                    current[subscriber] += subscribers[subscriber]
             self._changed.notify_all()
 
     def _start_again(self):
         self._counts = {
-            topic: dict.fromkeys(listeners, 0) for topic, listeners in self._counts.items()
+            topic: dict.fromkeys(subscribers, 0) for topic, subscribers in self._counts.items()
         }
 
-    def _came(self, topic):
+    def _received(self, topic):
         return min(self._counts[topic].values())
 
     def topics(self):
@@ -87,18 +88,18 @@ class Arrivals:
             return sorted(self._counts)
 
     def take(self, wanted, timeout, now=time.monotonic):
-        """Wait until enough messages came on every topic, then count all topics from 0 again.
+        """Wait until every topic has enough messages, then count all topics from 0 again.
 
         Args:
             wanted: mapping of resolved topic -> least number of messages.
             timeout: wall time [s].
 
         Returns:
-            What was counted, for give_back().
+            The counts, for restore().
 
         Raises:
             ValueError: a topic is not subscribed here.
-            TimeoutError: too few came; the counts stay, so that a second try may succeed.
+            TimeoutError: too few messages; the counts stay, so that a second try may succeed.
         """
         deadline = now() + timeout
         with self._changed:
@@ -110,7 +111,7 @@ class Arrivals:
                             f"topic '{topic}' is not subscribed by the simulation; "
                             f"topics are {known}"
                         )
-                missing = [topic for topic in wanted if self._came(topic) < wanted[topic]]
+                missing = [topic for topic in wanted if self._received(topic) < wanted[topic]]
                 if not missing:
                     taken = self._clears, self._counts
                     self._start_again()
@@ -120,27 +121,28 @@ class Arrivals:
                     raise TimeoutError(
                         f"not all commands came within {timeout:g} s: "
                         + ", ".join(
-                            f"{topic}: {self._came(topic)} of {wanted[topic]}" for topic in missing
+                            f"{topic}: {self._received(topic)} of {wanted[topic]}"
+                            for topic in missing
                         )
                     )
                 self._changed.wait(min(left, 0.5))
 
 
 class _Counted:
-    """A subscriber and its place in the count."""
+    """A rospy.Subscriber whose messages are counted."""
 
     def __init__(self, arrivals, topic, kind, callback, options):
         self._arrivals, self._topic = arrivals, rospy.resolve_name(topic)
         arrivals.add(self._topic, self)
 
-        def count(message):
+        def counted(message):
             callback(message)
-            arrivals.report(self._topic, self)
+            arrivals.count(self._topic, self)
 
         try:
-            self._subscriber = rospy.Subscriber(topic, kind, count, **options)
+            self._subscriber = rospy.Subscriber(topic, kind, counted, **options)
         except BaseException:
-            arrivals.drop(self._topic, self)
+            arrivals.remove(self._topic, self)
             raise
 
     def get_num_connections(self):
@@ -150,4 +152,4 @@ class _Counted:
     def unregister(self):
         """End the subscription."""
         self._subscriber.unregister()
-        self._arrivals.drop(self._topic, self)
+        self._arrivals.remove(self._topic, self)

@@ -1,4 +1,4 @@
-"""/clock: when it is due and how it is told."""
+"""/clock: its schedule and its publisher."""
 
 import rospy
 from rosgraph_msgs.msg import Clock
@@ -10,12 +10,12 @@ from bullet_bridge.transport.publishing import publisher
 
 
 def set_own_time(now):
-    """Set rospy's time of this process, as a subscription of /clock would; nobody sleeps here."""
+    """Set rospy's time in this process, as a subscription to /clock would."""
     rospy.rostime._rostime_current = now
 
 
 class SimClock:
-    """Publishes simulated time, at times k / rate and whenever it is told to.
+    """Publishes simulated time, at times k / rate and on request.
 
     Attributes:
         next: physics step after which the next message is due.
@@ -23,15 +23,15 @@ class SimClock:
     Args:
         rate: messages per simulated second [Hz].
         time_step: physics step [s].
-        publish: function of a simulated time [s], instead of the topic /clock (tests).
-        own: function of a rospy.Time: sets the time of this process.
+        send: function of a simulated time [s], instead of the topic /clock (tests).
+        own: function of a rospy.Time that sets the time of this process.
     """
 
-    def __init__(self, rate, time_step, publish=None, own=None):
+    def __init__(self, rate, time_step, send=None, own=None):
         self._own = own
-        if publish is None:
-            publish = PackedClock(publisher("/clock", Clock, latch=True)).send
-        self._publish = publish
+        if send is None:
+            send = PackedClock(publisher("/clock", Clock, latch=True)).send
+        self._send = send
         self._rate = rate
         self.set_time_step(time_step, 0)
 
@@ -41,7 +41,7 @@ class SimClock:
         return self._schedule.next
 
     def set_time_step(self, time_step, step):
-        """Go on after a step with another step length [s]; at most one message per step."""
+        """Continue after a step with another physics step [s]; at most one message per step."""
         self._schedule = Schedule(min(self._rate, 1.0 / time_step), time_step, step)
 
     def restart(self, step):
@@ -49,18 +49,18 @@ class SimClock:
         self._schedule.restart(step)
 
     def skip(self, steps):
-        """Leave out what is due less than so many steps after the last message."""
+        """Skip messages due less than so many steps after the last one."""
         self._schedule.skip(steps)
 
     def publish_due(self, step, time):
-        """Tell the time [s] if it is due at this step; returns whether."""
+        """Publish the time [s] if it is due at this step; returns whether it was."""
         if not self._schedule.due(step):
             return False
-        self.tell(time)
+        self.publish(time)
         return True
 
-    def tell(self, time):
-        """Tell the time [s] now."""
+    def publish(self, time):
+        """Publish the time [s] now."""
         if self._own is not None:
             self._own(stamp(time))
-        self._publish(time)
+        self._send(time)

@@ -1,4 +1,4 @@
-"""Jobs: what other threads want done by the one thread that owns the engine."""
+"""Jobs: calls of other threads, run by the thread that owns the engine."""
 
 import collections
 import threading
@@ -19,19 +19,19 @@ class _Job:
 class JobQueue:
     """Queue of callables; callers wait for the result or get the exception.
 
-    A deque and one lock as the bell: every step is atomic, so a signal handler in the owner's
-    thread may close the queue. (queue.SimpleQueue.get waits for ever in CPython 3.11 when a
-    handler takes longer than the time-out.)
+    A deque, and a lock that wakes the owner: every operation is atomic, so a signal handler in the
+    owner's thread may close the queue. (queue.SimpleQueue.get blocks for ever in CPython 3.11 when
+    a handler takes longer than the time-out.)
     """
 
     def __init__(self):
         self._jobs = collections.deque()
-        self._bell = threading.Lock()
-        self._bell.acquire()
+        self._wakeup = threading.Lock()
+        self._wakeup.acquire()
         self._closed = False
 
     def close(self):
-        """End: whoever waits or still calls gets Ended, so that nobody holds up a shutdown."""
+        """Raise Ended in all waiting and later callers, so that none blocks the shutdown."""
         self._closed = True
         while True:
             try:
@@ -42,15 +42,15 @@ class JobQueue:
             job.done.set()
 
     def waiting(self):
-        """Number of jobs that wait."""
+        """Number of queued jobs."""
         return len(self._jobs)
 
     def call(self, work, timeout=TIMEOUT):
         """Have `work()` run by the owner and return its result.
 
         Raises:
-            TimeoutError: the owner did not get to it in `timeout` seconds of wall time; it is
-                withdrawn then. What the owner has begun is waited for.
+            TimeoutError: the owner did not start it within `timeout` seconds of wall time; it is
+                cancelled then. A job that has started is waited for.
             Ended: the simulation has ended.
             Exception: whatever the job raised.
         """
@@ -59,13 +59,13 @@ class JobQueue:
         if self._closed:
             self.close()
         try:
-            self._bell.release()
+            self._wakeup.release()
         except RuntimeError:
-            pass  # it rings already
+            pass  # released already
         if not job.done.wait(timeout):
             try:
                 self._jobs.remove(job)
-            except ValueError:  # the owner is at it
+            except ValueError:  # it has started
                 job.done.wait()
             else:
                 raise TimeoutError(f"the simulation did not answer within {timeout} s")
@@ -74,13 +74,13 @@ class JobQueue:
         return job.result
 
     def run_pending(self, wait=0.0):
-        """Run what is queued, in order; wait up to `wait` seconds for a first job.
+        """Run the queued jobs in order; wait up to `wait` seconds for a first one.
 
         Returns:
             Number of jobs run.
         """
         if wait > 0 and not self._jobs:
-            self._bell.acquire(timeout=wait)
+            self._wakeup.acquire(timeout=wait)
         if not self._jobs:
             return 0
         count = 0
@@ -91,9 +91,9 @@ class JobQueue:
                 return count
             try:
                 job.result = job.work()
-            except Exception as error:  # handed to the caller
+            except Exception as error:  # raised in the caller
                 job.error = error
-            except BaseException:  # ends the owner, not the caller
+            except BaseException:  # ends the owner's loop; the caller gets Ended
                 job.error = Ended("the simulation has ended")
                 raise
             finally:

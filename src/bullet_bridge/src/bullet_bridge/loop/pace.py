@@ -1,11 +1,11 @@
-"""How fast simulated time goes, and how well it keeps to that."""
+"""Pace of the simulation: when steps are due in wall time, and how late they were."""
 
 import collections
 import time as wall
 
-MAX_LAG = 0.25  # [s] wall time behind which the pace starts anew instead of catching up
+MAX_LAG = 0.25  # [s] lateness beyond which the pace restarts instead of catching up
 WINDOW = 1.0  # [s] wall time over which the real time factor is measured
-REMEMBERED = 4096  # batches whose lateness is kept
+HISTORY = 4096  # batches whose lateness is stored
 
 
 class Pace:
@@ -21,12 +21,12 @@ class Pace:
 
     def __init__(self, factor, now=wall.monotonic):
         self.factor, self._now = factor, now
-        self._late = collections.deque(maxlen=REMEMBERED)
+        self._late = collections.deque(maxlen=HISTORY)
         self._measured = 0.0
         self.anchor(0.0)
 
     def anchor(self, time):
-        """Count from simulated time [s] and now on."""
+        """Restart the pace: simulated time [s] is due now."""
         self._wall_start = self._mark_wall = self._now()
         self._sim_start = self._mark_sim = time
 
@@ -47,11 +47,11 @@ class Pace:
         return 0.0
 
     def statistics(self):
-        """Lateness of the last batches and the speed that was measured.
+        """Lateness of the last batches and the measured real time factor.
 
         Returns:
-            dict of lateness_p50, lateness_p99, lateness_max [s] (wall time between when a batch
-            was due and when it began; 0 without a pace), batches (how many that says) and
+            dict of lateness_p50, lateness_p99, lateness_max [s] (wall time from when a batch was
+            due to when it began; 0 when running free), batches (their number) and
             real_time_factor (over the last full WINDOW; 0: none yet).
         """
         late = sorted(self._late)

@@ -1,4 +1,4 @@
-"""When something is due, counted in physics steps, without drift."""
+"""Schedules of periodic messages, counted in physics steps, without drift."""
 
 import math
 
@@ -12,7 +12,7 @@ class Schedule:
     Args:
         rate: [Hz] of simulated time.
         time_step: physics step [s].
-        start: step after which it runs.
+        start: step after which it starts.
 
     Raises:
         ValueError: the rate is not above 0 or higher than the step rate.
@@ -33,7 +33,7 @@ class Schedule:
         self.next = round(self._count * self._ratio)
 
     def skip(self, steps):
-        """Leave out due steps that are less than `steps` after the last one before `next`."""
+        """Skip due steps that are less than `steps` after the last one before `next`."""
         first = round((self._count - 1) * self._ratio) + steps
         self._count = max(self._count, math.ceil(first / self._ratio - 1e-9))
         self.next = round(self._count * self._ratio)
@@ -47,41 +47,42 @@ class Schedule:
         return True
 
 
-class HeardSchedule(Schedule):
-    """A Schedule that counts while somebody subscribes.
+class SubscribedSchedule(Schedule):
+    """A Schedule that is due only while there are subscribers.
 
-    While nobody does, it goes on silently: what is due to nobody holds up no batch of steps, and
-    who subscribes later gets messages of the same times as if there had always been somebody.
+    Without subscribers it ends no batch of steps, but its due times continue: a later subscriber
+    gets messages of the same times as if there had been one from the start.
 
     Args:
         rate, time_step, start: see Schedule.
-        heard: function that tells whether somebody subscribes.
+        has_subscribers: function -> whether the topic has subscribers.
 
     Attributes:
-        heard: whether somebody did at the last look.
+        subscribed: whether there were subscribers at the last check.
     """
 
-    def __init__(self, rate, time_step, start, heard):
+    def __init__(self, rate, time_step, start, has_subscribers):
         super().__init__(rate, time_step, start)
-        self._ask, self.heard = heard, False
+        self._has_subscribers, self.subscribed = has_subscribers, False
 
-    def look(self, step):
-        """Look, after a step, whether somebody subscribes; returns it."""
-        heard = bool(self._ask())
-        if heard and not self.heard:
-            super().due(step)  # what was due to nobody is over
-        self.heard = heard
-        return heard
+    def check_subscribers(self, step):
+        """Check after a step whether there are subscribers, and return it."""
+        subscribed = bool(self._has_subscribers())
+        if subscribed and not self.subscribed:
+            super().due(step)  # skip what was due without a subscriber
+        self.subscribed = subscribed
+        return subscribed
 
-    def next_heard(self, step, look=True):
-        """Step after which a message is due that somebody hears, or infinity.
+    def next_due_subscribed(self, step, check=True):
+        """Step after which a message with subscribers is due, or infinity.
 
         Args:
             step: the last one.
-            look: look anew who subscribes.
+            check: check for subscribers; False: as at the last check.
         """
-        return self.next if (self.look(step) if look else self.heard) else math.inf
+        subscribed = self.check_subscribers(step) if check else self.subscribed
+        return self.next if subscribed else math.inf
 
     def due(self, step):
-        """As Schedule's; False for what nobody subscribed to at the last look."""
-        return step >= self.next and super().due(step) and self.heard
+        """As Schedule's; False without subscribers at the last check."""
+        return step >= self.next and super().due(step) and self.subscribed

@@ -11,20 +11,20 @@ from bullet_sim.errors import WorldError
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.pace import Pace
 
-PACED_BATCH = 0.001  # [s] wall time that one batch of steps stands for at a given pace
-FREE_BATCH = 0.02  # [s] simulated time of the longest batch when it runs free
-CLOCK_GAP = 0.002  # [s] wall time between two messages on /clock when it runs free ...
-CLOCK_STRIDE = 0.05  # [s] ... but no more than this of simulated time
-IDLE_WAIT = 0.05  # [s] longest wait for jobs: how soon a shutdown is noticed
+PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
+FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
+CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when running free ...
+CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
+IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
 
 
 class Steps:
-    """Steps that somebody asked for and waits for.
+    """Steps requested by a caller that waits for them.
 
     Attributes:
         left: steps to go.
-        done: set when they are made or given up.
-        error: why they are not made or not complete, or ''.
+        done: set when they are made or aborted.
+        error: why they were aborted or are incomplete, or ''.
     """
 
     def __init__(self, count):
@@ -32,14 +32,14 @@ class Steps:
 
 
 class Server:
-    """Runs the world.
+    """The simulation loop of a world.
 
     Args:
         world: of the core.
         jobs: JobQueue that other threads fill.
-        robots: Robots, fed and published in every batch.
+        robots: Robots, given their commands and published in every batch.
         config: Config.
-        clock: SimClock; None: one of its own.
+        clock: SimClock; None: a new one.
         now: function that gives wall time [s].
         relay: Relay, or None.
     """
@@ -66,10 +66,10 @@ class Server:
             else self._free_batch
         )
         if self._relay is not None:
-            self._relay.hurry(self._pace.factor == 0)
+            self._relay.set_polling(self._pace.factor == 0)  # running free
 
     def add_reporter(self, reporter):
-        """Ask an object with next_due(), publish(step, time) and restart() in every batch."""
+        """Add an object with next_due(), publish(step, time) and restart(), used in every batch."""
         self._reporters.append(reporter)
 
     @property
@@ -91,7 +91,7 @@ class Server:
         self._anchor()
 
     def set_time_step(self, time_step):
-        """Change the physics step [s]; what counts in steps starts anew (simulation thread)."""
+        """Change the physics step [s] and restart all schedules (simulation thread)."""
         before = self._world.time_step
         self._clock.set_time_step(time_step, self._world.step_count)
         try:
@@ -106,24 +106,24 @@ class Server:
         self._anchor()
 
     def _anchor(self):
-        """Count the pace from here on."""
+        """Measure the pace from now on."""
         self._pace.anchor(self._world.time)
 
     def run(self):
         """Loop until the node shuts down."""
-        sys.setswitchinterval(0.0005)  # other threads give way to the physics sooner
+        sys.setswitchinterval(0.0005)  # other threads release the GIL sooner
         gc.collect()
-        gc.freeze()  # later collections pass over what is there for good: shorter pauses
-        self._clock.tell(self._world.time)
+        gc.freeze()  # later collections skip these objects: shorter pauses
+        self._clock.publish(self._world.time)
         while not rospy.is_shutdown():
-            self.turn()
+            self.spin_once()
 
-    def turn(self):
-        """One turn of the loop: jobs, then one batch, or a wait until one is due."""
+    def spin_once(self):
+        """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         if self._jobs.run_pending():
             self._robots.refresh()
         if self._steps is not None:
-            self._go_on_stepping()
+            self._continue_steps()
             return
         if self.paused:
             wait = IDLE_WAIT
@@ -141,12 +141,12 @@ class Server:
 
         Args:
             limit: most physics steps.
-            thin: leave out messages on /clock that come sooner than CLOCK_GAP of wall time.
+            thin: skip messages on /clock less than CLOCK_GAP of wall time after the last one.
         """
         world, robots = self._world, self._robots
-        if world.settle():
+        if world.sort_before_start():
             robots.refresh()
-        robots.deliver()
+        robots.apply_commands()
         due = robots.next_due()
         if not (thin and self._clock_waits):
             due = min(due, self._clock.next)
@@ -156,11 +156,11 @@ class Server:
         if self._relay is None:
             self._publish(thin)
             return
-        self._relay.gather()
+        self._relay.begin_batch()
         try:
             self._publish(thin)
         finally:
-            self._relay.release()
+            self._relay.end_batch()
 
     def _publish(self, thin):
         step, time = self._world.step_count, self._world.time
@@ -171,14 +171,14 @@ class Server:
             reporter.publish(step, time)
 
     def _thin_clock(self, step):
-        """Skip as many due times as pass within CLOCK_GAP at the present speed.
+        """Skip the due times that lie within CLOCK_GAP at the present speed.
 
-        At a speed at which these are more than a batch the clock waits for the batch's end.
+        If that is longer than a batch, the clock is published at the end of a batch.
         """
-        now, (before, its_step) = self._now(), self._clock_mark
+        now, (before, last_step) = self._now(), self._clock_mark
         self._clock_mark = now, step
         passed = max(now - before, 1e-6)
-        steps = min(int((step - its_step) * CLOCK_GAP / passed), self._stride)
+        steps = min(int((step - last_step) * CLOCK_GAP / passed), self._stride)
         self._clock_waits = steps > self._free_batch
         self._clock.skip(
             min(steps, self._stride - self._free_batch) if self._clock_waits else steps
@@ -189,7 +189,7 @@ class Server:
         """Make `count` steps, as fast as possible, while paused (simulation thread).
 
         Returns:
-            Steps, whose `done` is set when all that was due on the way is published.
+            Steps; `done` is set when the steps are made and all due messages published.
 
         Raises:
             WorldError: not paused, or steps are being made already.
@@ -202,7 +202,7 @@ class Server:
         self._steps = Steps(count)
         return self._steps
 
-    def _go_on_stepping(self):
+    def _continue_steps(self):
         steps, before = self._steps, self._world.step_count
         self.advance(min(steps.left, self._free_batch))
         steps.left -= self._world.step_count - before
@@ -213,40 +213,40 @@ class Server:
         steps, self._steps = self._steps, None
         if steps is not None:
             self._anchor()
-            self._clock.tell(self._world.time)
-            self._catch_up()
+            self._clock.publish(self._world.time)
+            self._drain_relay()
             steps.error = error
             steps.done.set()
 
     # commands ---------------------------------------------------------------------------------
     def set_paused(self, paused):
-        """Stop or go on (simulation thread).
+        """Pause or resume (simulation thread).
 
         Raises:
-            WorldError: going on in lockstep.
+            WorldError: resuming in lockstep.
         """
         if not paused and self.lockstep:
             raise WorldError("in lockstep time advances only by /gazebo/step")
         self._end_steps("the simulation was paused or set going by another call")
         self.paused = paused
         self._anchor()
-        self._clock.tell(self._world.time)
-        self._catch_up()
+        self._clock.publish(self._world.time)
+        self._drain_relay()
 
     def reset(self, time):
-        """Back to the start; with time=True simulated time, too, unless it is monotonic."""
+        """Reset the world; with time=True also simulated time, unless it is monotonic."""
         self._end_steps("the simulation was reset by another call")
-        self._world.arrange()
+        self._world.sort_models()
         self._world.reset(time=time and not self._monotonic)
         self._clock.restart(self._world.step_count)
         self._robots.restart()
         for reporter in self._reporters:
             reporter.restart()
         self._anchor()
-        self._clock.tell(self._world.time)
-        self._catch_up()
+        self._clock.publish(self._world.time)
+        self._drain_relay()
 
-    def _catch_up(self):
-        """Whoever hears that something is done has been sent what came before."""
+    def _drain_relay(self):
+        """Wait until all messages are sent, so that a caller gets its answer after them."""
         if self._relay is not None:
-            self._relay.catch_up()
+            self._relay.drain()

@@ -1,4 +1,4 @@
-"""The service ~statistics: how well the loop keeps its pace, as JSON."""
+"""The service ~statistics: lateness and real time factor of the loop, as JSON."""
 
 import json
 
@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 
 class StatisticsService:
-    """Answers std_srvs/Trigger with what Pace.statistics tells.
+    """Answers std_srvs/Trigger with the result of Server.statistics.
 
     Args:
         jobs: JobQueue of the simulation thread.

@@ -1,20 +1,20 @@
-"""The service ~step, /gazebo/step: time that advances when a script says so."""
+"""The service ~step, /gazebo/step: physics steps on request."""
 
 import rospy
 
 from bullet_bridge.srv import Step, StepResponse
 
-LOOK = 0.2  # [s] wall time between two looks whether the node still runs
+CHECK_PERIOD = 0.2  # [s] wall time between two checks for a shutdown
 
 
 class StepService:
-    """Waits for commands, makes steps, answers when everything that was due is published.
+    """Waits for commands, makes steps, responds when all due messages are published.
 
     Args:
         jobs: JobQueue of the simulation thread.
         server: Server.
         arrivals: Arrivals of the command topics.
-        timeout: wall time [s] that commands may take.
+        timeout: wall time [s] to wait for commands.
     """
 
     def __init__(self, jobs, server, arrivals, timeout):
@@ -23,7 +23,7 @@ class StepService:
         self._service = rospy.Service("~step", Step, self.handle)
 
     def handle(self, request):
-        """Answer a Step request."""
+        """Handle a Step request."""
         try:
             wanted = self._wanted(request)
             self._jobs.call(self._check)
@@ -31,7 +31,7 @@ class StepService:
         except (ValueError, TimeoutError) as error:  # SimError is a ValueError
             rospy.logerr("step: %s", error)
             return StepResponse(False, str(error))
-        while not steps.done.wait(LOOK):
+        while not steps.done.wait(CHECK_PERIOD):
             if rospy.is_shutdown():
                 return StepResponse(False, "the simulation has ended")
         if steps.error:
@@ -39,11 +39,11 @@ class StepService:
         return StepResponse(not steps.error, steps.error)
 
     def _begin(self, count, taken):
-        """Begin the steps; when that fails the messages count for the next call."""
+        """Begin the steps; if that fails, the messages count for the next call."""
         try:
             return self._jobs.call(lambda: self._server.begin_steps(count))
         except (ValueError, TimeoutError):
-            self._arrivals.give_back(taken)
+            self._arrivals.restore(taken)
             raise
 
     def _check(self):

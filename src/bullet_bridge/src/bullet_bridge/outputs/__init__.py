@@ -1,1 +1,1 @@
-"""What is published of a world: sensors, states, pictures, the viewer's feed."""
+"""Published data of a world: sensors, states, pictures, views for the viewer."""

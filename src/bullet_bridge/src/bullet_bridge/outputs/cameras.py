@@ -1,4 +1,4 @@
-"""Cameras: one render worker for all, asked from the simulation thread without waiting."""
+"""Cameras: one render worker for all; the simulation thread does not wait for it."""
 
 import threading
 
@@ -12,7 +12,7 @@ class Cameras:
 
     Args:
         renderer: auto, egl or tiny.
-        lockstep: True: wait for each due picture, so that runs are reproducible.
+        lockstep: True: wait for each due picture; runs are then reproducible.
     """
 
     def __init__(self, renderer, lockstep):
@@ -29,7 +29,9 @@ class Cameras:
         with self._starting:
             if self._client is not None:
                 return
-            client = RenderClient(on_frame=self._publish_late, on_error=rospy.logerr, lend=True)
+            client = RenderClient(
+                on_frame=self._publish_late, on_error=rospy.logerr, zero_copy=True
+            )
             self._client = client
             try:
                 chosen = client.start(self._renderer)
@@ -45,26 +47,26 @@ class Cameras:
             self._ready = True
 
     def add(self, output):
-        """Take care of a camera output."""
+        """Add a camera output."""
         self._outputs[output.request.name] = output
 
     def remove(self, output):
-        """Forget a camera output."""
-        if self._outputs.get(output.request.name) is output:  # not a later namesake
+        """Remove a camera output."""
+        if self._outputs.get(output.request.name) is output:  # not a later one of the same name
             del self._outputs[output.request.name]
 
     def set_sources(self, sources):
-        """Tell the worker which bodies there are now."""
+        """Send the worker the present bodies."""
         self._sources = sources
         if self._ready:
             self._client.set_sources(sources)
 
     def restart(self):
-        """Forget the pictures of before a reset: none comes once this has returned."""
+        """Discard pictures ordered before a reset: none is published once this has returned."""
         client = self._client
         if client is not None:
             with self._publishing:
-                client.forget()
+                client.discard()
 
     def draw(self, world, outputs):
         """Order pictures of the due outputs (simulation thread)."""
@@ -84,12 +86,12 @@ class Cameras:
             self._failures = self._failures[-2:] + [text]
 
     def take_failures(self):
-        """What went wrong in lockstep since the last call, at most three sentences."""
+        """Failures in lockstep since the last call, at most three sentences."""
         failures, self._failures = self._failures, []
         return failures
 
     def _publish_late(self, frame):
-        """Publish what the worker has drawn meanwhile, unless there was a reset."""
+        """Publish a picture of the worker, unless there was a reset since it was ordered."""
         with self._publishing:
             if frame.epoch == self._client.epoch:
                 self._publish(frame)
@@ -100,7 +102,7 @@ class Cameras:
             try:
                 output.publish_frame(frame)
             except rospy.ROSException:
-                pass  # the topic was just withdrawn
+                pass  # the topic was just unregistered
 
     def close(self):
         """End the worker."""

@@ -11,7 +11,7 @@ from bullet_bridge.transport.conversions import stamp
 
 
 class ContactOutput(Output):
-    """Contacts of the watched shapes, one state a pair of shapes, an empty list without any.
+    """Contacts of the watched shapes, one state per pair of shapes; without contacts an empty list.
 
     As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
     about its centre of mass; the sensor's shape comes first.
@@ -21,7 +21,7 @@ class ContactOutput(Output):
 
     def __init__(self, world, model, spec, seed):
         self._watched = watched_links(spec, model.description)
-        self._indices = sorted({model.carrier(link)[0] for link, _ in self._watched})
+        self._indices = sorted({model.link_in_body(link)[0] for link, _ in self._watched})
         super().__init__(world, model, spec, seed)
 
     def update(self, time):
@@ -62,7 +62,7 @@ class ContactOutput(Output):
 
     def _state(self, mine, other, index, contacts):
         engine, body = self.world.engine, self.model.body
-        turn = Pose(*self.model.frame_at(index)).matrix.T
+        rotation = Pose(*self.model.frame_at(index)).matrix.T
         centre = engine.link_centre(body, index)
         state = ContactState(
             collision1_name=mine,
@@ -72,7 +72,7 @@ class ContactOutput(Output):
         total = np.zeros(6)
         for contact in contacts:
             torque = np.cross(contact.position - centre, contact.force)
-            wrench = np.concatenate([turn @ contact.force, turn @ torque])
+            wrench = np.concatenate([rotation @ contact.force, rotation @ torque])
             total += wrench
             state.wrenches.append(_wrench(wrench))
             state.contact_positions.append(Vector3(*contact.position.tolist()))

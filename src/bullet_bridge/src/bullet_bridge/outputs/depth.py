@@ -8,7 +8,7 @@ from bullet_bridge.outputs.sensors import CameraOutput
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.publishing import publisher
 
-# Layout of a point as PCL has it: x y z, 4 bytes of nothing, colour (blue, green, red, 0).
+# PCL's layout of a point: x y z, 4 unused bytes, colour (blue, green, red, 0).
 _POINT = np.dtype(
     {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
 )
@@ -19,9 +19,9 @@ _FIELDS = [
 
 
 def depth_image(time, spec, depth):
-    """sensor_msgs/Image of depths (H, W) float32 [m], NaN: not known.
+    """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
 
-    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for what is not known.
+    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown.
     """
     height, width = depth.shape
     if spec.millimetres:
@@ -40,7 +40,7 @@ def point_cloud(time, spec, depth, rgb, k):
     """sensor_msgs/PointCloud2, organised like the picture, in the optical frame.
 
     Args:
-        depth: (H, W) float32 [m], NaN: not known.
+        depth: (H, W) float32 [m], NaN: unknown.
         rgb: (H, W, 3) uint8.
         k: (3, 3) [px].
     """
@@ -72,13 +72,13 @@ class DepthCameraOutput(CameraOutput):
         self._depth_info = publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
 
-    def listened(self):
-        return super().listened() or any(
+    def has_subscribers(self):
+        return super().has_subscribers() or any(
             out.get_num_connections() > 0 for out in (self._depth, self._depth_info, self._points)
         )
 
     def publish_frame(self, frame):
-        """Publish a finished picture in all its forms with the snapshot's stamp."""
+        """Publish a finished picture, its depths and its points with the snapshot's stamp."""
         super().publish_frame(frame)
         self._depth_info.publish(self.info_message(frame.time))
         deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))

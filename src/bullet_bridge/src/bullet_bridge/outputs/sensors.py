@@ -1,4 +1,4 @@
-"""Sensors of a model as topics: when due and somebody listens, read, convert, publish.
+"""Sensors of a model as topics: read, convert and publish when due and subscribed.
 
 Everything here runs in the simulation thread, except creation of publishers.
 """
@@ -9,7 +9,7 @@ from bullet_sim.sensors import camera, ground_truth, imu, lidar
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 
-from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_bridge.loop.schedule import SubscribedSchedule
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage, PackedOdometry, PackedScan
 from bullet_bridge.transport.publishing import publisher
@@ -26,35 +26,38 @@ class Output:
 
     message = None
     relayed = True  # see publishing.publisher
+    every_step = False  # update() is called after every step, not at the rate of the spec
 
     def __init__(self, world, model, spec, seed):
         self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        fastest = 1.0 / world.time_step  # as in Gazebo: more often than a step is each step
-        rate = min(spec.rate or fastest, fastest)
-        self.schedule = HeardSchedule(rate, world.time_step, world.step_count, self.listened)
+        fastest = 1.0 / world.time_step  # as in Gazebo: at most one message per step
+        rate = fastest if self.every_step else min(spec.rate or fastest, fastest)
+        self.schedule = SubscribedSchedule(
+            rate, world.time_step, world.step_count, self.has_subscribers
+        )
         self.publisher = publisher(spec.topic, self.message, relayed=self.relayed)
         offset = Pose.from_xyz_rpy(*getattr(spec, "pose", ((0, 0, 0), (0, 0, 0))))
         self._offset = None if offset == Pose() else offset
         self.restart()
 
     def restart(self):
-        """Start afresh after a reset: schedule and noise."""
+        """Restart schedule and noise after a reset."""
         self.schedule.restart(self.world.step_count)
         self.rng = np.random.default_rng(self.seed)
 
     def attach(self, arrivals):
-        """Subscribe to what it takes in, through Arrivals; most take in nothing."""
+        """Subscribe to the output's input topics, if any, through Arrivals."""
 
-    def listened(self):
-        """Whether somebody subscribes."""
+    def has_subscribers(self):
+        """Whether the output has subscribers."""
         return self.publisher.get_num_connections() > 0
 
     def update(self, time):
-        """Publish for simulated time [s]."""
+        """Read the sensor and publish it for simulated time [s]."""
         raise NotImplementedError
 
     def close(self):
-        """Withdraw the topic."""
+        """Unregister the topic."""
         self.publisher.unregister()
 
     def sensor_state(self):
@@ -139,11 +142,11 @@ class ImuOutput(Output):
             conversions.imu_message(time, self.spec, pose.orientation, rate, force)
         )
 
-    def listened(self):
-        listened = super().listened()
-        if not listened:
+    def has_subscribers(self):
+        subscribed = super().has_subscribers()
+        if not subscribed:
             self._before = None
-        return listened
+        return subscribed
 
 
 class CameraOutput(Output):
@@ -160,22 +163,22 @@ class CameraOutput(Output):
         self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
         self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
-        index, offset = model.carrier(spec.link)
+        index, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
-        place = next(
+        index_in_model = next(
             (number for number, other in enumerate(model.description.sensors) if other is spec),
             len(model.description.sensors),
         )
         values = dict(
             vars(request),
             pose=(pose.position, pose.rpy),
-            name=f"{model.name}/{spec.link}/{spec.name}/{place}",
+            name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
         )
         self.request = CameraRequest(**values)
 
-    def listened(self):
-        return super().listened() or self._info_publisher.get_num_connections() > 0
+    def has_subscribers(self):
+        return super().has_subscribers() or self._info_publisher.get_num_connections() > 0
 
     def publish_frame(self, frame):
         """Publish a finished picture and its camera_info with the snapshot's stamp."""

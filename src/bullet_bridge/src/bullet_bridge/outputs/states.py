@@ -1,4 +1,4 @@
-"""Topics about the whole world: states of models and links, and how fast it all runs."""
+"""Topics about the whole world: states of models and links, and performance."""
 
 import math
 import time as wall
@@ -6,7 +6,7 @@ import time as wall
 import numpy as np
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
-from bullet_bridge.loop.schedule import HeardSchedule
+from bullet_bridge.loop.schedule import SubscribedSchedule
 from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
 from bullet_bridge.transport.publishing import publisher
 
@@ -40,12 +40,12 @@ def _add(message, name, model, link):
 
 
 class StateTopics:
-    """model_states and link_states of the server, for whoever subscribes.
+    """The topics model_states and link_states.
 
     Args:
         prefix: of the topic names.
         world: of the core.
-        rate: [Hz] of simulated time; more than one in a step is one in every step.
+        rate: [Hz] of simulated time, limited to one message per step.
     """
 
     def __init__(self, prefix, world, rate):
@@ -60,23 +60,23 @@ class StateTopics:
         self.restart()
 
     def restart(self):
-        """Start the schedule anew: after a reset, or with another physics step."""
+        """Restart the schedule, after a reset or a change of the physics step."""
         step = self._world.time_step
-        self._schedule = HeardSchedule(
-            min(self._rate, 1.0 / step), step, self._world.step_count, self._wanted
+        self._schedule = SubscribedSchedule(
+            min(self._rate, 1.0 / step), step, self._world.step_count, self._subscribed
         )
 
-    def _wanted(self):
+    def _subscribed(self):
         return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
 
     def next_due(self):
-        """Physics step after which a message is due; infinity when nobody listens."""
-        return self._schedule.next_heard(self._world.step_count)
+        """Physics step after which a message is due; infinity without subscribers."""
+        return self._schedule.next_due_subscribed(self._world.step_count)
 
     def publish(self, step, _time):
-        """Publish what is due and listened to."""
+        """Publish what is due and has subscribers."""
         if self._schedule.due(step):
-            for topic, read in self._wanted():
+            for topic, read in self._subscribed():
                 topic.publish(read(self._world))
 
 
@@ -96,15 +96,15 @@ class PerformanceTopic:
         self.restart()
 
     def restart(self):
-        """Measure from here on."""
+        """Restart the measurement."""
         self._since = (self._clock(), self._world.time, dict(self._counts()))
 
     def next_due(self):
-        """It never holds up a batch of steps."""
+        """Infinity: it never ends a batch of steps."""
         return math.inf
 
     def publish(self, _step, time):
-        """Publish when the period of wall time is over and somebody listens."""
+        """Publish after METRICS_PERIOD of wall time if there are subscribers."""
         now = self._clock()
         start, sim_start, before = self._since
         if now - start < METRICS_PERIOD:

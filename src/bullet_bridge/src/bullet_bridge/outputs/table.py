@@ -1,5 +1,7 @@
-"""Which output publishes which kind of sensor."""
+"""Table of sensor specifications and their outputs."""
 
+from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
+from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
 from bullet_sim.description.specs import (
     CameraSpec,
     ContactSpec,
@@ -13,6 +15,9 @@ from bullet_sim.description.specs import (
 
 from bullet_bridge.outputs.contact import ContactOutput
 from bullet_bridge.outputs.depth import DepthCameraOutput
+from bullet_bridge.outputs.earth import GpsOutput, MagneticOutput
+from bullet_bridge.outputs.planar import PlanarMoveOutput
+from bullet_bridge.outputs.rays import RangeOutput, cloud_output
 from bullet_bridge.outputs.sensors import CameraOutput, GroundTruthOutput, ImuOutput, LidarOutput
 from bullet_bridge.outputs.wheels import JointStatesOutput, WheelDriveOutput
 
@@ -25,4 +30,9 @@ OUTPUTS = {
     ContactSpec: ContactOutput,
     JointStatesSpec: JointStatesOutput,
     WheelDriveSpec: WheelDriveOutput,
+    CloudSpec: cloud_output,
+    RangeSpec: RangeOutput,
+    GpsSpec: GpsOutput,
+    MagneticSpec: MagneticOutput,
+    PlanarMoveSpec: PlanarMoveOutput,
 }

@@ -1,7 +1,7 @@
-"""The viewer: a process of its own that is shown the world whenever it asks.
+"""The bridge's end of the viewer, which is a separate process that requests views of the world.
 
-The bridge knows nothing of windows; `bullet_viewer.feed` names the messages. All that touches the
-world runs as a job of the simulation thread, a view takes well under a millisecond.
+`bullet_viewer.feed` lists the messages. Each access to the world is a job of the simulation thread;
+a view takes well under a millisecond.
 """
 
 import os
@@ -25,21 +25,21 @@ CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end
 
 
 def missing_display(environment=os.environ):
-    """Why no window can open, in one sentence; empty: one can."""
+    """The reason why no window can open, in one sentence; empty: it can."""
     if any(environment.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
         return ""
     return "there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set)"
 
 
 class ViewerLink:
-    """Opens the viewer and answers it; its end, however it comes, ends nothing else.
+    """Opens the viewer and answers its requests. If it crashes, the simulation goes on.
 
     Args:
         jobs: JobQueue of the simulation thread.
         world: of the core.
         server: Server, for pause, step and reset.
         renderer: auto, egl or tiny.
-        command: what starts the viewer; socket and renderer are added.
+        command: of the viewer process; socket and renderer are appended.
     """
 
     def __init__(self, jobs, world, server, renderer, command=COMMAND):
@@ -49,11 +49,11 @@ class ViewerLink:
         self._process = self._thread = self._connection = self._log = None
         self._closing = False
 
-    def offer(self):
-        """Offer the service that opens it."""
-        rospy.Service("~open_viewer", Trigger, self._answer)
+    def advertise(self):
+        """Advertise the service that opens the viewer."""
+        rospy.Service("~open_viewer", Trigger, self._handle)
 
-    def _answer(self, _):
+    def _handle(self, _):
         problem = self.open()
         return TriggerResponse(success=not problem, message=problem or "the viewer is open")
 
@@ -70,7 +70,7 @@ class ViewerLink:
         """Start the viewer unless it runs.
 
         Returns:
-            Why it cannot start, also logged; '' otherwise.
+            The reason why it cannot start, which is also logged; '' otherwise.
         """
         with self._opening:
             if self.is_open():
@@ -81,36 +81,36 @@ class ViewerLink:
         return problem
 
     def _start(self):
-        mine, its = blocking_pair()
+        bridge_end, viewer_end = blocking_pair()
         self._log = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(
-                [*self._command, str(its.fileno()), self._renderer],
+                [*self._command, str(viewer_end.fileno()), self._renderer],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
-                pass_fds=[its.fileno()],
+                pass_fds=[viewer_end.fileno()],
             )
         except OSError as error:
-            mine.close()
+            bridge_end.close()
             self._log.close()
             return f"{self._command[0]} does not start: {error.strerror}"
         finally:
-            its.close()
-        self._connection = Connection(mine.detach())
+            viewer_end.close()
+        self._connection = Connection(bridge_end.detach())
         self._thread = threading.Thread(target=self._serve, name="viewer-link", daemon=True)
         self._thread.start()
         return ""
 
     def _serve(self):
-        """Answer until the viewer or the simulation ends."""
+        """Answer requests until the viewer or the simulation ends."""
         observer = Observer(self._world)
         try:
             while True:
                 message = self._connection.recv()
-                answer = self._work(observer, *message)
-                if answer:
-                    self._connection.send(answer)
+                response = self._execute(observer, *message)
+                if response:
+                    self._connection.send(response)
         except (EOFError, OSError, Ended):
             pass
         finally:
@@ -119,29 +119,29 @@ class ViewerLink:
         if end and not self._closing and not rospy.is_shutdown():
             rospy.logwarn("%s; the simulation goes on", end)
 
-    def _work(self, observer, word, *arguments):
-        """Do what a message asks for; returns the answer or None.
+    def _execute(self, observer, request, *arguments):
+        """Execute a request; returns the response or None.
 
         Raises:
-            Ended: the simulation is over.
+            Ended: the simulation has ended.
         """
         server = self._server
         jobs = {
-            "look": lambda: ("view", observer.look(server.paused)),
+            "view": lambda: ("view", observer.view(server.paused)),
             "pause": lambda: server.set_paused(True),
             "unpause": lambda: server.set_paused(False),
             "step": lambda: self._step(*arguments),
             "reset": lambda: server.reset(time=True),
         }
         try:
-            return self._jobs.call(jobs[word])
+            return self._jobs.call(jobs[request])
         except Ended:
             raise
         except (SimError, TimeoutError) as error:
-            return ("trouble", str(error))
+            return ("error", str(error))
 
     def _step(self, count):
-        """Pause, and have so many physics steps made; the viewer sees them pass."""
+        """Pause and begin so many physics steps."""
         if not self._server.paused:
             self._server.set_paused(True)
         self._server.begin_steps(count)
@@ -172,7 +172,7 @@ class ViewerLink:
         self._closing = True
         if not self.is_open():
             return
-        try:  # the viewer reads the end of the stream and closes; then so does the thread
+        try:  # the viewer reads the end of the stream and exits, which ends the thread
             end = socket.socket(fileno=os.dup(self._connection.fileno()))
             end.shutdown(socket.SHUT_RDWR)
             end.close()

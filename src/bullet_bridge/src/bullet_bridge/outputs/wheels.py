@@ -33,10 +33,9 @@ class JointStatesOutput(Output):
 
 
 class WheelDriveOutput(Output):
-    """Takes geometry_msgs/Twist, turns the wheels, gives nav_msgs/Odometry and its transform.
+    """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
 
-    The latest command counts from the next update on and stays until another comes, as in
-    Gazebo's plugins.
+    A command acts from the next update until the next command, as in Gazebo's plugins.
     """
 
     message = Odometry
@@ -48,29 +47,27 @@ class WheelDriveOutput(Output):
         ]
         super().__init__(world, model, spec, seed)
         self._transform = publisher("/tf", TFMessage) if spec.publish_tf else None
+        topic = spec.wheel_states_topic
+        self._wheel_states = publisher(topic, JointState) if topic else None
+        self._wheel_frames = publisher("/tf", TFMessage) if spec.wheel_transforms else None
+        self._wheel_names = [*spec.left, *spec.right]
         self._subscriber = None
 
     def attach(self, arrivals):
-        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._take)
+        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
 
     def restart(self):
         super().restart()
         self._command, self._before = (0.0, 0.0), None
         self._drive.restart()
 
-    def _take(self, message):
-        command = (message.linear.x, message.angular.z)
-        if not all(abs(value) <= MAX_COMMAND for value in command):
-            rospy.logerr_throttle(
-                1.0,
-                f"{self.spec.command_topic}: command {command}, must be "
-                f"finite numbers, at most {MAX_COMMAND:g} either way; the last "
-                "good one stays",
-            )
-            return
-        self._command = command
+    def _on_command(self, message):
+        command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
+        if command is not None:
+            self._command = command
 
-    def listened(self):
+    def has_subscribers(self):
+        """True: the wheels are driven with and without subscribers."""
         return True
 
     def update(self, time):
@@ -82,16 +79,35 @@ class WheelDriveOutput(Output):
         if self.spec.from_wheels:
             angles = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
             self._drive.measure(*angles, elapsed)
-        wires = [
-            wire
-            for wire in (self.publisher, self._transform)
-            if wire is not None and wire.get_num_connections() > 0
+        self._publish_wheels(time)
+        outputs = [
+            out
+            for out in (self.publisher, self._transform)
+            if out is not None and out.get_num_connections() > 0
         ]
-        if not wires:
+        if not outputs:
             return
         message = self._odometry(time)
-        for wire in wires:
-            wire.publish(message if wire is self.publisher else _transform(message))
+        for out in outputs:
+            transform = out is self._transform
+            out.publish(TFMessage([odometry_transform(message)]) if transform else message)
+
+    def _publish_wheels(self, time):
+        """Positions of the wheels, and their frames below the links that carry them."""
+        states, frames, names = self._wheel_states, self._wheel_frames, self._wheel_names
+        if states is not None and states.get_num_connections() > 0:
+            message = JointState(name=names, position=list(self.model.joints.positions_of(names)))
+            message.header.stamp = conversions.stamp(time)
+            states.publish(message)
+        if frames is not None and frames.get_num_connections() > 0:
+            frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
+
+    def _wheel_transform(self, name, time):
+        joint = self.model.description.joints[name]
+        parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
+        message = TransformStamped(child_frame_id=joint.child)
+        message.header.stamp, message.header.frame_id = conversions.stamp(time), joint.parent
+        return _with_pose(message, conversions.pose_to_msg(parent.inverse() * child))
 
     def _odometry(self, time):
         if self.spec.from_wheels:
@@ -99,28 +115,54 @@ class WheelDriveOutput(Output):
         else:
             pose, linear, angular = self.model.link_state(self.spec.link)
             linear, angular = ground_truth.twist(pose.orientation, linear, angular)
-        message = Odometry(child_frame_id=self.spec.child_frame_id)
-        message.header.stamp = conversions.stamp(time)
-        message.header.frame_id = self.spec.frame_id
-        message.pose.pose = conversions.pose_to_msg(pose)
-        message.twist.twist = conversions.twist_to_msg(linear, angular)
-        for covariance in (message.pose.covariance, message.twist.covariance):
-            covariance[::7] = list(PLANAR)
-        return message
+        return odometry_message(time, self.spec, pose, linear, angular)
 
     def close(self):
         super().close()
-        if self._transform is not None:
-            self._transform.unregister()
-        if self._subscriber is not None:
-            self._subscriber.unregister()
+        for other in (self._transform, self._wheel_states, self._wheel_frames, self._subscriber):
+            if other is not None:
+                other.unregister()
 
 
-def _transform(odometry):
-    """tf2_msgs/TFMessage that says the same as an Odometry."""
+def command_of(topic, values):
+    """Returns a velocity command, or None, logged, where a number is not usable."""
+    if all(abs(value) <= MAX_COMMAND for value in values):
+        return tuple(values)
+    rospy.logerr_throttle(
+        1.0,
+        f"{topic}: command {tuple(values)}, must be finite numbers, at most {MAX_COMMAND:g} "
+        "either way; the last good one stays",
+    )
+    return None
+
+
+def odometry_message(time, spec, pose, linear, angular):
+    """nav_msgs/Odometry of a base that moves in the plane.
+
+    Args:
+        time: simulated [s].
+        spec: has frame_id and child_frame_id.
+        pose: Pose in frame_id.
+        linear, angular: (3,) [m/s, rad/s] in the child frame.
+    """
+    message = Odometry(child_frame_id=spec.child_frame_id)
+    message.header.stamp = conversions.stamp(time)
+    message.header.frame_id = spec.frame_id
+    message.pose.pose = conversions.pose_to_msg(pose)
+    message.twist.twist = conversions.twist_to_msg(linear, angular)
+    for covariance in (message.pose.covariance, message.twist.covariance):
+        covariance[::7] = list(PLANAR)
+    return message
+
+
+def odometry_transform(odometry):
+    """geometry_msgs/TransformStamped with the pose of an Odometry."""
     message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
-    message.transform.rotation = odometry.pose.pose.orientation
-    place = odometry.pose.pose.position
-    message.transform.translation.x, message.transform.translation.y = place.x, place.y
-    message.transform.translation.z = place.z
-    return TFMessage([message])
+    return _with_pose(message, odometry.pose.pose)
+
+
+def _with_pose(message, pose):
+    message.transform.rotation = pose.orientation
+    translation, position = message.transform.translation, pose.position
+    translation.x, translation.y, translation.z = position.x, position.y, position.z
+    return message

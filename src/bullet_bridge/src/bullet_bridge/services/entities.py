@@ -20,11 +20,11 @@ class Frame:
 
     def inward(self, pose, linear, angular):
         """A pose and a velocity of the world as seen from this frame, along its axes."""
-        turn = self.pose.matrix.T
+        rotation = self.pose.matrix.T
         return (
             self.pose.inverse() * pose,
-            turn @ (linear - self.linear),
-            turn @ (angular - self.angular),
+            rotation @ (linear - self.linear),
+            rotation @ (angular - self.angular),
         )
 
 
@@ -44,10 +44,10 @@ def find_frame(world, name):
 
 
 def find_link(world, name, what="link"):
-    """(Model, link name) of MODEL::LINK or of a plain link name: then the first model's counts.
+    """(Model, link name) of MODEL::LINK or of a plain link name (the first model's that has it).
 
     Raises:
-        WorldError: there is none; says which there are.
+        WorldError: there is none; lists the links.
     """
     found = _find(world, name, lambda model: model.link_names)
     if found is None:
@@ -62,7 +62,7 @@ def find_joint(world, name):
     """(Model, joint name) of a joint's plain name (the first model's that has it) or MODEL::JOINT.
 
     Raises:
-        WorldError: there is none; says which there are.
+        WorldError: there is none; lists the joints.
     """
     found = _find(world, name, lambda model: model.description.joints)
     if found is None:

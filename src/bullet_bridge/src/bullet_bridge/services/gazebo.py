@@ -1,4 +1,4 @@
-"""The services and topics below /gazebo that ordinary clients of gazebo_ros use."""
+"""The services and topics of gazebo_ros below /gazebo."""
 
 from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.joint import JointServices
@@ -10,7 +10,7 @@ from bullet_bridge.services.physics_tuning import PhysicsTuning
 
 
 class GazeboServices:
-    """All of them.
+    """Creates all of them.
 
     Args:
         world: of the core.

@@ -3,7 +3,7 @@
 import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.models import properties
-from bullet_sim.models.forces import span
+from bullet_sim.models.forces import step_range
 from gazebo_msgs.srv import (
     ApplyJointEffort,
     ApplyJointEffortResponse,
@@ -15,8 +15,8 @@ from gazebo_msgs.srv import (
     SetJointPropertiesResponse,
 )
 
-from bullet_bridge.services.answering import answering, commanding
 from bullet_bridge.services.entities import find_joint
+from bullet_bridge.services.handlers import empty_service_handler, service_handler
 
 TYPES = {
     "revolute": GetJointPropertiesResponse.REVOLUTE,
@@ -43,11 +43,11 @@ class JointServices:
             ("set_joint_properties", SetJointProperties, self._set_properties),
             ("apply_joint_effort", ApplyJointEffort, self._drive),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
         rospy.Service(
             f"{prefix}/clear_joint_forces",
             JointRequest,
-            commanding(self._clear, JointRequestResponse),
+            empty_service_handler(self._clear, JointRequestResponse),
         )
 
     def _get_properties(self, request):
@@ -105,11 +105,11 @@ class JointServices:
     def _drive(self, request):
         def work():
             model, joint = find_joint(self._world, request.joint_name)
-            return self._world.forces.drive(
+            return self._world.forces.apply_effort(
                 model,
                 joint,
                 request.effort,
-                span(
+                step_range(
                     self._world.step_count,
                     self._world.time_step,
                     request.start_time.to_sec(),

@@ -4,7 +4,7 @@ import numpy as np
 import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.models import properties
-from bullet_sim.models.forces import span
+from bullet_sim.models.forces import step_range
 from bullet_sim.pose import PLACEABLE
 from gazebo_msgs.msg import LinkState
 from gazebo_msgs.srv import (
@@ -23,8 +23,8 @@ from gazebo_msgs.srv import (
 )
 from geometry_msgs.msg import Pose as PoseMsg
 
-from bullet_bridge.services.answering import answering, commanding, listening
 from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_link
+from bullet_bridge.services.handlers import empty_service_handler, service_handler, topic_callback
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
 
@@ -35,7 +35,7 @@ class LinkServices:
         prefix: of the service names.
         world: of the core.
         jobs: JobQueue of the simulation thread.
-        arrivals: Arrivals, which count what comes by topic.
+        arrivals: Arrivals, which count the messages.
     """
 
     def __init__(self, prefix, world, jobs, arrivals):
@@ -47,13 +47,13 @@ class LinkServices:
             ("set_link_properties", SetLinkProperties, self._set_properties),
             ("apply_body_wrench", ApplyBodyWrench, self._push),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
         rospy.Service(
             f"{prefix}/clear_body_wrenches",
             BodyRequest,
-            commanding(self._clear, BodyRequestResponse),
+            empty_service_handler(self._clear, BodyRequestResponse),
         )
-        arrivals.subscribe(f"{prefix}/set_link_state", LinkState, listening(self._set_state))
+        arrivals.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
     def _get_state(self, request):
         def work():
@@ -78,7 +78,7 @@ class LinkServices:
 
         def work():
             model, link = find_link(self._world, state.link_name)
-            index, offset = model.carrier(link)
+            index, offset = model.link_in_body(link)
             if index >= 0:
                 raise ModelError(
                     f"link '{state.link_name}' hangs on a joint and cannot be put anywhere; "
@@ -86,7 +86,7 @@ class LinkServices:
                     "with set_model_configuration"
                 )
             frame = find_frame(self._world, state.reference_frame).pose
-            target, turn = frame * pose, frame.matrix @ angular
+            target, angular_in_world = frame * pose, frame.matrix @ angular
             if not target.is_placeable():
                 raise ModelError(
                     f"pose for link '{state.link_name}' is {pose.position}, "
@@ -94,7 +94,8 @@ class LinkServices:
                 )
             root = target.normalised() * offset.inverse()
             arm = np.subtract(root.position, target.position)
-            model.set_state(root, frame.matrix @ linear + np.cross(turn, arm), turn)
+            linear_of_root = frame.matrix @ linear + np.cross(angular_in_world, arm)
+            model.set_state(root, linear_of_root, angular_in_world)
 
         self._jobs.call(work)
         return SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
@@ -160,12 +161,12 @@ class LinkServices:
                 moment = frame.matrix @ torque + np.cross(
                     np.subtract(frame.position, body.position), turned
                 )
-            self._world.forces.push(
+            self._world.forces.apply_wrench(
                 model,
                 link,
                 turned,
                 moment,
-                span(
+                step_range(
                     self._world.step_count,
                     self._world.time_step,
                     request.start_time.to_sec(),

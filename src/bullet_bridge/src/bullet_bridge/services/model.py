@@ -20,8 +20,8 @@ from gazebo_msgs.srv import (
     SpawnModelResponse,
 )
 
-from bullet_bridge.services.answering import answering, listening
 from bullet_bridge.services.entities import find_frame
+from bullet_bridge.services.handlers import service_handler, topic_callback
 from bullet_bridge.services.namespaces import with_robot_namespace
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
@@ -60,9 +60,9 @@ class ModelServices:
             ("get_world_properties", GetWorldProperties, self._get_world),
             ("get_model_properties", GetModelProperties, self._get_properties),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
         robots.arrivals.subscribe(
-            f"{prefix}/set_model_state", ModelState, listening(self._set_state)
+            f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
 
     def _spawn(self, request, spawn):

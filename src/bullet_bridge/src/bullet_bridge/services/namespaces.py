@@ -1,4 +1,4 @@
-"""A spawn request's robot_namespace: what it means for the plugins of the model."""
+"""The robot_namespace of a spawn request, applied to the plugins of the model."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -14,7 +14,7 @@ def with_robot_namespace(text, namespace):
         namespace: of the spawn request; empty: the text stays as it is.
 
     Returns:
-        The text; one that is not XML comes back unchanged, its reader says why.
+        The text; one that is not XML is returned unchanged, the parser reports the error.
     """
     if not namespace:
         return text

@@ -1,4 +1,4 @@
-"""Services about the world's physics and time: pause, reset, properties; and its lights."""
+"""Services about physics and time: pause, reset, properties; and about lights."""
 
 import rospy
 from bullet_sim.errors import WorldError
@@ -15,7 +15,7 @@ from gazebo_msgs.srv import (
 from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
-from bullet_bridge.services.answering import answering, commanding
+from bullet_bridge.services.handlers import empty_service_handler, service_handler
 from bullet_bridge.services.physics_properties import FIXED
 from bullet_bridge.transport.conversions import vector
 
@@ -39,7 +39,9 @@ class PhysicsServices:
             ("reset_world", lambda: server.reset(time=False)),
         ):
             rospy.Service(
-                f"{prefix}/{name}", Empty, commanding(lambda _, work=work: jobs.call(work))
+                f"{prefix}/{name}",
+                Empty,
+                empty_service_handler(lambda _, work=work: jobs.call(work)),
             )
         for name, kind, work in (
             ("get_physics_properties", GetPhysicsProperties, self._get),
@@ -48,7 +50,7 @@ class PhysicsServices:
             ("set_light_properties", SetLightProperties, self._no_light),
             ("delete_light", DeleteLight, self._no_light),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, answering(work, kind))
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
 
     def _get(self, _):
         now = self._jobs.call(self._properties.read)

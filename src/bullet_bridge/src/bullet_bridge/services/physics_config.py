@@ -1,8 +1,10 @@
 """The physics' configuration type for dynamic_reconfigure: names, ranges, defaults.
 
-Servers take this module as their `type`. It spells by hand what a .cfg generator would write; the
-upper bound of max_update_rate is wider than upstream's 1000, which is real time here.
+Servers take this module as their `type`. It is written by hand as a .cfg generator would write it;
+the upper bound of max_update_rate is above upstream's 1000, which is real time here.
 """
+
+from paddock_common.reconfigure import describe
 
 # name, type, default, least, greatest, description; every one of level 1
 _PARAMETERS = (
@@ -23,37 +25,4 @@ _PARAMETERS = (
     ("max_contacts", "int", 100, 0, 10000000, "Of ODE, without effect."),
 )
 
-config_description = {
-    "name": "Default",
-    "type": "",
-    "state": True,
-    "cstate": "true",
-    "id": 0,
-    "parent": 0,
-    "class": "DEFAULT",
-    "parentclass": "",
-    "parentname": "Default",
-    "field": "default",
-    "upper": "DEFAULT",
-    "lower": "groups",
-    "groups": [],
-    "parameters": [
-        {
-            "name": row[0],
-            "type": row[1],
-            "default": row[2],
-            "min": row[3],
-            "max": row[4],
-            "description": row[5],
-            "level": 1,
-            "edit_method": "",
-        }
-        for row in _PARAMETERS
-    ],
-}
-min = {row[0]: row[3] for row in _PARAMETERS}
-max = {row[0]: row[4] for row in _PARAMETERS}
-defaults = {row[0]: row[2] for row in _PARAMETERS}
-level = {row[0]: 1 for row in _PARAMETERS}
-type = {row[0]: row[1] for row in _PARAMETERS}
-all_level = 1
+globals().update(describe(_PARAMETERS))

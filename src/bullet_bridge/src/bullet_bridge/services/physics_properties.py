@@ -1,4 +1,4 @@
-"""What of the physics can be read and changed at run time, checked in one place."""
+"""Physics properties that can be read and changed at run time."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from bullet_sim.errors import WorldError
 from bullet_sim.formats.sdf.world import MIN_STEP
 
 MAX_ITERATIONS = 1000
-# What Bullet does where ODE has a setting: reported, and left as it is when others are asked for.
+# ODE settings that are fixed in Bullet: reported, and requests to change them are ignored.
 FIXED = dict(
     auto_disable_bodies=False,
     sor_pgs_precon_iters=0,
@@ -56,7 +56,7 @@ class Properties:
 
 
 class PhysicsProperties:
-    """Reads and changes them; to be used by the simulation thread.
+    """Reads and changes the properties (simulation thread).
 
     Args:
         world: of the core.

@@ -1,4 +1,4 @@
-"""The physics' properties through dynamic_reconfigure, as gazebo_ros offers them."""
+"""The physics' properties through dynamic_reconfigure, as in gazebo_ros."""
 
 import rospy
 from bullet_sim.errors import SimError
@@ -47,7 +47,7 @@ class _Server(Server):
 
 
 class PhysicsTuning:
-    """dynamic_reconfigure server of the world; to be made before the simulation runs.
+    """dynamic_reconfigure server of the world; to be created before the simulation runs.
 
     Args:
         namespace: of its service, topics and parameters.

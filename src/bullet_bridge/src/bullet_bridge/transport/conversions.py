@@ -8,12 +8,12 @@ from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, Imu
 
-from bullet_bridge.transport.packed import split
+from bullet_bridge.transport.packed import to_sec_nsec
 
 
 def stamp(time):
     """rospy.Time of a simulated time [s], rounded to nanoseconds."""
-    return rospy.Time(*split(time))
+    return rospy.Time(*to_sec_nsec(time))
 
 
 def pose_from_msg(message):

@@ -1,9 +1,9 @@
-"""Sending without a thread in between.
+"""Sending from the publishing thread, without a thread for each subscriber.
 
-rospy hands every message of a publisher with a queue to a thread per subscriber and yields to it,
-which costs the physics several thread switches a message. Here the publishing thread writes to the
-socket itself as long as the kernel takes the bytes at once; only what it does not take waits for a
-thread. Nagle's algorithm is off: a message waits for nobody's acknowledgement.
+rospy passes each message of a publisher with a queue to one thread per subscriber and yields to it:
+several thread switches per message, which slow down the physics. A DirectConnection writes to the
+subscriber's socket in the publishing thread. Only what the kernel does not accept at once is queued
+for a thread. Nagle's algorithm is off, so that no message waits for an acknowledgement.
 """
 
 import collections
@@ -13,11 +13,11 @@ import threading
 import rospy
 from rospy.exceptions import TransportTerminated
 
-from bullet_bridge.transport.relay_process import keep
+from bullet_bridge.transport.relay_process import enqueue
 
 
-class Front:
-    """Stands before a rospy transport to one subscriber, as rospy's QueuedConnection does.
+class ConnectionWrapper:
+    """Wraps a rospy transport to one subscriber, as rospy's QueuedConnection does.
 
     Args:
         connection: rospy transport with a socket.
@@ -35,7 +35,7 @@ class Front:
         """Send a message; rospy calls it with the topic's lock held.
 
         Raises:
-            TransportTerminated: the subscriber is gone.
+            TransportTerminated: the connection is closed.
         """
         if self._connection.done:
             raise TransportTerminated("connection closed")
@@ -43,28 +43,28 @@ class Front:
         return True
 
 
-def prepare(sock):
-    """Make a subscriber's socket wait for nobody's acknowledgement, and blocking."""
+def prepare_socket(sock):
+    """Make a subscriber's socket blocking and turn off Nagle's algorithm."""
     sock.settimeout(None)
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
-class DirectConnection(Front):
-    """Writes to the subscriber's socket itself.
+class DirectConnection(ConnectionWrapper):
+    """Writes to the subscriber's socket in the publishing thread.
 
     Args:
         connection: rospy transport with a socket.
-        limit: messages that may wait, the oldest is dropped beyond; None: writing waits until the
-            kernel has taken all.
+        limit: queue size [messages], the oldest is dropped beyond; None: no queue, a write blocks
+            until the kernel has accepted the whole message.
     """
 
     def __init__(self, connection, limit):
         super().__init__(connection)
         self._limit, self._socket = limit, connection.socket
-        prepare(self._socket)
+        prepare_socket(self._socket)
         self._changed = threading.Condition()
-        self._waiting, self._thread, self._busy = collections.deque(), None, False
+        self._queue, self._thread, self._busy = collections.deque(), None, False
         connection.set_cleanup_callback(self._on_close)
 
     def _write(self, data):
@@ -80,42 +80,46 @@ class DirectConnection(Front):
         self._connection.stat_num_msg += 1
 
     def _send_now(self, data):
-        """Whether the kernel took all; the rest of what it took in part goes to the thread."""
+        """Send without blocking; the rest of a message sent in part is queued.
+
+        Returns:
+            Whether the kernel accepted the message or a part of it.
+        """
         try:
             sent = self._socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             return False
         if sent < len(data):
             with self._changed:
-                self._waiting.appendleft(memoryview(data)[sent:])
+                self._queue.appendleft(memoryview(data)[sent:])
             self._wake()
         return True
 
     def _send_later(self, data):
         with self._changed:
-            keep(self._waiting, data, self._limit)
+            enqueue(self._queue, data, self._limit)
         self._wake()
 
     def _wake(self):
         with self._changed:
-            self._busy = bool(self._waiting) or self._busy
+            self._busy = bool(self._queue) or self._busy
             if self._thread is None:
                 self._thread = threading.Thread(
-                    target=self._drain, name="slow-subscriber", daemon=True
+                    target=self._send_queued, name="slow-subscriber", daemon=True
                 )
                 self._thread.start()
             self._changed.notify_all()
 
-    def _drain(self):
-        """The thread: sends what waits, in order."""
+    def _send_queued(self):
+        """The thread: sends queued messages in order."""
         while True:
             with self._changed:
-                while not self._waiting and not self._connection.done:
+                while not self._queue and not self._connection.done:
                     self._busy = False
                     self._changed.wait()
                 if self._connection.done:
                     return
-                data = self._waiting.popleft()
+                data = self._queue.popleft()
             try:
                 self._socket.sendall(data)
             except OSError:
@@ -128,29 +132,29 @@ class DirectConnection(Front):
 
 
 def send_directly(publisher, limit, relay=None):
-    """Let a new rospy.Publisher use DirectConnection for TCP subscribers.
+    """Wrap each TCP connection of a new rospy.Publisher in a connection wrapper.
 
     Args:
-        publisher: rospy.Publisher without a queue, just made: nobody is connected yet.
+        publisher: rospy.Publisher without a queue that has no connections yet.
         limit: see DirectConnection.
-        relay: Relay that serves them instead as long as it is alive; None: none.
+        relay: Relay that sends instead while it is alive; None: always DirectConnection.
     """
     impl = publisher.impl
-    if getattr(impl, "sends_directly", False):  # another Publisher of the same topic did it
+    if getattr(impl, "sends_directly", False):  # shared with another Publisher of this topic
         return
-    plain = impl.add_connection
+    original = impl.add_connection
 
     def add_connection(connection):
         if getattr(connection, "socket", None) is not None:
             try:
-                relayed = relay.serve(connection, limit) if relay is not None else None
+                relayed = relay.add_subscriber(connection, limit) if relay is not None else None
                 connection = relayed or DirectConnection(connection, limit)
-            except OSError as error:  # gone already
-                rospy.logdebug("subscriber of %s is gone: %s", impl.resolved_name, error)
+            except OSError as error:  # closed already
+                rospy.logdebug("a subscriber of %s has disconnected: %s", impl.resolved_name, error)
                 return False
         try:
-            added = plain(connection)
-        except Exception:  # the topic was withdrawn meanwhile
+            added = original(connection)
+        except Exception:  # the topic was unregistered in the meantime
             connection.close()
             raise
         if impl.closed:

@@ -1,9 +1,9 @@
-"""Messages that are sent often, packed straight into their wire format.
+"""Frequent messages, packed directly into their wire format.
 
-genpy builds a message of many small objects and packs them field by field, and rospy copies the
-bytes twice, which costs the physics more than reading the numbers. Here the constant parts are
-packed once, the numbers in one call, and all is put together once. The bytes are those of the
-ordinary message; a test compares them.
+genpy builds a message from many small objects and packs them field by field, and rospy copies the
+bytes twice; that takes longer than reading the numbers from the engine. Here the constant fields
+are packed once, the numbers in one call, and the parts are joined once. The bytes are the same as
+genpy's; a test compares them.
 
 Wire format: http://wiki.ros.org/msg#Fields (little endian; strings and lists lead with a uint32).
 """
@@ -15,13 +15,13 @@ import rospy
 _LENGTH = struct.Struct("<I")
 
 
-def text(words):
+def pack_string(text):
     """Bytes of a string field."""
-    data = words.encode()
+    data = text.encode()
     return struct.pack("<I", len(data)) + data
 
 
-def split(time):
+def to_sec_nsec(time):
     """Seconds and nanoseconds of a simulated time [s], rounded to nanoseconds."""
     seconds = int(time)
     nanoseconds = round((time - seconds) * 1e9)
@@ -29,29 +29,29 @@ def split(time):
 
 
 class Packed:
-    """What rospy's topic takes for a message: `serialize` writes the bytes.
+    """Stands in for a message in rospy's publish(): `serialize` writes the packed bytes.
 
     Args:
-        wire: rospy.Publisher of the message's type.
+        publisher: rospy.Publisher of the message's type.
     """
 
-    _has_header = False  # the bytes hold the header, with rospy's own count of messages
+    _has_header = False  # rospy sets no header: the bytes hold it
 
-    def __init__(self, wire):
-        self._impl = wire.impl
+    def __init__(self, publisher):
+        self._impl = publisher.impl
         self._parts = ()
 
     def serialize(self, buffer):
-        """Write what is to be sent; rospy calls it with the topic locked."""
+        """Write the packed bytes; rospy calls it with the topic's lock held."""
         for part in self._parts:
             buffer.write(part)
 
     def _send(self, *parts):
-        """What rospy's topic does in publish(), without its buffer."""
+        """Do what publish() of rospy's topic does, without its buffer."""
         impl, failed = self._impl, []
         impl.acquire()
         try:
-            if impl.closed or impl.is_latch:  # an error, or it has to keep the message
+            if impl.closed or impl.is_latch:  # raises, or stores the latched message
                 self._parts = parts
                 impl.publish(self)
                 return
@@ -62,7 +62,7 @@ class Packed:
             for connection in impl.connections:
                 try:
                     connection.write_data(data)
-                except Exception as error:  # as rospy: whatever it is, the others get it
+                except Exception as error:  # as rospy: the other connections get the message
                     rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
                     failed.append(connection)
             impl.message_data_sent += len(data)
@@ -72,21 +72,23 @@ class Packed:
             connection.close()
 
     def _header(self, time):
-        """seq and stamp; rospy counts the message right before it is serialised."""
-        return struct.pack("<III", (self._impl.seq + 1) & 0xFFFFFFFF, *split(time))
+        """seq and stamp; rospy increments seq just before it serialises a message."""
+        return struct.pack("<III", (self._impl.seq + 1) & 0xFFFFFFFF, *to_sec_nsec(time))
 
 
 class PackedJointState(Packed):
     """sensor_msgs/JointState.
 
     Args:
-        wire: rospy.Publisher.
+        publisher: rospy.Publisher.
         names: of the joints.
     """
 
-    def __init__(self, wire, names):
-        super().__init__(wire)
-        self._constant = text("") + struct.pack("<I", len(names)) + b"".join(map(text, names))
+    def __init__(self, publisher, names):
+        super().__init__(publisher)
+        self._constant = (
+            pack_string("") + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
+        )
         count = len(names)
         self._numbers = struct.Struct("<" + f"I{count}d" * 3)
         self._count = count
@@ -105,17 +107,17 @@ class PackedOdometry(Packed):
     """nav_msgs/Odometry.
 
     Args:
-        wire: rospy.Publisher.
-        frame, child_frame: their names.
+        publisher: rospy.Publisher.
+        frame, child_frame: frame names.
         variance: on the diagonals of both covariances.
     """
 
     _NUMBERS = struct.Struct("<7d")
     _TWIST = struct.Struct("<6d")
 
-    def __init__(self, wire, frame, child_frame, variance):
-        super().__init__(wire)
-        self._frames = text(frame) + text(child_frame)
+    def __init__(self, publisher, frame, child_frame, variance):
+        super().__init__(publisher)
+        self._frames = pack_string(frame) + pack_string(child_frame)
         self._covariance = struct.pack("<36d", *(variance * (i % 7 == 0) for i in range(36)))
 
     def send(self, time, position, orientation, linear, angular):
@@ -134,15 +136,15 @@ class PackedScan(Packed):
     """sensor_msgs/LaserScan.
 
     Args:
-        wire: rospy.Publisher.
+        publisher: rospy.Publisher.
         spec: RaySpec.
         increment: between rays [rad].
         count: of rays.
     """
 
-    def __init__(self, wire, spec, increment, count):
-        super().__init__(wire)
-        self._constant = text(spec.frame_id) + struct.pack(
+    def __init__(self, publisher, spec, increment, count):
+        super().__init__(publisher)
+        self._constant = pack_string(spec.frame_id) + struct.pack(
             "<7fI",
             spec.min_angle,
             spec.max_angle,
@@ -166,14 +168,14 @@ class PackedImage(Packed):
     """sensor_msgs/Image.
 
     Args:
-        wire: rospy.Publisher.
-        frame: its name.
-        encoding: rgb8 and the like.
+        publisher: rospy.Publisher.
+        frame: frame_id of the header.
+        encoding: such as rgb8.
     """
 
-    def __init__(self, wire, frame, encoding):
-        super().__init__(wire)
-        self._frame, self._encoding = text(frame), text(encoding)
+    def __init__(self, publisher, frame, encoding):
+        super().__init__(publisher)
+        self._frame, self._encoding = pack_string(frame), pack_string(encoding)
 
     def send(self, time, pixels):
         """Publish for a simulated time [s]; pixels (H, W) or (H, W, C) uint8, contiguous."""
@@ -190,8 +192,8 @@ class PackedImage(Packed):
 
 
 class PackedClock(Packed):
-    """rosgraph_msgs/Clock, latched: the last one is sent again to whoever comes later."""
+    """rosgraph_msgs/Clock, latched: a new subscriber gets the last message."""
 
     def send(self, time):
         """Publish a simulated time [s]."""
-        self._send(struct.pack("<II", *split(time)))
+        self._send(struct.pack("<II", *to_sec_nsec(time)))

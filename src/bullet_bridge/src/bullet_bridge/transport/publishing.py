@@ -1,9 +1,9 @@
-"""Publishers for two kinds of running.
+"""How publishers send: through the relay, or in lockstep directly.
 
-Normally the physics never waits for a subscriber: what one cannot take at once waits in a short
-queue, from which the oldest message is dropped; a process of its own, the relay, does the sending.
-In lockstep publish() returns when the socket of every subscriber has the message and nothing is
-dropped: when a step has returned, all is out.
+Normally the physics never waits for a subscriber: the relay process sends, and what a slow
+subscriber cannot take goes to a short queue from which the oldest message is dropped. In lockstep
+publish() returns when the socket of every subscriber has taken the message and nothing is dropped,
+so that all messages of a step are sent when the step returns.
 """
 
 import contextlib
@@ -14,33 +14,33 @@ import rospy
 
 from bullet_bridge.transport.direct import send_directly
 
-QUEUE = 10  # messages per subscriber that may wait, oldest dropped
+QUEUE_SIZE = 10  # messages per subscriber, the oldest is dropped beyond
 
 _in_lockstep, _relay = False, None
 _made = threading.local()  # .lists: of the publishers made within each all_or_none
 
 
 def set_lockstep(lockstep):
-    """Choose, before the first publisher is made."""
+    """Choose the mode; to be called before the first publisher is made."""
     global _in_lockstep
     _in_lockstep = lockstep
 
 
 def set_relay(relay):
-    """Let a Relay do the sending; None: none. Before the first publisher is made."""
+    """Set the Relay to send through, or None; to be called before the first publisher is made."""
     global _relay
     _relay = relay
 
 
-def publisher(topic, kind, latch=False, queue_size=QUEUE, relayed=True):
-    """A rospy.Publisher that fits the way of running.
+def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
+    """A rospy.Publisher that sends as the mode asks for.
 
     Args:
         topic, kind, latch: as rospy's.
-        queue_size: messages per subscriber that may wait.
-        relayed: False for big messages that the simulation thread does not send.
+        queue_size: messages per subscriber.
+        relayed: False for large messages that other threads than the simulation's publish.
     """
-    with warnings.catch_warnings():  # rospy takes the missing queue for an oversight
+    with warnings.catch_warnings():  # rospy warns about a missing queue size
         warnings.simplefilter("ignore")
         made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
     for made_here in getattr(_made, "lists", ()):
@@ -54,7 +54,7 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE, relayed=True):
 
 @contextlib.contextmanager
 def all_or_none():
-    """An exception that leaves this context withdraws the publishers made in it."""
+    """Unregister the publishers made in this context if an exception leaves it."""
     made_here, before = [], getattr(_made, "lists", ())
     _made.lists = (*before, made_here)
     try:

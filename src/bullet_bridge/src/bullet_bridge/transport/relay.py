@@ -1,8 +1,8 @@
-"""Sending through a process of its own: one write of the simulation thread for all subscribers.
+"""Sending through the relay process: one write of the simulation thread for all subscribers.
 
-To send a message to a process that sleeps takes the sender's time to wake it, several times what
-the message costs otherwise, and several nodes hear each message. The simulation thread leaves that
-to the relay. What the relay does with the messages stands in relay_process.
+A write to the socket of a sleeping process also wakes that process. The wake-up takes the sender
+several times as long as the write, and each message has several subscribers. So the simulation
+thread writes to the relay process only, which writes to the subscribers: see relay_process.py.
 """
 
 import collections
@@ -18,15 +18,15 @@ import time
 import rospy
 from bullet_sim.system.sockets import blocking_pair
 
-from bullet_bridge.transport.calling_back import call_subscribers_back
-from bullet_bridge.transport.direct import Front, prepare
-from bullet_bridge.transport.relay_process import ADD, ECHO, HEAD, HURRY, MESSAGE, NUMBER, REMOVE
+from bullet_bridge.transport.direct import ConnectionWrapper, prepare_socket
+from bullet_bridge.transport.reconnecting import reconnect_subscribers
+from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, NUMBER, POLL, REMOVE
 
-PATIENCE = 2.0  # [s] wall time that the relay may leave its socket full, or take to end
+TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to end
 
 
-class RelayedConnection(Front):
-    """Has the relay write to the subscriber's socket."""
+class RelayedConnection(ConnectionWrapper):
+    """Passes messages to the relay process, which writes them to the subscriber's socket."""
 
     def __init__(self, connection, relay, number):
         super().__init__(connection)
@@ -44,129 +44,129 @@ class RelayedConnection(Front):
 
 
 class Relay:
-    """The relay's process, as the bridge sees it.
+    """Starts and feeds the relay process.
 
-    If it dies or hangs, what it served is closed, the master is asked to tell the subscribers where
-    to connect again, and `alive` is False from then on.
+    If the process dies or hangs, the connections of its subscribers are closed, the master is asked
+    to have them reconnect, and `alive` is False from then on.
 
     Args:
-        on_end: called with one line of text when the process dies before close().
-        call_back: called, some seconds after that, to have the subscribers connect again.
+        on_failure: called with one line of text when the process ends before close().
+        reconnect: called after that, to have the subscribers reconnect; may take seconds.
 
     Raises:
-        OSError: it does not start.
+        OSError: the process does not start.
     """
 
-    def __init__(self, on_end=rospy.logerr, call_back=call_subscribers_back):
-        self._on_end, self._call_back = on_end, call_back
-        self._channel, its = blocking_pair()
+    def __init__(self, on_failure=rospy.logerr, reconnect=reconnect_subscribers):
+        self._on_failure, self._reconnect = on_failure, reconnect
+        self._channel, child_end = blocking_pair()
         self._channel.setsockopt(
-            socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(PATIENCE), 0)
+            socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(TIMEOUT), 0)
         )
         script = pathlib.Path(__file__).with_name("relay_process.py")
         try:
             self.process = subprocess.Popen(
-                [sys.executable, "-I", "-S", str(script), str(its.fileno())],
+                [sys.executable, "-I", "-S", str(script), str(child_end.fileno())],
                 stdin=subprocess.DEVNULL,
-                pass_fds=[its.fileno()],
+                pass_fds=[child_end.fileno()],
             )
         except OSError:
             self._channel.close()
             raise
         finally:
-            its.close()
+            child_end.close()
         self.alive, self._closing = True, False
         self._lock = threading.RLock()
-        self._parts, self._gone, self._last = collections.deque(), collections.deque(), 0
-        self._gathering = self._flushing = False
-        self._served = {}  # number -> rospy transport
-        self._caught_up = threading.Event()
-        self._listener = threading.Thread(target=self._listen, name="relay", daemon=True)
-        self._listener.start()
+        self._buffer, self._closed, self._last = collections.deque(), collections.deque(), 0
+        self._batching = self._flushing = False
+        self._connections = {}  # number -> rospy transport
+        self._drained = threading.Event()
+        self._receiver = threading.Thread(target=self._receive, name="relay", daemon=True)
+        self._receiver.start()
 
-    def serve(self, connection, limit):
-        """Take over a rospy transport with a socket.
+    def add_subscriber(self, connection, limit):
+        """Pass the socket of a rospy transport to the relay process.
 
         Args:
             connection: the transport.
-            limit: messages that may wait for it, the oldest is dropped beyond.
+            limit: queue size [messages], the oldest is dropped beyond.
 
         Returns:
             RelayedConnection, or None: the relay has ended.
         """
         sock = connection.socket
-        prepare(sock)
+        prepare_socket(sock)
         with self._lock:
             self._flush()
             if not self.alive:
                 return None
-            self._last += 1  # its record goes by itself, behind what was put before
+            self._last += 1  # its record is sent alone, after all earlier ones
             number = self._last
             try:
                 socket.send_fds(self._channel, [HEAD.pack(ADD, number, limit)], [sock.fileno()])
             except OSError:
-                self._give_up("does not take subscribers")
+                self._fail("does not take subscribers")
                 return None
-            self._served[number] = connection
-        connection.set_cleanup_callback(lambda _: self._forget(number))
+            self._connections[number] = connection
+        connection.set_cleanup_callback(lambda _: self._on_close(number))
         return RelayedConnection(connection, self, number)
 
-    def _forget(self, number):
-        """Never waits: rospy calls it with locks held that a signal handler may want."""
-        self._gone.append(number)
-        if not self._gathering and self._lock.acquire(blocking=False):
+    def _on_close(self, number):
+        """Never blocks: rospy calls it holding locks that a signal handler may need."""
+        self._closed.append(number)
+        if not self._batching and self._lock.acquire(blocking=False):
             try:
                 self._flush()
             finally:
                 self._lock.release()
 
-    def hurry(self, flag):
-        """Tell whether messages come all the time, so that the relay should not sleep."""
-        self.put(HEAD.pack(HURRY, 0, int(flag)))
+    def set_polling(self, polling):
+        """Choose whether the relay polls for messages (frequent ones) or blocks until one comes."""
+        self.put(HEAD.pack(POLL, 0, int(polling)))
 
-    def catch_up(self):
-        """Wait until all that was put is sent, or waits for a subscriber that is slow."""
+    def drain(self):
+        """Wait until all messages are sent, or queued for a slow subscriber."""
         with self._lock:
-            self._caught_up.clear()
-            self.put(HEAD.pack(ECHO, 0, 0))
+            self._drained.clear()
+            self.put(HEAD.pack(DRAIN, 0, 0))
             self._flush()
-        deadline = time.monotonic() + PATIENCE
-        while self.alive and not self._caught_up.wait(0.1):
+        deadline = time.monotonic() + TIMEOUT
+        while self.alive and not self._drained.wait(0.1):
             if time.monotonic() > deadline:
-                self._give_up(f"did not answer for {PATIENCE:g} s")
+                self._fail(f"did not answer for {TIMEOUT:g} s")
 
     def put(self, data):
-        """Write whole records, now or at release()."""
-        self._parts.append(data)  # atomic: other threads put, too
-        if not self._gathering:
+        """Write complete records, now or in end_batch()."""
+        self._buffer.append(data)  # atomic: other threads call it, too
+        if not self._batching:
             with self._lock:
                 self._flush()
 
-    def gather(self):
-        """From here to release() what is put, by any thread, waits and goes in one piece."""
-        self._gathering = True
+    def begin_batch(self):
+        """Buffer all records, of any thread, until end_batch() writes them at once."""
+        self._batching = True
 
-    def release(self):
-        """Write what was gathered."""
-        self._gathering = False
-        if self._parts:
+    def end_batch(self):
+        """Write the buffered records."""
+        self._batching = False
+        if self._buffer:
             with self._lock:
                 self._flush()
 
     def _flush(self):
-        """Write what was put; a signal handler may come in between, which leaves that to us."""
+        """Write the buffer. A call from a signal handler during a flush leaves it to that flush."""
         if self._flushing:
             return
         self._flushing = True
         try:
-            while self._parts or self._gone:
-                parts = [self._parts.popleft() for _ in range(len(self._parts))]
-                while self._gone:
-                    number = self._gone.popleft()
-                    if self._served.pop(number, None) is not None:
-                        parts.append(HEAD.pack(REMOVE, number, 0))
-                if self.alive and parts:
-                    self._write(b"".join(parts))
+            while self._buffer or self._closed:
+                records = [self._buffer.popleft() for _ in range(len(self._buffer))]
+                while self._closed:
+                    number = self._closed.popleft()
+                    if self._connections.pop(number, None) is not None:
+                        records.append(HEAD.pack(REMOVE, number, 0))
+                if self.alive and records:
+                    self._write(b"".join(records))
         finally:
             self._flushing = False
 
@@ -176,52 +176,52 @@ class Relay:
         except BlockingIOError:
             sent = 0
         except OSError:
-            self._give_up("is gone")
+            self._fail("is gone")
             return
         if sent < len(data):
             self._send_rest(memoryview(data)[sent:])
 
     def _send_rest(self, data):
-        """The relay never waits for a subscriber: it is worth waiting for."""
+        """Block until the relay has read the rest; it never blocks on a subscriber itself."""
         poller = select.poll()
         poller.register(self._channel, select.POLLOUT)
         try:
             while data:
-                if not poller.poll(PATIENCE * 1000):
-                    self._give_up(f"took nothing for {PATIENCE:g} s")
+                if not poller.poll(TIMEOUT * 1000):
+                    self._fail(f"took nothing for {TIMEOUT:g} s")
                     return
                 try:
                     data = data[self._channel.send(data, socket.MSG_DONTWAIT) :]
                 except BlockingIOError:
                     pass
         except OSError:
-            self._give_up("is gone")
+            self._fail("is gone")
 
-    def _give_up(self, reason):
-        """Whatever the relay has sent of a message is lost: the connections have to go, too."""
+    def _fail(self, reason):
+        """Kill the process and close the connections: messages may have been sent in part."""
         with self._lock:
             if not self.alive:
                 return
             self.alive = False
-            served, self._served = list(self._served.values()), {}
+            connections, self._connections = list(self._connections.values()), {}
         self.process.kill()
         threading.Thread(
-            target=self._end, args=(served, reason), name="relay-end", daemon=True
+            target=self._close_all, args=(connections, reason), name="relay-end", daemon=True
         ).start()
 
-    def _end(self, served, reason):
+    def _close_all(self, connections, reason):
         """In a thread of its own: closing takes locks of rospy's topics."""
-        for connection in served:
+        for connection in connections:
             connection.close()
         if not self._closing and not rospy.is_shutdown():
-            self._on_end(
+            self._on_failure(
                 f"the relay (pid {self.process.pid}) {reason}; the bridge sends by itself "
                 "from now on"
             )
-            self._call_back()
+            self._reconnect()
 
-    def _listen(self):
-        """The thread: closes what the relay found closed."""
+    def _receive(self):
+        """The thread: closes connections whose socket has failed in the relay."""
         left = b""
         while True:
             try:
@@ -235,16 +235,16 @@ class Relay:
                 (number,) = NUMBER.unpack_from(left)
                 left = left[NUMBER.size :]
                 if number == 0:
-                    self._caught_up.set()
+                    self._drained.set()
                     continue
                 with self._lock:
-                    connection = self._served.pop(number, None)
+                    connection = self._connections.pop(number, None)
                 if connection is not None:
                     connection.close()
-        self._give_up("has ended")
+        self._fail("has ended")
 
     def close(self):
-        """End the process; it sends what it has got."""
+        """Flush the buffer and end the process, which sends what it has read."""
         self._closing = True
         with self._lock:
             self._flush()
@@ -254,9 +254,9 @@ class Relay:
         except OSError:
             pass
         try:
-            self.process.wait(PATIENCE)
+            self.process.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        self._listener.join(PATIENCE)
+        self._receiver.join(TIMEOUT)
         self._channel.close()

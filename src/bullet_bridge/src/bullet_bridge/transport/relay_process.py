@@ -1,14 +1,14 @@
-"""The relay's process: python -I -S relay_process.py SOCKET_FD. It imports nothing but the standard
-library, so that it starts at once and stays small.
+"""The relay process: python -I -S relay_process.py SOCKET_FD. It imports only the standard library,
+to start fast and stay small.
 
-Records come through a Unix stream socket, each with a head `kind, subscriber, length`:
-    MESSAGE     its bytes follow, to be sent to the subscriber
-    ADD         a new subscriber; length: how many messages may wait for it; the file descriptor of
-                its socket comes along (SCM_RIGHTS)
-    REMOVE      the subscriber has gone
-    HURRY       length 1: messages come all the time; 0: now and then
-    ECHO        answer with 0: what came before is sent, or waits for a slow subscriber
-Back goes the number (uint32, from 1) of each subscriber whose socket has failed, and 0.
+It reads records from a Unix stream socket; each starts with a header `kind, subscriber, length`:
+    MESSAGE     followed by the message's bytes, to be sent to the subscriber
+    ADD         a new subscriber; length: its queue size [messages]; the file descriptor of its
+                socket is passed along (SCM_RIGHTS)
+    REMOVE      the subscriber is gone
+    POLL        length 1: poll the socket for records; 0: block until one arrives
+    DRAIN       reply 0 when all earlier messages are sent or queued for a slow subscriber
+It writes back the number (uint32, from 1) of each subscriber whose socket has failed, and 0.
 """
 
 import collections
@@ -21,62 +21,64 @@ import time
 
 HEAD = struct.Struct("<BII")
 NUMBER = struct.Struct("<I")
-MESSAGE, ADD, REMOVE, HURRY, ECHO = range(5)
-PIECE = 1 << 18  # [bytes] read at once
-DESCRIPTORS = 64  # most file descriptors that come at once
-NAP = 0.0002  # [s] between two looks while messages come all the time ...
-LINGER = 0.05  # [s] ... and how long without one before it waits to be woken
+MESSAGE, ADD, REMOVE, POLL, DRAIN = range(5)
+READ_SIZE = 1 << 18  # [bytes] largest read
+MAX_DESCRIPTORS = 64  # largest number of file descriptors in one read
+POLL_PERIOD = 0.0002  # [s] between two reads while polling ...
+POLL_TIMEOUT = 0.05  # [s] ... and time without a record after which it blocks
 
 
-def keep(waiting, data, limit):
-    """Let a message wait behind the others (deque); the oldest is dropped beyond the limit, but not
-    the rest of one that is sent in part (a memoryview in front)."""
-    if len(waiting) > limit:
-        del waiting[1 if isinstance(waiting[0], memoryview) else 0]
-    waiting.append(data)
+def enqueue(queue, data, limit):
+    """Append a message to a queue (deque); beyond the limit the oldest one is dropped.
+
+    A memoryview at the head is the rest of a message that is sent in part, and is not dropped.
+    """
+    if len(queue) > limit:
+        del queue[1 if isinstance(queue[0], memoryview) else 0]
+    queue.append(data)
 
 
 class Subscriber:
-    """The socket of a subscriber and what waits for it, the oldest is dropped beyond `limit`."""
+    """A subscriber's socket and its queue of at most `limit` messages."""
 
     def __init__(self, sock, limit):
         self.socket, self._limit = sock, limit
-        self.waiting = collections.deque()  # a memoryview in front is the rest of a message
+        self.queue = collections.deque()  # a memoryview at the head is the rest of a message
 
     def send(self, data):
-        """Send at once what the kernel takes at once.
+        """Send without blocking; what the kernel does not accept is queued.
 
         Returns:
-            Whether nothing waits.
+            Whether the queue is empty.
 
         Raises:
-            OSError: the subscriber is gone.
+            OSError: the connection has failed.
         """
-        if self.waiting:
-            keep(self.waiting, bytes(data), self._limit)
+        if self.queue:
+            enqueue(self.queue, bytes(data), self._limit)
             return False
-        sent = self._try(data)
+        sent = self._send_part(data)
         if sent < len(data):
-            rest = bytes(data)  # a copy: what was read is given up
-            self.waiting.append(memoryview(rest)[sent:] if sent else rest)
+            rest = bytes(data)  # a copy: the read buffer is freed
+            self.queue.append(memoryview(rest)[sent:] if sent else rest)
         return sent == len(data)
 
-    def _try(self, data):
+    def _send_part(self, data):
         try:
             return self.socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             return 0
 
-    def go_on(self):
-        """Send what waits, as far as the kernel takes it; returns and raises as send()."""
-        while self.waiting:
-            data = self.waiting[0]
-            sent = self._try(data)
+    def flush(self):
+        """Send queued messages without blocking; returns and raises as send()."""
+        while self.queue:
+            data = self.queue[0]
+            sent = self._send_part(data)
             if sent < len(data):
                 if sent:
-                    self.waiting[0] = memoryview(data)[sent:]
+                    self.queue[0] = memoryview(data)[sent:]
                 return False
-            self.waiting.popleft()
+            self.queue.popleft()
         return True
 
 
@@ -89,30 +91,30 @@ class Relay:
 
     def __init__(self, channel):
         self._channel = channel
-        channel.setblocking(False)  # CPython 3.11 passes over the flags of recv_fds
+        channel.setblocking(False)  # CPython 3.11 ignores the flags of recv_fds
         self._subscribers, self._slow = {}, {}
-        self._pieces, self._missing = [], 0  # of a record that is not complete
+        self._parts, self._missing = [], 0  # of an incomplete record
         self._descriptors = collections.deque()
-        self._hurry = False
+        self._polling = False
 
     def serve(self):
-        """Until the other end of the channel closes."""
+        """Run until the other end of the channel closes."""
         poller = select.poll()
         poller.register(self._channel, select.POLLIN)
         last = time.monotonic()
         while True:
             data = self._read()
             if data:
-                self._take(data)
+                self._parse(data)
                 last = time.monotonic()
             elif data is not None:
                 return
             for number in list(self._slow):
-                self._attempt(number, None)
+                self._send(number, None)
             if data:
                 continue
-            if self._hurry and time.monotonic() - last < LINGER:
-                time.sleep(NAP)  # who writes need not wake us: that costs it more than all else
+            if self._polling and time.monotonic() - last < POLL_TIMEOUT:
+                time.sleep(POLL_PERIOD)  # a write to a sleeping process costs the bridge a wake-up
             else:
                 self._wait(poller)
 
@@ -124,9 +126,9 @@ class Relay:
             poller.unregister(subscriber.socket)
 
     def _read(self):
-        """Bytes, b'' at the end, None when there are none now."""
+        """Bytes; b'' at the end of the stream; None when there is nothing to read."""
         try:
-            data, descriptors, _, _ = socket.recv_fds(self._channel, PIECE, DESCRIPTORS)
+            data, descriptors, _, _ = socket.recv_fds(self._channel, READ_SIZE, MAX_DESCRIPTORS)
         except BlockingIOError:
             return None
         except ConnectionError:
@@ -134,14 +136,14 @@ class Relay:
         self._descriptors += descriptors
         return data
 
-    def _take(self, data):
-        """Do what whole records say; a part of one is kept until the rest is there."""
+    def _parse(self, data):
+        """Process complete records; an incomplete one is stored until its rest is read."""
         if self._missing > 0:
-            self._pieces.append(data)
+            self._parts.append(data)
             self._missing -= len(data)
             if self._missing > 0:
                 return
-            data = b"".join(self._pieces)
+            data = b"".join(self._parts)
         view, start, size = memoryview(data), 0, len(data)
         while size - start >= HEAD.size:
             kind, number, length = HEAD.unpack_from(data, start)
@@ -150,21 +152,21 @@ class Relay:
                 self._command(kind, number, length)
                 start = begin
             elif size - begin >= length:
-                self._attempt(number, view[begin : begin + length])
+                self._send(number, view[begin : begin + length])
                 start = begin + length
             else:
                 break
         else:
             length = 0
         left = data[start:]
-        self._pieces = [left] if left else []
+        self._parts = [left] if left else []
         self._missing = HEAD.size + length - len(left) if left else 0
 
     def _command(self, kind, number, length):
-        if kind == HURRY:
-            self._hurry = bool(length)
-        elif kind == ECHO:
-            self._answer(0)
+        if kind == POLL:
+            self._polling = bool(length)
+        elif kind == DRAIN:
+            self._reply(0)
         elif kind == ADD:
             sock = socket.socket(fileno=self._descriptors.popleft())
             self._subscribers[number] = Subscriber(sock, length)
@@ -172,31 +174,31 @@ class Relay:
             self._slow.pop(number, None)
             self._subscribers.pop(number).socket.close()
 
-    def _attempt(self, number, data):
-        """Send a message or, None, what waits."""
+    def _send(self, number, data):
+        """Send a message to a subscriber or, None, flush its queue."""
         subscriber = self._subscribers.get(number)
         if subscriber is None:
             return
         try:
-            done = subscriber.go_on() if data is None else subscriber.send(data)
+            done = subscriber.flush() if data is None else subscriber.send(data)
         except OSError:
             self._command(REMOVE, number, 0)
-            self._answer(number)
+            self._reply(number)
             return
         if done:
             self._slow.pop(number, None)
         else:
             self._slow[number] = subscriber
 
-    def _answer(self, number):
+    def _reply(self, number):
         try:
             self._channel.send(NUMBER.pack(number))
         except OSError:
-            pass  # the bridge has gone, or rospy notices by itself
+            pass  # the bridge has ended, or rospy sees the closed connection itself
 
 
 def main(descriptor):
-    """Serve; Ctrl-C is left to the bridge."""
+    """Serve; SIGINT is left to the bridge."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Relay(socket.socket(fileno=int(descriptor))).serve()
 

@@ -1,4 +1,4 @@
-"""Controllers: their types as a table, their configuration, and what they do."""
+"""Controllers: the table of their types, their configuration and their implementations."""
 
 from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
 from bullet_sim.controllers.joint_control import Controller, Forward, PidControl

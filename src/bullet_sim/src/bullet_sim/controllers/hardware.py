@@ -1,15 +1,15 @@
-"""What controllers command: joint velocities, positions and efforts, as gazebo_ros_control does.
+"""Hardware interface of the controllers: joint velocities, positions and efforts.
 
-A velocity or position command goes straight to the engine's motor, which keeps it. An effort has
-to be given anew before every step. A joint with gains of its own (gazebo_ros_control/pid_gains)
-follows velocity and position commands by an effort that a PID computes.
+As in gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds
+it. An effort is applied before every step. A joint with gains of its own
+(gazebo_ros_control/pid_gains) follows velocity and position commands by an effort from a PID.
 """
 
 import math
 
 from bullet_sim.controllers.angles import position_error
 from bullet_sim.controllers.pid import Pid
-from bullet_sim.controllers.stiffness import bearable
+from bullet_sim.controllers.servo import SERVOS, is_stiff
 from bullet_sim.errors import ControllerError
 
 
@@ -19,16 +19,17 @@ class Hardware:
     Args:
         joints: bullet_sim.models.joints.Joints.
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see stiffness.py; None:
-            any gain will do.
+        inertias: mapping joint name -> inertia that its effort moves, see inertias.py; joints that
+            are not in it get their PIDs' efforts as they are.
     """
 
     def __init__(self, joints, interfaces=None, inertias=None):
         self._joints = joints
-        self._inertias, self._bearable = inertias or {}, {}
+        self._inertias = inertias or {}
         self._interfaces = interfaces or {}
         self._pids, self._targets, self._efforts = {}, {}, {}
         self._by_pid = {}
+        self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
 
     @property
     def names(self):
@@ -50,18 +51,18 @@ class Hardware:
 
     # interfaces -------------------------------------------------------------------------------
     def check_interface(self, what, interface, names):
-        """Check that joints offer an interface.
+        """Check that joints have a hardware interface.
 
         Args:
-            what: who asks, for messages.
+            what: the controller, for messages.
             interface: velocity, position or effort.
             names: joint names.
 
         Returns:
-            Sentences about joints without <transmission>, which offer everything here.
+            Sentences about joints without <transmission>, which have all interfaces here.
 
         Raises:
-            ControllerError: a joint's transmissions offer other interfaces only.
+            ControllerError: a joint's transmissions have other interfaces only.
         """
         without = [name for name in names if name not in self._interfaces]
         for name in names:
@@ -100,30 +101,17 @@ class Hardware:
         else:
             self._pids[joint] = Pid(gains)
 
-    def bearable(self, joint, gains, goal, period):
-        """Gains of a PID that gives an effort, cut to what a step can bear; see stiffness.py."""
-        key = (joint, gains, goal, period)
-        if key not in self._bearable:
-            if len(self._bearable) > 1000:
-                self._bearable.clear()
-            self._bearable[key] = (
-                gains
-                if joint not in self._inertias
-                else bearable(gains, goal, self._inertias[joint], period)
-            )
-        return self._bearable[key]
-
     def pid(self, joint):
         """The Pid of a joint, or None."""
         return self._pids.get(joint)
 
     # commands ---------------------------------------------------------------------------------
     def velocities(self, names, values):
-        """Let joints turn at velocities [rad/s, m/s], within the URDF's limits."""
+        """Command joint velocities [rad/s, m/s], within the URDF's limits."""
         self._command("velocity", names, values, self._joints.drive_velocities)
 
     def positions(self, names, values):
-        """Let joints go to positions [rad, m], within the URDF's limits."""
+        """Command joint positions [rad, m], within the URDF's limits."""
         self._command("position", names, values, self._joints.drive_positions)
 
     def _command(self, kind, names, values, drive):
@@ -138,35 +126,70 @@ class Hardware:
                 self._targets[name] = (kind, value)
 
     def efforts(self, names, values):
-        """Push joints with efforts [N m, N], within the URDF's limits, until told otherwise."""
+        """Command joint efforts [N m, N], within the URDF's limits, until the next command."""
         for name, value in zip(names, values):
             if name not in self._efforts:
                 self._joints.release([name])
             self._efforts[name] = value
 
+    def regulate(self, name, pid, goal, error, velocity, period):
+        """Command a joint's effort by a PID, until the next command.
+
+        Args:
+            name: the joint.
+            pid: its Pid.
+            goal: "velocity" or "position".
+            error: of the goal.
+            velocity: the joint's [rad/s, m/s].
+            period: since the last time, and to the next [s].
+
+        Returns:
+            The effort that the PID gives [N m, N].
+        """
+        self._regulate(self._efforts, name, pid, goal, error, velocity, period)
+        return pid.output
+
+    def _regulate(self, efforts, name, pid, goal, error, velocity, period):
+        inertia = self._inertias.get(name)
+        if inertia is None or not is_stiff(pid.gains, goal, inertia, period):
+            if self._tracked.pop(name, None) is not None:
+                self._joints.release([name])
+            efforts[name] = pid.compute(error, period)
+            return
+        servo = self._servos.get(name)
+        if servo is None or servo.goal != goal or name not in self._tracked:
+            servo = self._servos[name] = SERVOS[goal](inertia)
+        rate = -velocity if goal == "position" else 0.0
+        pid.compute(error, period, error_rate=rate)
+        efforts.pop(name, None)
+        self._tracked[name] = servo.target(pid.gains, error, velocity, pid.terms[1], period)
+
     def release(self, names):
-        """Take commands back: joints are left to their own friction."""
+        """Drop the commands: the joints move freely, with their friction."""
         for name in names:
-            for commands in (self._targets, self._efforts, self._by_pid):
+            for commands in self._commands():
                 commands.pop(name, None)
         self._joints.release(names)
 
+    def _commands(self):
+        return self._targets, self._efforts, self._by_pid, self._tracked, self._servos
+
     def restart(self):
         """Forget all commands: the body was loaded anew."""
-        for commands in (self._targets, self._efforts, self._by_pid):
+        for commands in self._commands():
             commands.clear()
 
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self):
         """Whether something has to be written before every step."""
-        return bool(self._efforts or self._targets)
+        return bool(self._efforts or self._targets or self._tracked)
 
     def write(self, state, period):
-        """Give the efforts for the next step; one that is no finite number counts as 0.
+        """Write the efforts for the next step; one that is not finite counts as 0.
 
         Args:
-            state: what state() gave.
+            state: result of state().
             period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
                 outputs stay.
         """
@@ -178,9 +201,8 @@ class Hardware:
                     if kind == "velocity"
                     else position_error(self.limits[name], positions[name], target)
                 )
-                pid = self._pids[name]
-                self._by_pid[name] = pid.compute(
-                    error, period, gains=self.bearable(name, pid.gains, kind, period)
+                self._regulate(
+                    self._by_pid, name, self._pids[name], kind, error, velocities[name], period
                 )
         efforts = {}
         for wanted in (self._efforts, self._by_pid):
@@ -188,6 +210,11 @@ class Hardware:
                 low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
                 efforts[name] = min(max(effort, low), high) if math.isfinite(effort) else 0.0
         self._joints.apply_efforts(efforts)
+        for name, (speed, effort) in self._tracked.items():
+            low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
+            most = high if speed > velocities[name] else -low
+            effort = min(effort, most) if math.isfinite(effort) else 0.0
+            self._joints.track(name, speed if math.isfinite(speed) else 0.0, effort)
 
     def _speed_error(self, name, target, velocity):
         limit = self.limits[name].velocity or abs(target)

@@ -1,4 +1,4 @@
-"""Controllers of joints: the command as it is, or through a PID."""
+"""Controllers of joints: the command forwarded, or through a PID."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from bullet_sim.controllers.pid import Pid
 
 
 class Controller:
-    """A loaded controller; this one does nothing, as a joint state controller.
+    """A loaded controller. The base class does nothing, as a joint state controller.
 
     Args:
         spec: ControllerSpec.
@@ -23,19 +23,19 @@ class Controller:
         self.hardware = hardware
 
     def start(self, time):
-        """Take the joints over; `time` [s] of the manager's clock."""
+        """Start controlling the joints; `time` [s] of the manager's clock."""
 
     def stop(self):
-        """Let the joints go."""
+        """Stop controlling the joints."""
         for _, joints in self.spec.claims:
             self.hardware.release(joints)
 
     def restart(self, time):
-        """Start afresh: the world was reset."""
+        """Restart after a reset of the world."""
         self.start(time)
 
     def command(self, values):
-        """Take a checked command (a tuple of floats)."""
+        """Set a checked command (a tuple of floats)."""
 
     def update(self, state, time, period):
         """Compute and write commands.
@@ -47,11 +47,11 @@ class Controller:
         """
 
     def observe(self, state, time):
-        """Bring what is published up to a state; nothing is commanded."""
+        """Update published values to a state; nothing is commanded."""
 
 
 class Forward(Controller):
-    """Hands its command to the joints: velocities, positions or efforts."""
+    """Forwards its command to the joints: velocities, positions or efforts."""
 
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
@@ -63,7 +63,7 @@ class Forward(Controller):
         }[spec.kind.interface]
 
     def start(self, time):
-        """Positions start where the joints are, velocities and efforts at 0."""
+        """Position commands start at the present positions, velocities and efforts at 0."""
         if self.spec.kind.interface == "position":
             self._command = self.hardware.positions_of(self.spec.joints)
         else:
@@ -79,14 +79,14 @@ class Forward(Controller):
 
 @dataclass
 class Sample:
-    """What a PID controller did in its last update, for its state topic.
+    """The last update of a PID controller, for its state topic.
 
     Attributes:
         time: of the manager's clock [s].
         period: [s].
         set_point, process_value, error: of the goal, a position [rad, m] or velocity.
         process_value_dot: rate of the process value, where it is measured.
-        command: what was given to the joint.
+        command: of the joint.
     """
 
     time: float
@@ -111,7 +111,7 @@ class PidControl(Controller):
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
         self.pids = tuple(Pid(gains) for gains in spec.gains)
-        self._command, self._cut = (), {}
+        self._command = ()
         self._write = {"velocity": hardware.velocities, "effort": hardware.efforts}[
             spec.kind.interface
         ]
@@ -130,34 +130,31 @@ class PidControl(Controller):
         self._write(joints, (0.0,) * len(joints))
 
     def command(self, values):
-        """Take new set points."""
+        """Set new set points."""
         self._command = values
 
     def update(self, state, time, period):
         """One computation of each PID."""
         positions, velocities = state
-        outputs, first = [], None
+        outputs, first, goal = [], None, self.spec.kind.goal
         for joint, pid, target in zip(self.spec.joints, self.pids, self._command):
-            if self.spec.kind.goal == "position":
+            if goal == "position":
                 limits = self.hardware.limits[joint]
                 if limits.lower is not None:
                     target = min(max(target, limits.lower), limits.upper)
-                value, rate = positions[joint], velocities[joint]
+                value = positions[joint]
                 error = position_error(limits, value, target)
             else:
-                value, rate = velocities[joint], 0.0
+                value = velocities[joint]
                 error = target - value
-            outputs.append(pid.compute(error, period, gains=self._gains(joint, pid, period)))
-            first = first or (target, value, rate, error)
-        self._write(self.spec.joints, outputs)
+            rate = velocities[joint]
+            outputs.append(self._output(joint, pid, error, rate, period))
+            first = first or (target, value, rate if goal == "position" else 0.0, error)
+        if self.spec.kind.interface == "velocity":
+            self.hardware.velocities(self.spec.joints, outputs)
         self.sample = Sample(time, period, *first, outputs[0])
 
-    def _gains(self, joint, pid, period):
-        """Gains to compute an output with: for an effort, what a step can bear of the PID's own."""
-        if self.spec.kind.interface != "effort":
-            return pid.gains
-        own, cut, of_period = self._cut.get(joint, (None, None, 0.0))
-        if own is not pid.gains or of_period != period:
-            cut = self.hardware.bearable(joint, pid.gains, self.spec.kind.goal, period)
-            self._cut[joint] = (pid.gains, cut, period)
-        return cut
+    def _output(self, joint, pid, error, rate, period):
+        if self.spec.kind.interface == "velocity":
+            return pid.compute(error, period)
+        return self.hardware.regulate(joint, pid, self.spec.kind.goal, error, rate, period)

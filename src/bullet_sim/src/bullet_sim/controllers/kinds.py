@@ -74,8 +74,8 @@ class ControllerSpec:
         extra_joints: (name, position, velocity, effort) added to joint states.
         drive: DriveConfig of a controller of a whole base.
         claims: (interface, joint names) pairs; empty for a state controller.
-        notes: what is accepted without effect, one sentence each.
-        warnings: what is ignored, one sentence each.
+        notes: sentences about keys that are accepted without effect.
+        warnings: sentences about keys that are ignored.
     """
 
     name: str

@@ -17,10 +17,10 @@ class Manager:
         joints: bullet_sim.models.joints.Joints of the robot: limits, positions, motors.
         description: ModelDescription: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
-        inertias: mapping joint name -> inertia that its effort moves, see stiffness.py.
+        inertias: mapping joint name -> inertia that its effort moves, see inertias.py.
 
     Attributes:
-        time: own clock [s]: simulated time during which something periodic ran.
+        time: clock of the controllers [s]: simulated time during which periodic ones ran.
     """
 
     def __init__(self, joints, description=None, inertias=None):
@@ -62,7 +62,7 @@ class Manager:
         return spec
 
     def unload(self, name):
-        """Forget a stopped controller.
+        """Remove a stopped controller.
 
         Raises:
             ControllerError: not loaded, or running.
@@ -89,26 +89,6 @@ class Manager:
         """Time [s] between two updates of a controller, with a physics step [s]."""
         return max(1, math.ceil(self._period / time_step - 1e-6)) * time_step
 
-    def cut_gains(self, spec, time_step):
-        """One sentence for each joint whose gains are more than a step can bear (stiffness.py).
-
-        Args:
-            spec: ControllerSpec of a loaded controller.
-            time_step: physics step [s].
-        """
-        if spec.kind.interface != "effort":
-            return []
-        period, texts = self.control_period(time_step), []
-        for joint, gains in zip(spec.joints, spec.gains):
-            cut = self.hardware.bearable(joint, gains, spec.kind.goal, period)
-            if cut != gains:
-                texts.append(
-                    f"controller '{spec.name}': p {gains.p:g}, d {gains.d:g} are more than "
-                    f"the light joint '{joint}' bears at steps of {period:g} s; it works "
-                    f"with p {cut.p:.3g}, d {cut.d:.3g}"
-                )
-        return texts
-
     def is_running(self, name):
         """Whether a controller is loaded and running."""
         return self._states.get(name) == RUNNING
@@ -118,13 +98,13 @@ class Manager:
 
         Args:
             start, stop: controller names.
-            strict: True: any name that does not fit refuses all; False: such names are left out.
+            strict: True: an invalid name refuses the whole switch; False: it is left out.
 
         Returns:
-            Reasons of what was left out (best effort).
+            Reasons why names were left out (best effort).
 
         Raises:
-            ControllerError: strict, and something does not fit; nothing has changed then.
+            ControllerError: strict and a name is invalid; nothing has changed then.
         """
         left_out = []
         stopping = self._fitting(stop, strict, left_out, self.is_running, "is not running")
@@ -189,7 +169,7 @@ class Manager:
         return [joint for _, joints in self._loaded[name].spec.claims for joint in joints]
 
     def command(self, name, values):
-        """Give a running controller its command; a stopped one ignores it.
+        """Pass a command to a running controller; a stopped one ignores it.
 
         Raises:
             ControllerError: not loaded.
@@ -202,11 +182,11 @@ class Manager:
 
     @property
     def periodic(self):
-        """Whether something has to be updated before every physics step."""
+        """Whether update() has to be called before every physics step."""
         return self._running_periodic or self.hardware.periodic
 
     def update(self, period):
-        """Before a physics step: controllers whose time has come, then the joints' efforts.
+        """Before a physics step: update controllers that are due, then write the joints' efforts.
 
         Args:
             period: physics step [s].
@@ -224,7 +204,7 @@ class Manager:
         self._since += period
 
     def observe(self):
-        """Bring odometry up to the present, for publishing it."""
+        """Update odometry to the present, for publishing it."""
         state = self.hardware.state()
         for name, controller in self._loaded.items():
             if controller.periodic and self.is_running(name):

@@ -6,7 +6,7 @@ from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.controllers.settings import Settings
 from bullet_sim.errors import CommandError, ControllerError
 
-MAX_COMMAND = 1e9  # beyond it a command [rad/s, m/s, rad, m, N m, N] is taken for an error
+MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
 
 
 def parse_controller(name, config, joint_names, description=None):

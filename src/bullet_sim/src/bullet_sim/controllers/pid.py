@@ -30,10 +30,10 @@ class PidGains:
 
 
 class Pid:
-    """A controller's memory: the integral and the last error.
+    """State of a PID: the integral and the last error.
 
     Args:
-        gains: PidGains; may be replaced at any time, the memory stays.
+        gains: PidGains; may be replaced at any time, the state stays.
 
     Attributes:
         error, error_rate, integral: of the last computation.
@@ -46,7 +46,7 @@ class Pid:
         self.reset()
 
     def reset(self):
-        """Forget the past."""
+        """Reset integral and last error."""
         self.error = self.error_rate = self.integral = self.output = 0.0
         self.terms = (0.0, 0.0, 0.0)
         self._last_error = None
@@ -58,12 +58,12 @@ class Pid:
             error: set point minus measurement.
             period: time since the last computation [s].
             error_rate: known rate of the error [1/s]; None: the difference to the last error, 0
-                at the first one (so a start gives no kick).
-            gains: PidGains to use instead of the own.
+                at the first one (no jump at a start).
+            gains: PidGains to use instead of its own.
 
         Returns:
-            The output; 0, with nothing remembered, when an input is not finite or no time passed;
-            0, too, when the sum is no finite number.
+            The output; 0, without a change of state, when an input is not finite or no time passed;
+            also 0 when the sum is not finite.
         """
         if not period > 0 or not math.isfinite(error):
             return 0.0
@@ -91,7 +91,7 @@ def parse_pid(values, what, warnings=None):
     Args:
         values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
         what: name for messages.
-        warnings: list that gets a sentence for each key that is not known; None: drop them.
+        warnings: list to which a sentence per unknown key is added; None: none.
 
     Raises:
         ControllerError: not a mapping, not a finite number, no p.

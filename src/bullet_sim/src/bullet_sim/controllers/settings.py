@@ -1,4 +1,4 @@
-"""Reading of a configuration mapping that remembers what was asked for."""
+"""Reader of a configuration mapping that records which keys were read."""
 
 import math
 
@@ -8,7 +8,7 @@ from bullet_sim.errors import ControllerError
 def as_number(value):
     """The value as a finite float, or None.
 
-    YAML 1.1 takes 1e6 and 1.0e6 for text (it wants 1.0e+6), so a text that is a number counts.
+    YAML 1.1 reads 1e6 and 1.0e6 as strings (it requires 1.0e+6), so a numeric string counts.
     """
     if isinstance(value, str):
         try:
@@ -84,12 +84,12 @@ class Settings:
         return inner
 
     def ignore(self, *keys):
-        """Take keys as known; returns those that are there."""
+        """Mark keys as known; returns those that are present."""
         self._asked.update(keys)
         return [key for key in keys if key in self._values]
 
     def unknown(self):
-        """One sentence for each key that nobody asked for, also in the blocks within."""
+        """A sentence for each key that was not read, also in nested blocks."""
         own = [
             f"{self.what} has key '{key}', which means nothing here and is ignored"
             for key in sorted(set(self._values) - self._asked, key=str)

@@ -1,1 +1,1 @@
-"""What a robot or a world consists of, as plain values: parts, sensors' specs, merged links."""
+"""Descriptions of models as plain values: parts, sensor specifications, merged links."""

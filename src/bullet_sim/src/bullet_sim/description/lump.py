@@ -1,6 +1,6 @@
-"""Lumping: links on fixed joints become part of their parent, as Gazebo does it, too.
+"""Lumping: links on fixed joints are merged into their parent, as in Gazebo.
 
-It keeps PyBullet from giving links without <inertial> 1 kg, and saves work in every step.
+Otherwise PyBullet gives links without <inertial> 1 kg; fewer links also make a step cheaper.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +10,8 @@ import numpy as np
 from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface
 from bullet_sim.pose import Pose
 
-MIN_MASS = 1e-3  # [kg] of a movable part that has none
-TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia cannot be meant
+MIN_MASS = 1e-3  # [kg] of a movable part without mass
+TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
 MIN_RADIUS = 5e-3  # [m] radius of gyration used where an inertia is missing or impossible
 
 
@@ -23,7 +23,7 @@ class LumpedModel:
         links: the remaining links by name.
         joints: the movable joints, in the original's order.
         root: name of the root link.
-        frames: for every original link: the remaining link that carries it and its pose there.
+        frames: for every original link: the link it is merged into and its pose in that.
     """
 
     links: dict[str, Link]
@@ -39,11 +39,11 @@ def lump(model: ModelDescription) -> LumpedModel:
     pending = [model.root]
     while pending:
         name = pending.pop(0)
-        carrier, pose = frames[name]
+        parent, pose = frames[name]
         for joint in model.joints_of(name):
             if joint.kind == "fixed" or model.static:
-                frames[joint.child] = (carrier, pose * joint.origin)
-                _merge(links[carrier], model.links[joint.child], pose * joint.origin)
+                frames[joint.child] = (parent, pose * joint.origin)
+                _merge(links[parent], model.links[joint.child], pose * joint.origin)
             else:
                 inner = joint.anchor.inverse()  # the link's frame in the joint's
                 frames[joint.child] = (joint.child, inner)
@@ -51,7 +51,7 @@ def lump(model: ModelDescription) -> LumpedModel:
                 joints.append(
                     replace(
                         joint,
-                        parent=carrier,
+                        parent=parent,
                         anchor=Pose(),
                         origin=pose * joint.origin * joint.anchor,
                     )
@@ -60,7 +60,7 @@ def lump(model: ModelDescription) -> LumpedModel:
     if not model.static:
         for link in links.values():
             if model.fixed_base and link.name == model.root and link.mass <= 0:
-                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # held by the world
+                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
             _mend_inertia(link, model)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
@@ -86,6 +86,15 @@ def moved(link, pose):
         copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
         copy.visuals = [shape.at(pose) for shape in link.visuals]
         copy.collisions = [shape.at(pose) for shape in link.collisions]
+        copy.surface = _turned(link.surface, pose)
+    return copy
+
+
+def _turned(surface, pose):
+    """A copy of a link's surface in a frame in which the link's frame has the given pose."""
+    copy = Surface(**vars(surface))
+    if copy.direction is not None:
+        copy.direction = tuple((pose.matrix @ np.asarray(copy.direction)).tolist())
     return copy
 
 
@@ -107,7 +116,7 @@ def _merge(into, link, pose):
         target.extend(shape.at(pose) for shape in source)
     into.self_collide |= link.self_collide
     if into.surface.friction is None and link.collisions:
-        into.surface = Surface(**vars(link.surface))
+        into.surface = _turned(link.surface, pose)
 
 
 def _shift(mass, arm):

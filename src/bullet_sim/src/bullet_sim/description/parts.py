@@ -1,4 +1,4 @@
-"""What a model is made of, whatever file format it came from."""
+"""Parts of a model, independent of the file format."""
 
 from dataclasses import dataclass, field, replace
 
@@ -16,7 +16,7 @@ class Geometry:
 
     Attributes:
         path, scale: file and size factors of a mesh; a negative factor mirrors.
-        submesh: name of the one part of the mesh file that is meant; empty: all of it.
+        submesh: name of the one part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its middle is the origin.
     """
 
@@ -33,8 +33,8 @@ class Shape:
     """A visual or a collision: geometry at a pose in its link's frame, colour RGBA 0..1.
 
     Attributes:
-        texture: path of a picture that covers it; empty: none.
-        painted: the colour goes over a mesh's own materials.
+        texture: path of a texture image; empty: none.
+        painted: the colour replaces a mesh's own materials.
         name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
     """
@@ -52,13 +52,30 @@ class Shape:
         return replace(self, pose=pose * self.pose)
 
 
+EVERYTHING = 0xFFFF  # collide_bitmask of what names none
+
+
 @dataclass
 class Surface:
-    """Contact properties; None: the engine's default."""
+    """Contact properties of a link; None: not given.
+
+    Attributes:
+        friction, friction2: Coulomb coefficients along the first and the second direction.
+        direction: the first direction (fdir1) in the link's frame.
+        stiffness [N/m], damping [N s/m]: of the contact.
+        bitmask: two links touch where the AND of their masks is not 0.
+        max_speed: [m/s] at which the link is pushed out of what it was spawned in.
+        min_depth: [m] of penetration that is left alone then.
+    """
 
     friction: float | None = None
+    friction2: float | None = None
+    direction: tuple[float, float, float] | None = None
     stiffness: float | None = None
     damping: float | None = None
+    bitmask: int = EVERYTHING
+    max_speed: float | None = None
+    min_depth: float = 0.0
 
 
 @dataclass
@@ -66,9 +83,9 @@ class Link:
     """A rigid part: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
 
     Attributes:
-        gravity: False: the file wants that gravity does not pull it.
+        gravity: False: the file turns gravity off for it.
         self_collide: collides with other such links of its model.
-        color: of a <gazebo> material, which goes over the colours of its visuals; None: none.
+        color: of a <gazebo> material, which replaces the colours of its visuals; None: none.
     """
 
     name: str
@@ -117,11 +134,11 @@ class ModelDescription:
         sensors: sensor specifications (see specs.py).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
-        transmissions: what each joint offers: 'effort', 'velocity', 'position'.
+        transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         self_collide: parts collide with each other.
-        warnings: what was ignored or mended, one sentence each.
+        warnings: sentences about what was ignored or repaired.
     """
 
     name: str
@@ -138,7 +155,7 @@ class ModelDescription:
     warnings: list[str] = field(default_factory=list)
 
     def warn(self, text):
-        """Note something that was ignored or mended, once."""
+        """Add a warning about what was ignored or repaired, once."""
         if text not in self.warnings:
             self.warnings.append(text)
 

@@ -49,8 +49,8 @@ class DepthCameraSpec(CameraSpec):
 
     Attributes:
         depth_topic, depth_info_topic, points_topic: resolved topic names.
-        cutoff, cutoff_max: depths outside are not known: NaN [m].
-        millimetres: depth pictures are 16UC1 [mm] with 0 for not known, instead of 32FC1 [m].
+        cutoff, cutoff_max: depths outside are unknown: NaN [m].
+        millimetres: depth pictures are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
     """
 
     depth_topic: str = "/camera/depth/image_raw"
@@ -176,8 +176,10 @@ class WheelDriveSpec:
         rate: of commands to the wheels and of odometry [Hz].
         command_topic, topic: of velocity commands and of odometry.
         frame_id, child_frame_id: of the odometry.
-        publish_tf: also send the odometry's transform on /tf.
+        publish_tf: also publish the odometry's transform on /tf.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
+        wheel_states_topic: of JointState with the wheels' positions; empty: none.
+        wheel_transforms: also publish the wheels' transforms on /tf.
     """
 
     name: str
@@ -195,3 +197,5 @@ class WheelDriveSpec:
     child_frame_id: str = "base_footprint"
     publish_tf: bool = True
     from_wheels: bool = False
+    wheel_states_topic: str = ""
+    wheel_transforms: bool = False

@@ -1,1 +1,1 @@
-"""Reading of robots and worlds: URDF, SDF and what stands in them -> descriptions."""
+"""Readers of robots and worlds: URDF and SDF -> descriptions."""

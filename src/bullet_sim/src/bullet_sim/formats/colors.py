@@ -1,6 +1,6 @@
 """Colours of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1.
 
-Names are Gazebo's, values are our own: pictures stand for flat colours of a similar look.
+The names are Gazebo's, the values our own: Gazebo's textures become similar plain colours.
 """
 
 from bullet_sim.errors import ModelError
@@ -90,7 +90,7 @@ def gazebo_color(name):
 
 
 def rgba(text, what):
-    """RGBA 0..1 of 3 or 4 numbers; what is beyond 0..1 is cut off.
+    """RGBA 0..1 of 3 or 4 numbers; clipped to 0..1.
 
     Raises:
         ModelError: not 3 or 4 finite numbers.

@@ -1,4 +1,4 @@
-"""OGRE material scripts, as SDF models carry them: the picture or the colour of a material."""
+"""OGRE material scripts of SDF models: the texture or the colour of a material."""
 
 import os
 import re
@@ -12,7 +12,7 @@ _TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
 
 @dataclass(frozen=True)
 class Material:
-    """What is drawn: a picture's path, or a colour RGBA 0..1."""
+    """Path of a texture image, or a colour RGBA 0..1."""
 
     texture: str = ""
     color: tuple[float, float, float, float] | None = None
@@ -22,7 +22,7 @@ def read_materials(text):
     """All materials of an OGRE script: name -> (picture's file name or '', RGBA or None).
 
     The first texture and the first colour of a material count; inherited values
-    ("material A : B") are taken over; everything else is passed over.
+    ("material A : B") are copied; everything else is ignored.
     """
     found, current, depth = {}, None, 0
     for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
@@ -53,7 +53,7 @@ def _noted(so_far, words):
 
 
 def script_material(element, resolve, what, model):
-    """Material of a <script> element, or None with a warning when it is found nowhere.
+    """Material of a <script> element, or None with a warning when it is not found.
 
     Args:
         element: <script> with <name> and <uri>s.

@@ -18,7 +18,7 @@ class Names:
         plugin: the <plugin> element.
         model: name of the model.
         default: namespace of a plugin without <robotNamespace>; the namespace of a spawn
-            request stands in that tag already.
+            request has been written to that tag.
 
     Attributes:
         namespace: without slashes at its ends; empty: the root namespace.
@@ -37,9 +37,9 @@ class Names:
         """Full topic name.
 
         Args:
-            name: as in the file; with a slash in front it is taken as it is.
+            name: as in the file; one with a leading slash is used unchanged.
             group: sub-namespace, e.g. a camera's name.
-            absolute: False: a slash in front means nothing (libgazebo_ros_imu_sensor.so).
+            absolute: False: a leading slash is ignored (libgazebo_ros_imu_sensor.so).
         """
         if name.startswith("/") and absolute:
             return "/" + _squeezed(name)
@@ -52,7 +52,7 @@ class Names:
     def frame(self, name, prefixed=True):
         """Frame name for headers: below the namespace unless it starts with a slash.
 
-        Cameras and lasers take their namespace as tf_prefix (tf::resolve); other plugins do
+        Cameras and lasers use their namespace as tf_prefix (tf::resolve); other plugins do
         not (prefixed=False).
         """
         if name.startswith("/") or not prefixed or not self.namespace:

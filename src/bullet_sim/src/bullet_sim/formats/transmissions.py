@@ -1,4 +1,4 @@
-"""<transmission> elements of a URDF: which hardware interface each joint offers."""
+"""<transmission> elements of a URDF: the hardware interfaces of each joint."""
 
 INTERFACES = {
     "EffortJointInterface": "effort",
@@ -13,7 +13,7 @@ def parse_transmissions(robot, joint_names, warn):
     Args:
         robot: root element.
         joint_names: joints that exist.
-        warn: called with one sentence for each thing that is left out.
+        warn: called with one sentence per ignored element.
 
     Returns:
         Dict of joint name -> tuple of 'effort', 'velocity', 'position'.

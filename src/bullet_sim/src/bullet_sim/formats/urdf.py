@@ -1,4 +1,4 @@
-"""URDF text -> ModelDescription; whatever is missing or odd is mended and said."""
+"""URDF text -> ModelDescription; missing or invalid parts are repaired with a warning."""
 
 import os
 from dataclasses import replace
@@ -71,7 +71,7 @@ def _refuse_xacro(robot, name):
 
 
 def _tie_to_world(model):
-    """A root link `world` is Gazebo's word for the world itself: its child is held by it."""
+    """A root link `world` means the world itself, as in Gazebo: its child is fixed to it."""
     joints = model.joints_of(model.root)
     if model.root != "world" or not joints:
         return
@@ -185,7 +185,7 @@ def positive(geometry, what):
 
 
 def mesh_geometry(uri, scale, what, resolve, model):
-    """Mesh by URI, or None with a warning that names the file when it cannot be used."""
+    """Mesh geometry of a URI; None with a warning that names the file if it is unusable."""
     try:
         path = resolve(uri)
     except ValueError as error:

@@ -8,7 +8,7 @@ from bullet_sim.pose import Pose
 
 
 def parse(text, what):
-    """Root element of an XML text (str or bytes; an encoding declaration may be there).
+    """Root element of an XML text (str or bytes, with or without an encoding declaration).
 
     Raises:
         ModelError: not well-formed; names `what`, line and column.
@@ -75,7 +75,7 @@ def child_number(element, path, what, default):
 
 
 def is_true(text):
-    """Whether a text says yes (true, 1, yes)."""
+    """Whether a text means true (true, 1, yes)."""
     return str(text).strip().lower() in ("true", "1", "yes", "on")
 
 

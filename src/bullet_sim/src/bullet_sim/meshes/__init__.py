@@ -1,1 +1,1 @@
-"""Mesh files that descriptions name: found, checked, converted for the engine."""
+"""Mesh files of descriptions: checked and converted for the engine."""

@@ -1,4 +1,4 @@
-"""What kind of mesh a file holds, and whether PyBullet can be trusted with it."""
+"""Format of a mesh file, and whether PyBullet reads it correctly."""
 
 import functools
 import os
@@ -36,7 +36,7 @@ def _stl_count(data):
 
 
 def fault(path, kind, data):
-    """Why PyBullet must not see a file, or ''; DAE and ASCII STL are checked when converted."""
+    """Reason why PyBullet must not read a file, or ''; DAE and ASCII STL are checked later."""
     if not data:
         return f"mesh '{path}' is empty"
     if kind == "stl":
@@ -70,11 +70,11 @@ def _obj_fault(path, data):
 
 
 def is_plain(shape, kind, data):
-    """Whether PyBullet draws a mesh's file as it is.
+    """Whether PyBullet draws a mesh file correctly without conversion.
 
-    Not when it is mirrored, or only a part of it is meant. An OBJ needs one material, in a library
-    that exists: with none it comes out black, whatever the description says, and of several only
-    one is taken; a description's colour does not go over it.
+    Not when it is mirrored or only a part of it is used. An OBJ needs one material, in a library
+    that exists: with none it is drawn black, and of several only one is
+    used; the description's colour does not replace it.
     """
     geometry = shape.geometry
     if min(geometry.scale) < 0 or geometry.submesh or kind not in ("obj", "stl"):

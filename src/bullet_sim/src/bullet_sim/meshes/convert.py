@@ -8,9 +8,9 @@ import numpy as np
 from bullet_sim.errors import ModelError
 
 MAX_PICTURE = 2048  # [px] longest side of a picture
-MAX_SIZE = 1e6  # [m] beyond which a mesh is a mistake
+MAX_SIZE = 1e6  # [m] larger meshes are refused
 WHITE = (1.0, 1.0, 1.0, 1.0)
-GREY = (0.7, 0.7, 0.7, 1.0)  # of what has no colour
+GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a colour
 
 
 def convert(shape, signs, role, folder):
@@ -27,10 +27,10 @@ def convert(shape, signs, role, folder):
         List of dicts: file; color RGBA or None; textured, whether a picture covers it.
 
     Raises:
-        ModelError: it cannot be read, is empty, or holds what is no number.
+        ModelError: it cannot be read, is empty, or has numbers that are not finite.
     """
     geometry = shape.geometry
-    with np.errstate(all="ignore"):  # corners that are no numbers are looked for below
+    with np.errstate(all="ignore"):  # corners that are not finite are found below
         meshes = _load(geometry)
     for mesh in meshes:
         corners = np.asarray(mesh.vertices, float)
@@ -57,7 +57,7 @@ def convert(shape, signs, role, folder):
 
 
 def _load(geometry):
-    """Trimeshes of a file in metres, places of a scene applied.
+    """Trimeshes of a file in metres, transforms of its scene applied.
 
     DAE: <unit> counts, <up_axis> does not (see meshes.py).
     """
@@ -86,7 +86,7 @@ def _load(geometry):
                 mesh.apply_transform(place)
                 mesh.vertices = mesh.vertices * _unit(scene.units)
                 meshes.append(mesh)
-    except Exception as error:  # pylint: disable=broad-except  # its readers raise anything
+    except Exception as error:  # pylint: disable=broad-except  # its readers raise many types
         raise ModelError(
             f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
         ) from error
@@ -160,9 +160,9 @@ def _save(picture, path):
 
 
 def _write(path, meshes, signs, head=(), covered=False):
-    """Write meshes as one OBJ after the lines of `head`; covered: with places in a picture."""
+    """Write meshes as one OBJ after the lines of `head`; covered: with texture coordinates."""
     lines, first = list(head), 1
-    flip = np.prod(signs) < 0  # a mirrored triangle shows its back: turn it round
+    flip = np.prod(signs) < 0  # mirroring turns the normals inwards: reverse the triangles
     for mesh in meshes:
         corners = np.asarray(mesh.vertices, float) * signs
         normals = np.asarray(mesh.vertex_normals, float) * signs

@@ -1,10 +1,10 @@
-"""Mesh files and textured shapes -> what PyBullet reads well: OBJ, one material a file.
+"""Mesh files and textured shapes -> files that PyBullet reads correctly: OBJ, one material each.
 
-PyBullet reads binary STL and OBJ with one material. Its DAE reader forgets materials and units, it
-reads no ASCII STL, mirrored meshes come out inside out, an OBJ gets one colour however many it has
-and black without any, EGL draws stripes where a picture's width is no multiple of 4, and a broken
-file can end the process. So every file is looked at, and the others are rewritten with trimesh
-(loaded on demand) into a folder beside the prepared URDF, once for each content.
+PyBullet reads binary STL and OBJ with one material. Its DAE reader ignores materials and units, it
+reads no ASCII STL, mirrored meshes are inside out, an OBJ is drawn in one colour however many it
+has and black without any, EGL draws stripes where an image's width is no multiple of 4, and a
+broken file can crash the process. So every file is checked, and other files are rewritten with
+trimesh (loaded on demand) into a folder next to the prepared URDF, once for each content.
 
 As in Gazebo and rviz, a DAE's <unit> counts and its <up_axis> does not.
 """
@@ -23,12 +23,12 @@ MAX_BYTES = 400_000_000  # of a mesh file
 
 
 def localise(lumped, folder, warn):
-    """Replace the meshes and pictures of a LumpedModel in place by what PyBullet reads.
+    """Replace the meshes and textures of a LumpedModel in place by files that PyBullet reads.
 
     Args:
         lumped: LumpedModel.
         folder: for converted files; they go to <folder>/meshes.
-        warn: function that takes one sentence for each shape that cannot be used.
+        warn: called with one sentence for each shape that cannot be used.
     """
     store = _Store(os.path.join(folder, "meshes"))
     for link in lumped.links.values():
@@ -52,7 +52,7 @@ class _Store:
         self._folder = folder
 
     def visual(self, shape):
-        """Shapes that stand for one visual: one for each material."""
+        """Shapes that replace one visual: one for each material."""
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [self._covered(shape)] if shape.texture else [shape]
@@ -72,7 +72,7 @@ class _Store:
         ]
 
     def collision(self, shape):
-        """Shapes that stand for one collision; materials do not matter."""
+        """Shapes that replace one collision; materials are ignored."""
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [shape]
@@ -87,7 +87,7 @@ class _Store:
         return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
 
     def _covered(self, shape):
-        """A box with a picture on its sides; other bodies get the picture's mean colour."""
+        """A box with a texture on its sides; other shapes get the texture's mean colour."""
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
             return replace(shape, texture="", color=mesh_convert.mean_color(shape.texture))

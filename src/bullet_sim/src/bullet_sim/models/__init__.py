@@ -1,1 +1,1 @@
-"""Loaded models: links, joints, masses, forces, and how a description becomes one."""
+"""Loaded models: links, joints, masses, forces, and loading a description."""

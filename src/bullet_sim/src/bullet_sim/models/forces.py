@@ -9,17 +9,17 @@ import numpy as np
 from bullet_sim.errors import CommandError
 
 
-def span(step_count, time_step, start, duration):
-    """Physics steps during which something acts.
+def step_range(step_count, time_step, start, duration):
+    """Physics steps during which a wrench or an effort acts.
 
     Args:
         step_count: steps made so far.
         time_step: [s].
-        start: simulated time [s]; what is past means now.
+        start: simulated time [s]; a past one means now.
         duration: [s]; negative: without end; shorter than a step: one step; 0: not at all.
 
     Returns:
-        (first, end): it acts before the steps first <= number < end; end may be infinite.
+        (first, end): it acts in the steps first <= number < end; end may be infinite.
 
     Raises:
         CommandError: a number is NaN or infinite.
@@ -34,60 +34,60 @@ def span(step_count, time_step, start, duration):
 
 
 @dataclass(frozen=True)
-class _Job:
+class _Load:
     model: object
     part: str  # name of the link or joint
     kind: str  # 'link' or 'joint'
     first: int
     end: float
-    act: Callable[[], None]
+    apply: Callable[[], None]
 
 
 class Forces:
-    """What pushes from outside, applied before every physics step; several add up."""
+    """External wrenches and efforts, applied before every physics step; several add up."""
 
     def __init__(self):
-        self._jobs = []
+        self._loads = []
 
     @property
     def active(self):
-        """Whether something acts now or later."""
-        return bool(self._jobs)
+        """Whether a wrench or an effort acts now or later."""
+        return bool(self._loads)
 
-    def push(self, model, link, force, torque, steps):
-        """Let a force act at the centre of mass of a link's rigid part, and a torque.
+    def apply_wrench(self, model, link, force, torque, steps):
+        """Apply a force at the centre of mass of a link's rigid part, and a torque.
 
         Args:
             model: of the world.
             link: link name.
             force, torque: (3,) [N], [N m] along world axes; they keep their direction.
-            steps: as span gives it.
+            steps: as step_range gives it.
 
         Raises:
             SimError: no such link, a static model, a number that is NaN or infinite.
         """
         self._check(model, f"wrench on link '{link}'", (*force, *torque))
-        index, _ = model.carrier(link)
+        index, _ = model.link_in_body(link)
         force, torque = np.asarray(force, float), np.asarray(torque, float)
-        self._add(model, link, "link", steps, lambda: model.push(index, force, torque))
+        self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
 
-    def drive(self, model, joint, effort, steps):
-        """Let an effort [N m, N] act on a joint, beside whatever drives it; clipped to its limit.
+    def apply_effort(self, model, joint, effort, steps):
+        """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
 
         Returns:
-            The effort that acts.
+            The clipped effort.
 
         Raises:
-            SimError: as for push.
+            SimError: as for apply_wrench.
         """
         self._check(model, f"effort on joint '{joint}'", (effort,))
         effort = model.joints.clip_effort(joint, effort)
         self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
         return effort
 
-    def _add(self, model, part, kind, steps, act):
+    def _add(self, model, part, kind, steps, apply):
         if steps[1] > steps[0]:
-            self._jobs.append(_Job(model, part, kind, *steps, act))
+            self._loads.append(_Load(model, part, kind, *steps, apply))
 
     @staticmethod
     def _check(model, what, values):
@@ -98,30 +98,34 @@ class Forces:
             raise CommandError(f"{what} of '{model.name}' has no effect: the model is static")
 
     def apply(self, step):
-        """Act on the coming physics step, whose number is that of the steps made so far."""
-        for job in self._jobs:
-            if job.first <= step < job.end:
-                job.act()
-        self._jobs = [job for job in self._jobs if job.end > step + 1]
+        """Apply all that act in the next physics step; `step` is the number of steps made."""
+        for load in self._loads:
+            if load.first <= step < load.end:
+                load.apply()
+        self._loads = [load for load in self._loads if load.end > step + 1]
 
     def clear_link(self, model, link):
         """End all wrenches on a link; returns how many there were."""
-        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, "link", link))
+        return self._remove(
+            lambda load: (load.model, load.kind, load.part) == (model, "link", link)
+        )
 
     def clear_joint(self, model, joint):
         """End all efforts on a joint; returns how many there were."""
-        return self._drop(lambda job: (job.model, job.kind, job.part) == (model, "joint", joint))
+        return self._remove(
+            lambda load: (load.model, load.kind, load.part) == (model, "joint", joint)
+        )
 
-    def forget(self, model):
-        """End everything that acts on a model."""
-        return self._drop(lambda job: job.model is model)
+    def remove_model(self, model):
+        """End all wrenches and efforts on a model; returns how many there were."""
+        return self._remove(lambda load: load.model is model)
 
     def clear(self):
-        """End everything."""
-        self._jobs = []
+        """End all wrenches and efforts."""
+        self._loads = []
 
-    def _drop(self, fits):
-        kept = [job for job in self._jobs if not fits(job)]
-        count = len(self._jobs) - len(kept)
-        self._jobs = kept
+    def _remove(self, matches):
+        others = [load for load in self._loads if not matches(load)]
+        count = len(self._loads) - len(others)
+        self._loads = others
         return count

@@ -29,7 +29,7 @@ class Joints:
         self._applied = {}
 
     def rebind(self, body):
-        """Go on with a re-loaded body."""
+        """Continue with a reloaded body."""
         self._body = body
         self._applied = {}
 
@@ -75,9 +75,9 @@ class Joints:
         return self._index[name]
 
     def set_positions(self, values):
-        """Put joints (mapping name -> position [rad, m]) there, at rest; the others go on.
+        """Set joints to positions (mapping name -> [rad, m]), at rest; others are not changed.
 
-        A position beyond a joint's stops becomes that of the stop.
+        A position beyond a joint's stop is set to the stop.
 
         Raises:
             ModelError: no such movable joint, or a position that is NaN or out of bounds.
@@ -107,7 +107,7 @@ class Joints:
         return min(max(effort, -limit), limit)
 
     def add_effort(self, name, effort):
-        """Apply an effort [N m, N] for the next step, on top of whatever drives the joint."""
+        """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
         self._engine.drive_effort(self._body, self._index[name], effort)
 
     def _effort(self, name):
@@ -135,10 +135,23 @@ class Joints:
             )
 
     def apply_efforts(self, efforts):
-        """Push joints (mapping name -> effort [N m, N]) during the next step."""
+        """Apply efforts (mapping name -> effort [N m, N]) during the next step."""
         for name, effort in efforts.items():
             self._engine.drive_effort(self._body, self._index[name], effort)
             self._applied[name] = effort
+
+    def track(self, name, velocity, effort):
+        """Track a velocity [rad/s, m/s] with at most an effort [N m, N], without other limits.
+
+        The joint's own friction acts against it.
+        """
+        friction = self.limits[name].friction
+        if friction >= effort > 0.0:
+            velocity, effort = 0.0, friction
+        else:
+            effort = max(0.0, effort - friction)
+        self._applied.pop(name, None)
+        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
 
     def effort_bounds(self, name, position, velocity):
         """Least and greatest effort [N m, N] a joint's motor may give in a state.
@@ -155,7 +168,7 @@ class Joints:
         return 0.0 if velocity < -speed else low, 0.0 if velocity > speed else high
 
     def release(self, names):
-        """Leave joints to their own friction."""
+        """Release joints: they move freely, with their friction."""
         for name in names:
             self._applied.pop(name, None)
             self._engine.release(self._body, self._index[name])

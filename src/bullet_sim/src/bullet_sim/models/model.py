@@ -4,9 +4,10 @@ import os
 
 import numpy as np
 
+from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.stiffness import joint_inertias
 from bullet_sim.description.lump import lump
+from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
 from bullet_sim.models.joints import Joints
@@ -14,7 +15,7 @@ from bullet_sim.models.prepare import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Pose, cross
 from bullet_sim.snapshot import BodySource, BodyState
 
-MAX_VELOCITY = 1e6  # [m/s, rad/s] that set_state takes along each axis
+MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
 
 
@@ -23,7 +24,7 @@ class Model:
 
     Args:
         engine: the Engine.
-        key: identity in snapshots.
+        key: identifier in snapshots.
         description: ModelDescription.
         pose: world Pose of the root link's frame.
         folder: where the prepared URDF is written.
@@ -39,6 +40,7 @@ class Model:
         self._engine = engine
         self._key = key
         self._changes = {}
+        self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
         localise(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
@@ -80,42 +82,43 @@ class Model:
             self._engine.set_surface(
                 self.body,
                 self._links[name],
-                friction=link.surface.friction,
                 stiffness=link.surface.stiffness,
                 damping=link.surface.damping,
             )
+            if link.surface.bitmask != EVERYTHING:
+                self._engine.set_bitmask(self.body, self._links[name], link.surface.bitmask)
 
         for change in self._changes.values():
             change()
 
     def change(self, key, change):
-        """Do something to the body now and again whenever it is loaded anew.
+        """Apply a change to the body now and after every reload.
 
         Args:
-            key: what is changed; a later change of the same replaces it.
+            key: of the changed property; a later change of the same key replaces this one.
             change: function without arguments that calls the engine with self.body.
         """
         change()
         self._changes[key] = change
 
-    def push(self, index, force, torque):
-        """Let a force and a torque (world axes) act on a link of the body for one step."""
-        self._engine.push(self.body, index, force, torque)
+    def apply_wrench(self, index, force, torque):
+        """Apply a force and a torque (world axes) to a link of the body for one step."""
+        self._engine.apply_wrench(self.body, index, force, torque)
 
     def reload(self):
-        """Load again into a cleared engine, at the initial pose; controllers restart."""
+        """Reload into a cleared engine, at the initial pose; controllers restart."""
         self._load()
         self.joints.rebind(self.body)
         if self.manager is not None:
             self.manager.restart()
 
-    def placement(self):
-        """What set_state and the setting of joints have made of it since it was loaded."""
+    def save_state(self):
+        """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
         return self._placed, () if self.is_static else self._engine.read_joints(self.body)[0]
 
-    def place(self, placement):
-        """Put a re-loaded model where it was, as `placement` gave it; controllers restart."""
-        placed, joints = placement
+    def restore_state(self, state):
+        """Restore the result of save_state() after a reload; controllers restart."""
+        placed, joints = state
         if placed is not None:
             self.set_state(*placed)
         if len(joints) and (joints != self._engine.read_joints(self.body)[0]).any():
@@ -130,7 +133,7 @@ class Model:
 
     @property
     def engine(self):
-        """The engine that the body lives in."""
+        """The engine that simulates the body."""
         return self._engine
 
     @property
@@ -139,12 +142,21 @@ class Model:
         return self._lumped.links
 
     @property
+    def parts_joints(self):
+        """Joints that remain when fixed joints are merged."""
+        return self._lumped.joints
+
+    def index(self, part):
+        """Number in the engine of one of the rigid_parts."""
+        return self._links[part]
+
+    @property
     def link_names(self):
         """Names of all links of the original description."""
         return tuple(self.description.links)
 
-    def carrier(self, link):
-        """Where a link lives: (index of the body's link in the engine, Pose in it).
+    def link_in_body(self, link):
+        """The link of the body that a link is merged into: (its index in the engine, Pose in it).
 
         Raises:
             ModelError: no such link.
@@ -176,7 +188,7 @@ class Model:
         Returns:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
-        index, offset = self.carrier(link)
+        index, offset = self.link_in_body(link)
         position, orientation, linear, angular = self._engine.link_state(self.body, index)
         frame = Pose(tuple(position.tolist()), tuple(orientation.tolist()))
         if offset == _SAME:  # not merged into another link
@@ -186,7 +198,7 @@ class Model:
 
     def link_motion(self, link):
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
-        index, offset = self.carrier(link)
+        index, offset = self.link_in_body(link)
         if offset == _SAME:
             return self._engine.link_motion(self.body, index)
         pose, linear, angular = self.link_state(link)
@@ -219,6 +231,7 @@ class Model:
         if not self.is_static:
             self._engine.set_base_velocity(self.body, linear, angular)
         self._placed = (pose, linear, angular)
+        self.on_moved(self)
 
     def state(self):
         """BodyState for a snapshot."""
@@ -227,7 +240,7 @@ class Model:
         return BodyState(self._key, tuple(position), tuple(orientation), joints)
 
     def remove(self):
-        """Take it out of the engine and delete its file."""
+        """Remove it from the engine and delete its file."""
         self._engine.remove(self.body)
         if os.path.exists(self.source.path):
             os.remove(self.source.path)

@@ -10,7 +10,7 @@ from bullet_sim.pose import Pose
 DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
 
 # Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
-# camber of arc minutes; a DeepRacer's then scrub up to half a wheel width off the track that
+# camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
 # Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
 # (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the middle, the
 # shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch

@@ -7,7 +7,7 @@ import numpy as np
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import matrix_from_quaternion
 
-TOLERANCE = 1e-6  # relative, of what cannot change but is sent back as it was
+TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 
 
 def link_properties(model, link):
@@ -22,7 +22,7 @@ def link_properties(model, link):
     Raises:
         ModelError: no such link.
     """
-    model.carrier(link)
+    model.link_in_body(link)
     found = model.rigid_parts.get(link) or model.description.links[link]
     return found.mass, found.centre, found.inertia
 
@@ -36,9 +36,9 @@ def set_link_properties(model, link, mass, centre, inertia, gravity):
         gravity: whether gravity acts on it; only True is possible.
 
     Raises:
-        ModelError: what is asked for is not possible or not physical; nothing has changed then.
+        ModelError: the request is impossible or not physical; nothing has changed then.
     """
-    index, _ = model.carrier(link)
+    index, _ = model.link_in_body(link)
     what = f"link '{link}' of '{model.name}'"
     part = model.rigid_parts.get(link)
     if model.is_static:

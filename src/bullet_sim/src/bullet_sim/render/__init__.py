@@ -1,5 +1,5 @@
-"""Pictures of the world, made in a process of their own from snapshots.
+"""Camera pictures of the world, rendered from snapshots in a separate process.
 
 The parent uses `client.RenderClient`; `process` starts the `worker`, `mirror` is the copy of the
-world in it, `request` what travels between the two, `sky` the background.
+world in it, `request` the messages between the two, `sky` the background.
 """

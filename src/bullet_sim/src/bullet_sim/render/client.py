@@ -5,7 +5,7 @@ import threading
 from collections import Counter
 
 from bullet_sim.errors import RenderError
-from bullet_sim.render.orders import Lockstep, Order
+from bullet_sim.render.orders import BlockingRequest, Order
 from bullet_sim.render.process import Worker
 from bullet_sim.render.request import RENDERERS, Renderer
 
@@ -13,36 +13,34 @@ MAX_RESTARTS = 3
 
 
 class RenderClient:
-    """Draws snapshots in another process, without ever holding up the caller of submit().
+    """Renders snapshots in another process; submit() does not block.
 
-    The newest snapshot per camera wins: while the worker draws, a new request replaces the
-    waiting one of the same camera, which counts in `dropped`. If the worker dies it is started
-    again, at most MAX_RESTARTS times; on_error is told.
-
-    The worker draws the next pictures while the last ones are handed on.
+    While the worker draws, a new request replaces the queued one of the same camera, which counts
+    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times, and on_error is
+    called. The worker draws the next pictures while on_frame runs for the last ones.
 
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
-        on_error: called with one line of text for each trouble, in the client's thread.
+        on_error: called with one line of text for each error, in the client's thread.
         environment: variables for the worker, e.g. EGL_VISIBLE_DEVICES.
-        lend: the arrays of a Frame are those that the worker drew to, without a copy; they are
-            good until on_frame returns.
+        zero_copy: a Frame's arrays are those that the worker has written, valid until on_frame
+            returns; False: copies.
 
     Attributes:
         renderer: Renderer, once start() has returned.
         dropped: Counter of camera name -> requests that were replaced before being drawn.
-        restarts: how often the worker was started again.
-        epoch: how often forget() was called; frames tell in which one they were asked for.
+        restarts: how often the worker was restarted.
+        epoch: number of discard() calls; a Frame has the epoch of its request.
     """
 
-    def __init__(self, on_frame=None, on_error=None, environment=None, lend=False):
+    def __init__(self, on_frame=None, on_error=None, environment=None, zero_copy=False):
         self.on_frame = on_frame or (lambda frame: None)
         self.on_error = on_error or (lambda text: None)
         self.renderer = None
         self.dropped = Counter()
         self.restarts = 0
         self.epoch = 0
-        self._environment, self._lend = dict(environment or {}), lend
+        self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._worker = None
         self._thread = None
         self._changed = threading.Condition()
@@ -61,7 +59,7 @@ class RenderClient:
             kind: 'egl', 'tiny', or 'auto': EGL, and TinyRenderer when that fails.
 
         Returns:
-            Renderer; its reason says why 'auto' did not take EGL.
+            Renderer; its reason says why 'auto' did not choose EGL.
 
         Raises:
             RenderError: unknown kind, or the renderer does not work.
@@ -86,7 +84,7 @@ class RenderClient:
         return self.renderer
 
     def set_sources(self, sources):
-        """Tell which bodies there are from now on; sent ahead of the next picture.
+        """Set the bodies; sent to the worker before the next request.
 
         Args:
             sources: iterable of BodySource, the complete list.
@@ -96,7 +94,7 @@ class RenderClient:
             self._sources_sent = False
 
     def submit(self, snapshot, requests):
-        """Ask for pictures; returns at once.
+        """Request pictures; returns at once.
 
         Args:
             snapshot: Snapshot.
@@ -110,14 +108,14 @@ class RenderClient:
                     self._pending[request.name] = (snapshot, request)
             self._changed.notify()
 
-    def forget(self):
-        """Drop the pictures that wait; one that is being drawn still comes, of the old epoch."""
+    def discard(self):
+        """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
         with self._changed:
             self.epoch += 1
             self._pending.clear()
 
     def render_sync(self, snapshot, requests, timeout=10.0):
-        """Draw now and wait for it (lockstep); on_frame is not called for these.
+        """Render now and wait for the pictures (lockstep), for which on_frame is not called.
 
         Args:
             snapshot: Snapshot.
@@ -128,10 +126,10 @@ class RenderClient:
             list of Frame in the order of requests.
 
         Raises:
-            RenderError: a camera could not be drawn, the worker died, or time is over.
+            RenderError: a camera could not be drawn, the worker died, or the time-out has passed.
         """
         requests = list(requests)
-        job = Lockstep(snapshot, requests)
+        job = BlockingRequest(snapshot, requests)
         with self._changed:
             if self._failed or self._closing or self._thread is None:
                 raise RenderError(self._failed or "the render client is not running")
@@ -153,13 +151,13 @@ class RenderClient:
         return [job.frames[request.name] for request in requests]
 
     def close(self):
-        """End the worker and the thread; no callback comes afterwards. May be called twice."""
+        """End the worker and the thread; no callback is called after that. Idempotent."""
         with self._changed:
             self._closing = True
             self._changed.notify()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(2.0)
-            if self._thread.is_alive():  # the worker hangs in a picture
+            if self._thread.is_alive():  # the worker hangs
                 self._worker.process.kill()
                 self._thread.join(5.0)
         elif self._thread is None and self._worker is not None:
@@ -178,24 +176,24 @@ class RenderClient:
 
     # the client's own thread ------------------------------------------------------------------
     def _run(self):
-        last = None  # the newest picture; handed on while the worker draws the next one
+        last = None  # the newest picture, emitted while the worker draws the next one
         while True:
             with self._changed:
                 if last is None:
                     self._changed.wait_for(lambda: self._closing or self._pending or self._lockstep)
                 if self._closing:
                     break
-                order = self._take()
+                order = self._next_order()
             if order:
                 order.send(self._worker)
-            self._hand_on(last)
+            self._emit(last)
             last = None
             if not order:
                 continue
             try:
                 last = self._collect(order)
             except (EOFError, OSError):
-                if self._closing or not self._revive(order.job):
+                if self._closing or not self._restart_worker(order.job):
                     break
             else:
                 if order.job:
@@ -206,15 +204,15 @@ class RenderClient:
                 self._lockstep.done.set()
         self._worker.close()
 
-    def _take(self):
-        """Next work, with the lock held: a lockstep job first, else the camera that waits
-        longest and all others that wait for the same snapshot; None: nothing waits."""
+    def _next_order(self):
+        """Next order, with the lock held: a blocking request first, else the oldest queued request
+        and all others of the same snapshot; None: nothing is queued."""
         job, self._lockstep = self._lockstep, None
         if job is not None:
             snapshot, requests = job.snapshot, job.requests
         elif self._pending:
             snapshot = next(iter(self._pending.values()))[0]
-            names = [name for name, (its, _) in self._pending.items() if its is snapshot]
+            names = [name for name, (other, _) in self._pending.items() if other is snapshot]
             requests = [self._pending.pop(name)[1] for name in names]
         else:
             return None
@@ -223,25 +221,27 @@ class RenderClient:
         return Order(job, sources, snapshot, requests, self.epoch)
 
     def _collect(self, order):
-        """Wait for what was ordered; hand on all pictures but the last, which is returned."""
+        """Wait for the pictures of an order; emit all but the last, which is returned."""
         last = None
         while True:
             for kind, *rest in self._worker.connection.recv():
                 if kind == "done":
                     return last
                 if kind == "error":
-                    if order.job and rest[0]:  # a body that does not load spoils no picture
+                    if (
+                        order.job and rest[0]
+                    ):  # a body that does not load is no failure of a picture
                         order.job.error = rest[1]
                     self._call(self.on_error, rest[1])
                 elif order.job:
-                    frame = order.frame(self._worker, rest[0], lend=False)
+                    frame = order.frame(self._worker, rest[0], zero_copy=False)
                     order.job.frames[frame.camera] = frame
-                elif rest[0] < order.count - 1:  # the worker is at the next one already
-                    self._hand_on(order.frame(self._worker, rest[0], self._lend))
+                elif rest[0] < order.count - 1:  # the worker draws the next one already
+                    self._emit(order.frame(self._worker, rest[0], self._zero_copy))
                 else:
-                    last = order.frame(self._worker, rest[0], self._lend)
+                    last = order.frame(self._worker, rest[0], self._zero_copy)
 
-    def _hand_on(self, frame):
+    def _emit(self, frame):
         if frame is not None and not self._closing:
             self._call(self.on_frame, frame)
 
@@ -255,9 +255,9 @@ class RenderClient:
             else:
                 self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
-    def _revive(self, job):
-        """Start the worker again after it died. Returns whether there is one."""
-        text = self._worker.obituary()
+    def _restart_worker(self, job):
+        """Restart the worker after it died; returns whether it runs."""
+        text = self._worker.exit_reason()
         kind = self._worker.kind
         self._worker.close()
         worker = None

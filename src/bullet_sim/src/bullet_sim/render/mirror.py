@@ -1,4 +1,4 @@
-"""A copy of the world that only knows how things look and where they are."""
+"""A copy of the world for rendering: shapes and poses only."""
 
 import math
 import zlib
@@ -12,9 +12,9 @@ from bullet_sim.sensors.frames import sensor_in_world
 
 # TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
 RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
-# EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m it is out
-# by up to 3 cm at 10 m. Where depths are asked for, two pictures with a smaller ratio of clip
-# distances each are put together.
+# EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m its error
+# is up to 3 cm at 10 m. For depths, two pictures with a smaller ratio of clip distances each are
+# combined.
 COARSE_RATIO = 20.0
 
 
@@ -35,10 +35,9 @@ class Mirror:
         self._states = {}
 
     def sync_sources(self, sources):
-        """Load what is new, remove what is gone, reload what changed under the same key.
+        """Load new bodies, remove missing ones, reload those that changed under the same key.
 
-        A body that cannot be loaded is left out and not tried again until its source changes;
-        the others are loaded all the same.
+        A body that cannot be loaded is left out until its source changes; the others are loaded.
 
         Args:
             sources: iterable of BodySource.
@@ -66,10 +65,10 @@ class Mirror:
             raise RenderError("not drawn: " + "; ".join(failures))
 
     def apply(self, snapshot):
-        """Put every body where the snapshot has it; bodies it does not name stay.
+        """Set every body to its state in the snapshot; bodies without one stay.
 
         Args:
-            snapshot: Snapshot; states of keys that are not loaded are passed over.
+            snapshot: Snapshot; states of keys that are not loaded are ignored.
         """
         for state in snapshot.bodies:
             body = self._bodies.get(state.key)
@@ -124,7 +123,7 @@ class Mirror:
         return rgb, depth
 
     def _draw(self, request, view, near, far, out=None):
-        """Colours and, if asked for, distances [m] of what lies between two clip distances."""
+        """Colours and, if requested, distances [m] between two clip distances."""
         projection = camera.projection_matrix(
             request.horizontal_fov,
             request.width / request.height,

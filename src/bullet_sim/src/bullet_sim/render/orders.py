@@ -1,4 +1,4 @@
-"""What the render client asks of its worker."""
+"""Messages of the render client to its worker."""
 
 import threading
 
@@ -7,13 +7,13 @@ import numpy as np
 from bullet_sim.render.request import Frame
 
 
-class Lockstep:
-    """A caller that waits for its frames.
+class BlockingRequest:
+    """A request whose caller waits for its frames.
 
     Attributes:
         frames: camera name -> Frame, so far.
         error: why some are missing, or ''.
-        done: set when no more come.
+        done: set when it is complete or has failed.
     """
 
     def __init__(self, snapshot, requests):
@@ -23,10 +23,10 @@ class Lockstep:
 
 
 class Order:
-    """One message to the worker, and for whom it is.
+    """One message to the worker.
 
     Args:
-        job: Lockstep, or None.
+        job: BlockingRequest whose pictures these are, or None.
         sources: BodySources that are new to the worker, or None.
         snapshot: Snapshot.
         requests: CameraRequests.
@@ -39,31 +39,31 @@ class Order:
 
     def __init__(self, job, sources, snapshot, requests, epoch):
         self.job, self._sources, self._snapshot = job, sources, snapshot
-        self._requests, self._epoch, self._places = requests, epoch, ()
+        self._requests, self._epoch, self._offsets = requests, epoch, ()
         self.count = len(requests)
 
     def send(self, worker):
-        """Tell the worker; that it is gone shows when its answer is read."""
-        self._places = worker.banks.take(self._requests)
+        """Send it; if the worker is gone, reading its answer fails."""
+        self._offsets = worker.buffers.next_layout(self._requests)
         try:
-            worker.connection.send((self._sources, self._snapshot, self._requests, self._places))
+            worker.connection.send((self._sources, self._snapshot, self._requests, self._offsets))
         except OSError:
             pass
 
-    def frame(self, worker, number, lend):
+    def frame(self, worker, number, zero_copy):
         """The finished picture of a request.
 
         Args:
             number: of the request.
-            lend: its arrays are those that the worker drew to; they are good until the order
-                after the next one is sent.
+            zero_copy: its arrays are those that the worker has written, valid until the order
+                after the next one is sent; False: copies.
         """
-        request, (colours, distances) = self._requests[number], self._places[number]
+        request, (colours, distances) = self._requests[number], self._offsets[number]
         size, depth = (request.height, request.width), None
-        rgb = worker.arena.array(colours, (*size, 3), np.uint8)
+        rgb = worker.memory.array(colours, (*size, 3), np.uint8)
         if distances is not None:
-            depth = worker.arena.array(distances, size, np.float32)
-        if not lend:
+            depth = worker.memory.array(distances, size, np.float32)
+        if not zero_copy:
             rgb, depth = rgb.copy(), depth if depth is None else depth.copy()
         return Frame(
             request.name, self._snapshot.time, self._snapshot.step, rgb, depth, self._epoch

@@ -1,4 +1,4 @@
-"""Starting and ending the render process, and telling why it ended."""
+"""Starting and ending the render process, and why it ended."""
 
 import os
 import pathlib
@@ -8,7 +8,7 @@ import tempfile
 from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
-from bullet_sim.render.arena import Arena, Banks
+from bullet_sim.render.shared_memory import DoubleBuffer, SharedMemory
 from bullet_sim.system.sockets import blocking_pair
 
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
@@ -21,16 +21,16 @@ class Worker:
     Args:
         kind: 'egl' or 'tiny'.
         environment: variables added to the process's environment.
-        timeout: for getting ready, [s] of wall time.
+        timeout: for its start, [s] of wall time.
 
     Attributes:
         connection: multiprocessing Connection; see worker.py for the messages.
-        arena: Arena that it draws to.
-        banks: Banks of the arena.
+        memory: SharedMemory that it draws to.
+        buffers: DoubleBuffer in it.
         process: subprocess.Popen.
 
     Raises:
-        RenderError: it did not get ready; the message holds the end of what it printed.
+        RenderError: it did not start; the message has the end of its output.
     """
 
     def __init__(self, kind, environment, timeout=START_TIMEOUT):
@@ -38,43 +38,43 @@ class Worker:
         variables = dict(os.environ, **environment)
         variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
         self._log = tempfile.TemporaryFile()
-        mine, its = blocking_pair()
+        parent_end, child_end = blocking_pair()
         self.kind = kind
-        self.arena = Arena()
-        self.banks = Banks(self.arena)
+        self.memory = SharedMemory()
+        self.buffers = DoubleBuffer(self.memory)
         try:
             self.process = subprocess.Popen(
                 [
                     sys.executable,
                     "-m",
                     "bullet_sim.render.worker",
-                    str(its.fileno()),
-                    str(self.arena.fd),
+                    str(child_end.fileno()),
+                    str(self.memory.fd),
                     kind,
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
                 env=variables,
-                pass_fds=[its.fileno(), self.arena.fd],
+                pass_fds=[child_end.fileno(), self.memory.fd],
             )
         finally:
-            its.close()
-        self.connection = Connection(mine.detach())
+            child_end.close()
+        self.connection = Connection(parent_end.detach())
         try:
             if not self.connection.poll(timeout):
                 raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
             self.connection.recv()
         except (EOFError, ConnectionError):
-            reason = self.obituary()
+            reason = self.exit_reason()
             self.close()
             raise RenderError(reason) from None
         except RenderError:
             self.close(kill=True)
             raise
 
-    def obituary(self):
-        """Why the process ended, in one line."""
+    def exit_reason(self):
+        """The reason why the process ended, in one line."""
         try:
             code = self.process.wait(2.0)
         except subprocess.TimeoutExpired:
@@ -87,7 +87,7 @@ class Worker:
         return f"{text}: {lines[-1].strip()}" if lines else text
 
     def close(self, kill=False):
-        """End the process, politely first unless kill."""
+        """End the process by closing its connection; kill: by SIGKILL."""
         self.connection.close()
         if kill:
             self.process.kill()
@@ -97,4 +97,4 @@ class Worker:
             self.process.kill()
             self.process.wait()
         self._log.close()
-        self.arena.close()
+        self.memory.close()

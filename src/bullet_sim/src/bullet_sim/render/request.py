@@ -1,4 +1,4 @@
-"""What travels between the bridge and the render worker: plain picklable values."""
+"""Messages between the render client and its worker: picklable values."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class CameraRequest:
         near, far: clip distances [m].
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
-        depth: distances are wanted, too.
+        depth: whether distances are requested.
     """
 
     name: str
@@ -70,9 +70,9 @@ class Frame:
         time: of the snapshot [s].
         step: of the snapshot.
         rgb: (H, W, 3) uint8, top row first.
-        depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not asked
-            for.
-        epoch: RenderClient.epoch when it was asked for.
+        depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not
+            requested.
+        epoch: RenderClient.epoch at the request.
     """
 
     camera: str
@@ -85,8 +85,8 @@ class Frame:
 
 @dataclass(frozen=True)
 class Renderer:
-    """Which renderer draws: kind 'egl' or 'tiny', and why EGL does not ('' when it does, or
-    when it was not asked for)."""
+    """The renderer in use: kind 'egl' or 'tiny', and why it is not EGL ('' when it is, or when
+    EGL was not requested)."""
 
     kind: str
     reason: str = ""

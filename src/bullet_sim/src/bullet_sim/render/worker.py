@@ -1,14 +1,14 @@
 """The render process: python -m bullet_sim.render.worker SOCKET_FD MEMORY_FD egl|tiny.
 
 Messages (pickled through the socket):
-    to the worker    (sources or None, snapshot, [CameraRequest, ...], [place, ...]); a place is
-                     (offset of the colours, offset of the distances or None) in the Arena that
-                     MEMORY_FD is: there the pictures are drawn to
+    to the worker    (sources or None, snapshot, [CameraRequest, ...], [offsets, ...]); offsets are
+                     (of the colours, of the distances or None) in the SharedMemory of MEMORY_FD, to
+                     which the pictures are written
     from the worker  ('ready', kind), then for each draw lists of ('error', camera or '', text),
                      ('frame', number of the request), and ('done',) at the end of the last one.
-The process ends when the other end of the socket closes, however its parent died. It leaves
-Ctrl-C to its parent. PyBullet's prints go wherever the parent pointed fd 1 and 2; a failing EGL
-plugin ends the process, which is why it has one of its own.
+The process ends when the other end of the socket closes, also if its parent crashed. SIGINT is left
+to the parent. PyBullet's output goes to the file descriptors 1 and 2 that the parent has set. A
+failing EGL plugin ends the process, which is why rendering has a separate one.
 """
 
 import os
@@ -21,19 +21,19 @@ import numpy as np
 
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
-from bullet_sim.render.arena import Arena
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
+from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.snapshot import BodySource
 
-NICENESS = 5  # physics and the user's nodes come first
+NICENESS = 5  # lower priority than the physics and the user's nodes
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
 
 
 def check_renderer(engine, kind):
-    """Draw a red box and look at it: some drivers start but draw nothing.
+    """Draw a red box and check the picture: some drivers start but draw nothing.
 
     Args:
         engine: Engine with a started renderer, empty; it is left empty.
@@ -57,35 +57,35 @@ def check_renderer(engine, kind):
         raise RenderError(f"the renderer drew a red box as RGB {(red, green, blue)}")
 
 
-def draw(connection, mirror, arena, sources, snapshot, requests, where):
-    """Answer one message; see the module's text."""
-    news = []
+def draw(connection, mirror, memory, sources, snapshot, requests, layout):
+    """Answer one message; see the module's docstring."""
+    answers = []
     if sources is not None:
         try:
             mirror.sync_sources(sources)
         except RenderError as error:
-            news.append(("error", "", str(error)))
+            answers.append(("error", "", str(error)))
     mirror.apply(snapshot)
-    for number, (request, (colours, distances)) in enumerate(zip(requests, where)):
+    for number, (request, (colours, distances)) in enumerate(zip(requests, layout)):
         size = request.height, request.width
         try:
             mirror.render_with_depth(
                 request,
                 snapshot.step,
-                arena.array(colours, (*size, 3), np.uint8),
-                None if distances is None else arena.array(distances, size, np.float32),
+                memory.array(colours, (*size, 3), np.uint8),
+                None if distances is None else memory.array(distances, size, np.float32),
             )
-            news.append(("frame", number))
+            answers.append(("frame", number))
         except ValueError as error:
-            news.append(("error", request.name, str(error)))
+            answers.append(("error", request.name, str(error)))
         if number < len(requests) - 1:
-            connection.send(news)
-            news = []
-    connection.send([*news, ("done",)])
+            connection.send(answers)
+            answers = []
+    connection.send([*answers, ("done",)])
 
 
-def serve(connection, arena, kind):
-    """Start the renderer, say so, draw until the connection closes."""
+def serve(connection, memory, kind):
+    """Start the renderer, send `ready`, draw until the connection closes."""
     engine = Engine()
     try:
         started = engine.start_renderer(kind)
@@ -95,7 +95,7 @@ def serve(connection, arena, kind):
         connection.send(("ready", started))
         mirror = Mirror(engine, kind)
         while True:
-            draw(connection, mirror, arena, *connection.recv())
+            draw(connection, mirror, memory, *connection.recv())
     except (EOFError, ConnectionError):
         pass  # the parent closed its end or is gone
     finally:
@@ -106,7 +106,7 @@ def main(arguments):
     """Args: arguments: [socket file descriptor, memory file descriptor, 'egl' or 'tiny']."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
-    serve(Connection(int(arguments[0])), Arena(int(arguments[1])), arguments[2])
+    serve(Connection(int(arguments[0])), SharedMemory(int(arguments[1])), arguments[2])
 
 
 if __name__ == "__main__":

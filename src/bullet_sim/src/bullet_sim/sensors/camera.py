@@ -6,7 +6,7 @@ REP 103's (x right, y down, z along the view). Both have the same origin.
 Pixels: integer coordinates are pixel centres, (0, 0) is the centre of the top left pixel, as
 in OpenCV and image_geometry. OpenGL puts the optical axis in the middle of the image, which
 is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
-(width + 1) / 2 in its camera_info, one pixel beside what it draws; we do not follow it.
+(width + 1) / 2 in its camera_info, one pixel off its picture; we do not follow it.
 """
 
 import math

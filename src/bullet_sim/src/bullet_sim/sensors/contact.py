@@ -28,7 +28,7 @@ class Contact:
 
 
 def watched_links(spec, description):
-    """Links and shape names that a ContactSpec means.
+    """Links and shape names of a ContactSpec.
 
     Names are those of the description's collisions or, as sdformat makes them, LINK_collision,
     LINK_collision_1 ... and PARENT_fixed_joint_lump__LINK_collision ... for links on fixed
@@ -42,7 +42,7 @@ def watched_links(spec, description):
         Set of (link, shape name); shape name '' means all shapes of the link.
 
     Raises:
-        ModelError: a name fits nothing; lists the names there are.
+        ModelError: a name matches nothing; lists the valid names.
     """
     if not spec.collisions:
         return {(spec.link, "")}
@@ -69,8 +69,8 @@ def watched_links(spec, description):
 def distance(shape, point):
     """Distance [m] from a point of the link's frame to a shape's surface, 0 inside.
 
-    Exact for spheres, boxes and cylinders; a mesh counts as a ball round its origin of no size,
-    a plane as its surface.
+    Exact for spheres, boxes and cylinders; a mesh counts as a point at its origin, a plane as
+    its surface.
     """
     local = shape.pose.matrix.T @ (np.asarray(point) - np.asarray(shape.pose.position))
     geometry = shape.geometry

@@ -10,7 +10,7 @@ import numpy as np
 
 
 def rows_from_quaternion(quaternion):
-    """Rotation matrix of a quaternion as three tuples: numpy takes several times as long.
+    """Rotation matrix of a quaternion as three tuples: numpy is several times as slow.
 
     Args:
         quaternion: (x, y, z, w), any positive length.

@@ -1,4 +1,4 @@
-"""True velocity of a link, as odometry wants it."""
+"""True velocity of a link in the axes of an Odometry message."""
 
 from bullet_sim.sensors.frames import rows_from_quaternion
 

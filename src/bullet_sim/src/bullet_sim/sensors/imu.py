@@ -1,4 +1,4 @@
-"""An inertial measurement unit: what it feels, written in its own frame."""
+"""An inertial measurement unit: its readings, in its own frame."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
 def reading(
     orientation, angular_velocity_in_world, acceleration_in_world, gravity_in_world=GRAVITY_IN_WORLD
 ):
-    """Angular velocity and specific force; at rest it feels +9.81 m/s^2 upwards (REP 145).
+    """Angular velocity and specific force; at rest +9.81 m/s^2 upwards (REP 145).
 
     Args:
         orientation: (x, y, z, w), sensor frame in the world.

@@ -6,7 +6,7 @@ from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy
 
 
 class Lidar:
-    """Ray directions of one RaySpec, worked out once.
+    """Ray directions of one RaySpec, computed once.
 
     Rays lie in the x-y plane of the sensor frame, counted counter-clockwise from min_angle to
     max_angle, both included (sensor_msgs/LaserScan).
@@ -97,7 +97,7 @@ class Lidar:
 
     @staticmethod
     def _others_near(engine, position, inner, own_body):
-        """Whether another body may reach into the box round the sensor and the rays' beginnings."""
+        """Whether another body may overlap the box around the sensor and the rays' starts."""
         low = np.minimum(inner.min(axis=0), position)
         high = np.maximum(inner.max(axis=0), position)
         return bool(engine.bodies_in_box(low.tolist(), high.tolist()) - {own_body})

@@ -1,4 +1,4 @@
-"""What a viewer is told about a world: a picklable value, taken when it asks."""
+"""Views of a world for the viewer: picklable values, made on request."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from bullet_sim.sensors.frames import sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.snapshot import BodySource, Snapshot
 
-MAX_RAYS = 240  # of one lidar that are cast for the viewer
+MAX_RAYS = 240  # per lidar that are cast for the viewer
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class WorldView:
 
     Attributes:
         models: all models.
-        sources: what a mirror loads; None: as in the view before.
+        sources: bodies for a mirror; None: as in the last view.
         snapshot: Snapshot.
-        rays: of the lidars that ask to be visualised.
+        rays: of the lidars with <visualize>.
         paused: whether simulated time stands still.
     """
 
@@ -49,10 +49,10 @@ class WorldView:
 
 
 class Observer:
-    """Looks at a world for one viewer; nothing of the world changes by it.
+    """Makes views of a world for one viewer; the world is not changed.
 
     Args:
-        world: World. Calls belong into the thread that owns its engine.
+        world: World. To be called in the thread that owns its engine.
     """
 
     def __init__(self, world):
@@ -60,39 +60,39 @@ class Observer:
         self._sources = None
         self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
 
-    def look(self, paused):
-        """The world now.
+    def view(self, paused):
+        """View of the world now.
 
         Args:
-            paused: what the view says about it.
+            paused: WorldView.paused.
 
         Returns:
             WorldView.
         """
         models = self._world.models.values()
         sources = tuple(self._world.sources())
-        news = sources if sources != self._sources else None
+        changed = sources if sources != self._sources else None
         self._sources = sources
         return WorldView(
             tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
-            news,
+            changed,
             self._world.snapshot(),
             tuple(self._rays(models)),
             bool(paused),
         )
 
     def _rays(self, models):
-        """Rays of all visualised lidars, cast again only when their next scan would be due."""
+        """Rays of all visualised lidars, cast again when their next scan would be due."""
         now, before, self._cast = self._world.time, self._cast, {}
         for model in models:
             for number, spec in enumerate(model.description.sensors):
                 if not isinstance(spec, RaySpec) or not spec.visualize:
                     continue
-                place = (model.source.key, number)
-                lidar, time, rays = before.get(place) or (Lidar(spec), None, None)
+                key = (model.source.key, number)
+                lidar, time, rays = before.get(key) or (Lidar(spec), None, None)
                 if time is None or not time <= now < time + 1.0 / spec.rate:
                     time, rays = now, self._cast_rays(model, lidar)
-                self._cast[place] = (lidar, time, rays)
+                self._cast[key] = (lidar, time, rays)
                 yield rays
 
     def _cast_rays(self, model, lidar):

@@ -1,1 +1,1 @@
-"""Helpers around the operating system: terminal output, sockets."""
+"""Helpers for the operating system: terminal output, sockets."""

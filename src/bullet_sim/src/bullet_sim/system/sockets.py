@@ -1,11 +1,13 @@
-"""Sockets to processes of our own."""
+"""Sockets to child processes."""
 
 import socket
 
 
 def blocking_pair():
-    """A connected pair of Unix stream sockets that block, whatever Python's default time-out is:
-    rospy sets one, which would make them non-blocking underneath."""
+    """A connected pair of blocking Unix stream sockets.
+
+    With the default time-out that rospy sets they would be non-blocking file descriptors.
+    """
     pair = socket.socketpair()
     for end in pair:
         end.setblocking(True)

@@ -24,7 +24,9 @@ class Driver:
         try:
             self._publisher.publish(message)
         except rospy.ROSException:
-            if not rospy.is_shutdown():  # at shutdown the topics close; the hook has stopped it
+            if (
+                not rospy.is_shutdown()
+            ):  # at shutdown the topic is closed; the shutdown hook has stopped the truck
                 raise
 
     def stop(self):
@@ -32,6 +34,6 @@ class Driver:
         self.send(self._steering, 0.0)
 
     @property
-    def listeners(self):
-        """How many nodes listen."""
+    def subscribers(self):
+        """Number of subscribers."""
         return self._publisher.get_num_connections()

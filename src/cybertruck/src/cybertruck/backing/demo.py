@@ -1,6 +1,6 @@
-"""The node `back_demo`: has the action back along a shape, and leaves picture, CSV and figures.
+"""The node `back_demo`: backs along a shape by the action, and writes picture, CSV and figures.
 
-The drive is measured on /ground_truth/odom, not on what the controller believes.
+The drive is measured on /ground_truth/odom, not on the controller's odometry.
 """
 
 import json
@@ -27,14 +27,14 @@ from cybertruck.trailer.report import summary, table, write_csv, write_picture
 from cybertruck.trailer.shapes import SHAPES, make_shape
 
 START_LIMIT = 60.0  # wall time until truck and action are up [s]
-STEP_LIMIT = 20.0  # wall time without a new state after which the demo gives up [s]
+STEP_LIMIT = 20.0  # wall time without a new state after which the demo fails [s]
 SETTLE = 1.0  # simulated time after the start [s]
 SWERVE = (0.35, 0.4, 1.6)  # before a line: steering angle [rad], speed [m/s], distance [m]
-OFFSET = 0.5  # and the line lies so far beside [m]
+OFFSET = 0.5  # lateral distance of the line [m]
 
 
 class Demo:
-    """Drives one shape and reports."""
+    """Drives one shape and writes the report."""
 
     def __init__(self):
         """Reads the parameters.
@@ -61,7 +61,7 @@ class Demo:
             Whether the action succeeded.
 
         Raises:
-            TrailerError: Something needed did not come, or the goal was refused.
+            TrailerError: A topic or the action is missing, or the goal was refused.
         """
         rospy.wait_for_message("/odom", Odometry, START_LIMIT)
         if self._wait(None) is None or not self._client.wait_for_server(
@@ -91,7 +91,7 @@ class Demo:
         return self._truth.wait(after, START_LIMIT if after is None else STEP_LIMIT)
 
     def _goal(self, start):
-        """Makes the goal; for a line the truck first leaves it, so that there is a way to go."""
+        """Makes the goal; for a line the truck first drives away from it."""
         goal = BackUpGoal(speed=self._speed)
         if self._shape != "line":
             goal.shape, goal.size = self._shape, self._size

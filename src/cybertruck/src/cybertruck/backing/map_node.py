@@ -5,17 +5,17 @@ import os
 import sys
 
 import rospy
+from paddock_common.settings import from_table, read
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.map_plan import MapSettings, measure, write_picture
-from cybertruck.backing.settings import known
 from cybertruck.backing.state import StateSource
 from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towing
 from cybertruck.trailer.steering import MeasuredSteering, write_map
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
-STEP_LIMIT = 20.0  # wall time without a new state after which the drive gives up [s]
-STUCK_FACTOR = 3.0  # a stretch may take so many times as long as it should
+STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]
+STUCK_FACTOR = 3.0  # limit of a stretch's time, in times of its planned time
 PERIOD = 0.02  # simulated time between commands [s]
 
 
@@ -32,14 +32,8 @@ class MapDrive:
         given = {
             name: value for name, value in parameters.get("map", {}).items() if value != []
         }  # an empty list stands for the default
-        self._settings = known(MapSettings, given, "map")
-        self._geometry = Geometry(
-            **{
-                name: parameters[name]
-                for name in ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
-                if name in parameters
-            }
-        )
+        self._settings = from_table(MapSettings, given, "map", TrailerError)
+        self._geometry = read(Geometry, parameters.get, prefix="")
         if rospy.get_param("~trailer", False):
             self._refuse_folding()
         self._file = str(rospy.get_param("~file"))
@@ -57,14 +51,14 @@ class MapDrive:
                 )
 
     def run(self):
-        """Drives, writes and reports.
+        """Drives, writes the map and prints the result.
 
         Raises:
             TrailerError: The truck does not answer, or a circle cannot be fitted.
         """
         if self._source.wait(None, START_LIMIT) is None:
             raise TrailerError(f"no odometry on {self._settings.odom_topic}")
-        while self._driver.listeners == 0 and not rospy.is_shutdown():
+        while self._driver.subscribers == 0 and not rospy.is_shutdown():
             rospy.sleep(0.05)
         measured = [self._drive(angle) for angle in self._settings.angles]
         checked = [self._drive(angle) for angle in self._settings.check_angles]
@@ -96,7 +90,7 @@ class MapDrive:
         rospy.loginfo("written: %s %s", self._file, self._picture)
 
     def _drive(self, angle):
-        """Drives at one steering angle and gives its Measured."""
+        """Drives at one steering angle and returns its Measured."""
         self._stretch(angle, self._settings.settle_distance)
         poses = self._stretch(angle, self._settings.distance(angle, self._geometry.wheelbase))
         item = measure(angle, poses)
@@ -111,7 +105,7 @@ class MapDrive:
         return item
 
     def _stretch(self, angle, distance):
-        """Drives a distance [m] and gives the poses on the way."""
+        """Drives a distance [m] and returns the poses on the way."""
         state = self._next(None)
         start, last, driven, poses = state.stamp, state, 0.0, []
         limit = STUCK_FACTOR * distance / self._settings.speed + 5.0

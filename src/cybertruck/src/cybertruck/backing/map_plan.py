@@ -1,9 +1,10 @@
-"""What the steering map's drive does, and what it makes of the poses; no ROS."""
+"""Settings of the steering map's drive, and curvatures from its poses; no ROS."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number, text
 
 from cybertruck.trailer.circle import fit_circle
 from cybertruck.trailer.geometry import TrailerError
@@ -24,20 +25,21 @@ class MapSettings:
         settle_distance: Driven before points are taken [m].
         circle: Share of a full circle that is then driven, ...
         longest: ... but no more than this [m].
-        odom_topic: What measures. Not wheel odometry: that takes the steering for granted.
+        odom_topic: Odometry to measure with; not wheel odometry, computed from the steering.
     """
 
     angles: tuple = tuple(math.radians(angle) for angle in np.arange(-45.0, 46.0, 7.5))
     check_angles: tuple = tuple(
         math.radians(angle) for angle in (-41.0, -26.0, -11.0, 11.0, 26.0, 41.0)
     )
-    speed: float = 0.5
-    settle_distance: float = 0.6
-    circle: float = 0.75
-    longest: float = 3.0
-    odom_topic: str = "/ground_truth/odom"
+    speed: float = number(0.5, above=0.0, below=TOP_SPEED, unit="m/s")
+    settle_distance: float = number(0.6, above=0.0, unit="m")
+    circle: float = number(0.75, above=0.0)
+    longest: float = number(3.0, above=0.0, unit="m")
+    odom_topic: str = text("/ground_truth/odom")
 
     def __post_init__(self):
+        check(self, TrailerError)
         for name in ("angles", "check_angles"):
             values = np.atleast_1d(np.array(getattr(self, name), dtype=float))
             if not np.all(np.isfinite(values)) or np.any(np.abs(values) >= math.pi / 2):
@@ -45,16 +47,9 @@ class MapSettings:
             object.__setattr__(self, name, tuple(values.tolist()))
         if len(self.angles) < 3 or not np.all(np.diff(self.angles) > 0.0):
             raise TrailerError("angles: there must be 3 or more, each above the one before")
-        if not 0.0 < self.speed < TOP_SPEED:
-            raise TrailerError(
-                f"speed is {self.speed!r} m/s; it must be above 0 and below {TOP_SPEED:g}"
-            )
-        for name in ("settle_distance", "circle", "longest"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise TrailerError(f"{name} is {getattr(self, name)!r}; it must be above 0")
 
     def distance(self, angle, wheelbase):
-        """How far points are taken at a steering angle [rad] of a truck of a wheelbase [m]."""
+        """Distance [m] over which points are taken, by steering angle [rad] and wheelbase [m]."""
         bend = abs(math.tan(angle)) / wheelbase
         return min(self.longest, 2.0 * math.pi * self.circle / max(bend, 1e-9))
 
@@ -69,7 +64,7 @@ class Measured:
 
 
 def measure(angle, poses):
-    """Makes a curvature of the poses of one angle.
+    """Computes the curvature from the poses of one angle.
 
     Args:
         angle: Steering angle [rad].
@@ -104,7 +99,7 @@ def write_picture(file, measured, checked, steering, wheelbase):
     """Draws measured curvatures, the map and tan φ / L, with residuals, into a PNG.
 
     Args:
-        file: To write.
+        file: PNG file to write.
         measured: List of Measured of which the map was made.
         checked: List of Measured that were not used for it.
         steering: MeasuredSteering.

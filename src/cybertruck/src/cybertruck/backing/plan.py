@@ -1,4 +1,4 @@
-"""From an action goal to a tracker, or to the reason why not; no ROS."""
+"""Action goal -> tracker; no ROS."""
 
 import dataclasses
 import math
@@ -12,11 +12,11 @@ from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.shapes import make_shape
 from cybertruck.trailer.tracker import TOP_SPEED, Tracker
 
-HOLD = "hold"  # a shape without a path: keep a curvature over a length
+HOLD = "hold"  # a shape without a path: hold a curvature over a length
 
 
 def make_tracker(goal, trailer, settings):
-    """Checks a goal and makes its tracker, begun where the trailer stands.
+    """Checks a goal and makes its tracker, starting at the trailer's pose.
 
     Args:
         goal: What has the fields of cybertruck/BackUpGoal.
@@ -27,7 +27,7 @@ def make_tracker(goal, trailer, settings):
         Tracker, or CurvatureHold for the shape "hold".
 
     Raises:
-        TrailerError: The goal cannot be driven; says what is wrong with which value.
+        TrailerError: The goal cannot be driven; names the value and what is valid.
     """
     tuning = settings.tuning
     if goal.speed != 0.0:

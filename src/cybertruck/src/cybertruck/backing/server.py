@@ -1,7 +1,6 @@
 """The node `back_up`: an action that backs the trailer's axle along a path."""
 
 import math
-import sys
 import threading
 from dataclasses import dataclass, field
 
@@ -10,6 +9,7 @@ import rospy
 from actionlib import ActionServer
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.nodes import start
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.plan import make_tracker
@@ -19,12 +19,12 @@ from cybertruck.msg import BackUpAction, BackUpFeedback, BackUpResult
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.tracker import ARRIVED, BACKING, FAILED, MODES
 
-POLL = 0.1  # wall time between looks at cancel and shutdown when nothing arrives [s]
+POLL = 0.1  # wall time between checks for cancel and shutdown when no message arrives [s]
 FEEDBACK_PERIOD = 0.1  # simulated time [s]
 REST_SPEED = 0.005  # the truck counts as standing below [m/s]
 REST_TIME = 3.0  # longest simulated wait for that [s]
-SHOWN = 10  # every so many samples of a path are published, and its end
-MOVED = 0.02  # less than this in stuck_time counts as not moving [m]
+SHOWN = 10  # every so many samples of a path are published, and the last one
+MOVED = 0.02  # a truck that moved less in stuck_time is stuck [m]
 
 
 class Stopped(Exception):
@@ -47,7 +47,7 @@ class Job:
 
 
 class BackUpServer:
-    """Takes goals, one at a time; a newer one ends the older one."""
+    """Accepts one goal at a time; a newer one preempts it."""
 
     def __init__(self):
         """Reads the private parameters.
@@ -95,7 +95,7 @@ class BackUpServer:
                     job.cancelled.set()
 
     def run(self):
-        """Works goals off until ROS shuts down."""
+        """Executes goals until ROS shuts down."""
         while not rospy.is_shutdown():
             with self._news:
                 self._current = None
@@ -105,7 +105,7 @@ class BackUpServer:
                 self._work(self._current)
 
     def _work(self, job):
-        """Drives a goal and tells how it ended."""
+        """Executes a goal and sets its result."""
         if job.tracker.path is not None:
             self._show(job.tracker.path)
         try:
@@ -128,7 +128,7 @@ class BackUpServer:
 
         Raises:
             Cancelled: By the client, a newer goal, or shutdown.
-            Stopped: The state is stale, nothing moves, or the trailer cannot be unfolded.
+            Stopped: The state is stale, the truck is stuck, or the trailer cannot be unfolded.
         """
         node, stamp, shown, mode = self._settings.node, None, -math.inf, BACKING
         still, self._resets = None, self._source.resets
@@ -182,7 +182,7 @@ class BackUpServer:
                 None if stamp is None else stamp + node.control_period - 1e-6, POLL
             )
             reason = self._source.staleness(node.state_timeout)
-            # this comes first: between two topics a reset looks like silence
+            # checked first: during a reset the state looks stale
             if self._source.resets != self._resets or (
                 state is not None and stamp is not None and state.stamp < stamp
             ):
@@ -207,7 +207,7 @@ class BackUpServer:
         self._driver.stop()
 
     def _result(self, job, success, message):
-        """Measures where the trailer stands now against the path's end."""
+        """Compares the trailer's pose with the path's end."""
         result = BackUpResult(success=success, message=message)
         if job.errors:
             errors = np.array(job.errors)
@@ -240,10 +240,4 @@ class BackUpServer:
 
 def main():
     """Runs the node; exits with 1 and the reason if it cannot start."""
-    rospy.init_node("back_up")
-    try:
-        server = BackUpServer()
-    except TrailerError as error:
-        rospy.logfatal("back_up cannot start: %s", error)
-        sys.exit(1)
-    server.run()
+    start("back_up", BackUpServer).run()

@@ -1,7 +1,9 @@
-"""What the backing node can be told; no ROS."""
+"""Settings of the backing node; no ROS."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, from_table, number, read, text
 
 from cybertruck.trailer.geometry import Geometry, TrailerError
 from cybertruck.trailer.steering import IdealSteering, read_map
@@ -17,38 +19,27 @@ class NodeSettings:
 
     Attributes:
         control_period: Simulated time between two commands [s].
-        state_timeout: Silence of odometry or joint states after which the truck stops [s].
+        state_timeout: Time without odometry or joint states after which the truck stops [s].
         stuck_time: A goal ends when nothing moved for this time [s].
         odom_frame: Frame of goals' paths.
         hitch_joint: Name in /joint_states.
         steering_map: File of a measured map, or "" for the ideal tan φ / L.
     """
 
-    control_period: float = 0.032
-    state_timeout: float = 0.5
-    stuck_time: float = 5.0
-    odom_frame: str = "odom"
-    hitch_joint: str = "hitch_yaw_joint"
-    steering_map: str = ""
+    control_period: float = number(0.032, above=0.0, unit="s")
+    state_timeout: float = number(0.5, above=0.0, unit="s")
+    stuck_time: float = number(5.0, above=0.0, unit="s")
+    odom_frame: str = text("odom")
+    hitch_joint: str = text("hitch_yaw_joint")
+    steering_map: str = text("", empty=True)
 
     def __post_init__(self):
-        for name in ("control_period", "state_timeout", "stuck_time"):
-            value = getattr(self, name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise TrailerError(f"{name} is {value!r}; it must be a time above 0 [s]")
-        for name in ("odom_frame", "hitch_joint", "steering_map"):
-            value = getattr(self, name)
-            if not isinstance(value, str) or (not value and name != "steering_map"):
-                raise TrailerError(f"{name} is {value!r}; it must be a name")
+        check(self, TrailerError)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """All settings: geometry, tuning, node, and the steering that they name."""
+    """All settings: geometry, tuning, node, and the steering map."""
 
     geometry: Geometry
     tuning: Tuning
@@ -56,23 +47,8 @@ class Settings:
     steering: object
 
 
-def known(kind, data, what):
-    """Makes a dataclass of a dict.
-
-    Raises:
-        TrailerError: A key that the class does not have, or a value that it refuses.
-    """
-    if not isinstance(data, dict):
-        raise TrailerError(f"{what} is {data!r}; it must be a table of names and values")
-    names = [item.name for item in fields(kind)]
-    unknown = sorted(str(key) for key in set(data) - set(names))
-    if unknown:
-        raise TrailerError(f"{what}: unknown {', '.join(unknown)}; there are: {', '.join(names)}")
-    return kind(**data)
-
-
 def settings_from(parameters):
-    """Makes Settings of the node's private parameters.
+    """Makes Settings from the node's private parameters.
 
     Args:
         parameters: Dict with truck.yaml's keys, of which the geometry is used, and the tables
@@ -81,13 +57,12 @@ def settings_from(parameters):
     Raises:
         TrailerError: Names the parameter, its value and what is valid.
     """
-    geometry = Geometry(
-        **{item.name: parameters[item.name] for item in fields(Geometry) if item.name in parameters}
-    )
-    node = known(NodeSettings, parameters.get("node", {}), "node")
+    geometry = read(Geometry, parameters.get, prefix="")
+    node = from_table(NodeSettings, parameters.get("node", {}), "node", TrailerError)
+    tuning = from_table(Tuning, parameters.get("tuning", {}), "tuning", TrailerError)
     steering = (
         read_map(node.steering_map)
         if node.steering_map
         else IdealSteering(geometry.wheelbase, geometry.max_steering)
     )
-    return Settings(geometry, known(Tuning, parameters.get("tuning", {}), "tuning"), node, steering)
+    return Settings(geometry, tuning, node, steering)

@@ -1,4 +1,4 @@
-"""Where truck and trailer are: odometry with the hitch angle of that time, and how old it is."""
+"""State of truck and trailer: odometry with the hitch angle at its stamp, and its age."""
 
 import math
 import threading
@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 from cybertruck.trailer.kinematics import trailer_axle
 
-KEPT = 60  # messages kept for pairing, about half a second
+HISTORY = 60  # messages stored for pairing, about half a second
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class RigState:
         return trailer_axle(self.x, self.y, self.heading, self.hitch_angle, geometry)
 
     def is_finite(self):
-        """Whether all numbers can be used."""
+        """Whether all numbers are finite."""
         return all(map(math.isfinite, (self.x, self.y, self.heading, self.speed, self.hitch_angle)))
 
 
@@ -45,7 +45,7 @@ class StateSource:
     """Subscribes odometry and, if a joint is named, joint states.
 
     Attributes:
-        resets: How often the odometry's stamps went back: resets of the simulation.
+        resets: Number of times the odometry's stamps went back: resets of the simulation.
     """
 
     def __init__(self, odom_topic="/odom", hitch_joint=None):
@@ -58,18 +58,22 @@ class StateSource:
         self._news = threading.Condition()
         self._state = None
         self.resets = 0
-        self._odometry = deque(maxlen=KEPT)
-        self._hitch = deque(maxlen=KEPT)
+        self._odometry = deque(maxlen=HISTORY)
+        self._hitch = deque(maxlen=HISTORY)
         self._joint = hitch_joint
         self._subscribers = [
             rospy.Subscriber(
-                odom_topic, Odometry, self._on_odometry, queue_size=KEPT, tcp_nodelay=True
+                odom_topic, Odometry, self._on_odometry, queue_size=HISTORY, tcp_nodelay=True
             )
         ]
         if hitch_joint is not None:
             self._subscribers.append(
                 rospy.Subscriber(
-                    "/joint_states", JointState, self._on_joints, queue_size=KEPT, tcp_nodelay=True
+                    "/joint_states",
+                    JointState,
+                    self._on_joints,
+                    queue_size=HISTORY,
+                    tcp_nodelay=True,
                 )
             )
 
@@ -91,7 +95,7 @@ class StateSource:
         )
 
     def _keep(self, kept, stamp, value):
-        """Keeps what came and makes the newest state that odometry and joint states allow."""
+        """Stores a message and makes the newest state for which both messages are there."""
         with self._news:
             if kept and stamp < kept[-1][0]:  # the simulation was reset
                 kept.clear()
@@ -103,7 +107,7 @@ class StateSource:
                 self._news.notify_all()
 
     def _paired(self):
-        """The newest odometry that has hitch angles around it, or None."""
+        """The newest odometry with hitch angles before and after it, or None."""
         if self._joint is None:
             stamp, values = self._odometry[-1]
             return RigState(stamp, *values, 0.0)
@@ -115,7 +119,7 @@ class StateSource:
         return None
 
     def _hitch_at(self, stamp):
-        """The hitch angle at a time between those that came [rad]."""
+        """The interpolated hitch angle at a time [rad]."""
         later = self._hitch[-1]
         for earlier in reversed(self._hitch):
             if earlier[0] <= stamp:
@@ -142,7 +146,7 @@ class StateSource:
             wall_time: Longest wait [s].
 
         Returns:
-            RigState, or None when none came.
+            RigState, or None after a time-out.
         """
 
         def is_new():
@@ -160,7 +164,7 @@ class StateSource:
             return self._state if is_new() or is_reset() else None
 
     def staleness(self, timeout):
-        """Says what is missing.
+        """Returns what is missing.
 
         Args:
             timeout: Age in simulated time above which something counts as stale [s].

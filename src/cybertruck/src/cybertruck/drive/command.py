@@ -1,7 +1,9 @@
-"""The newest drive command and how old it is. No ROS."""
+"""The newest drive command and its age. No ROS."""
 
 import math
 import threading
+
+from paddock_common.rules import Number
 
 
 def refusal(**values):
@@ -13,7 +15,7 @@ def refusal(**values):
 
 
 class Command:
-    """Steering and speed that were asked for last; callbacks write, the drive loop reads.
+    """The last commanded steering and speed; callbacks write, the drive loop reads.
 
     Args:
         timeout: age [s] above which the truck stops.
@@ -23,19 +25,13 @@ class Command:
     """
 
     def __init__(self, timeout):
-        if (
-            isinstance(timeout, bool)
-            or not isinstance(timeout, (int, float))
-            or not (math.isfinite(timeout) and timeout > 0.0)
-        ):
-            raise ValueError(f"command_timeout is {timeout!r}, must be a time above 0 [s]")
-        self.timeout = float(timeout)
+        self.timeout = float(Number(above=0.0, unit="s").check("command_timeout", timeout))
         self._lock = threading.Lock()
         self._steering = self._speed = 0.0
         self._time = None
 
     def give(self, steering, speed, time):
-        """Take over a checked command given at a time [s]."""
+        """Set a checked command given at a time [s]."""
         with self._lock:
             self._steering, self._speed, self._time = steering, speed, time
 
@@ -45,7 +41,7 @@ class Command:
             self._speed, self._time = 0.0, None
 
     def target(self, now):
-        """What to drive at a time [s].
+        """Target at a time [s].
 
         Returns:
             (steering [rad], speed [m/s], expired): expired is True once, when the command has

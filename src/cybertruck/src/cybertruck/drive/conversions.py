@@ -1,8 +1,8 @@
-"""Between messages and the numbers of odometry."""
+"""Messages <-> input and output of the odometry."""
 
 import math
 
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import Quaternion
 from nav_msgs.msg import Odometry
 
 from cybertruck.drive.odometry import Measured
@@ -10,7 +10,7 @@ from cybertruck.drive.odometry import Measured
 WHEELS = ("rear_left_wheel_joint", "rear_right_wheel_joint")
 HINGES = ("front_left_steer_joint", "front_right_steer_joint")
 ENCODERS = ("front_left_wheel_joint", "front_right_wheel_joint")
-PLANAR_VARIANCE = 1e-6  # of height, roll and pitch, which a flat yard leaves at 0
+PLANAR_VARIANCE = 1e-6  # variance of height, roll and pitch, which are 0 on flat ground
 
 
 def measured(message):
@@ -75,14 +75,3 @@ def odometry(stamp, frames, state):
     message.twist.twist.linear.x = state.speed
     message.twist.twist.angular.z = state.yaw_rate
     return message
-
-
-def transform(message):
-    """The transform that an odometry message states."""
-    made = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
-    position = message.pose.pose.position
-    made.transform.translation.x = position.x
-    made.transform.translation.y = position.y
-    made.transform.translation.z = position.z
-    made.transform.rotation = message.pose.pose.orientation
-    return made

@@ -1,7 +1,9 @@
-"""The truck's measures and limits, as config/truck.yaml holds them."""
+"""The truck's dimensions and limits, as in config/truck.yaml."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, number
 
 
 @dataclass(frozen=True)
@@ -21,40 +23,22 @@ class TruckGeometry:
         max_acceleration: pulling away and braking [m/s^2].
     """
 
-    wheelbase: float = 0.508
-    track_width: float = 0.43
-    wheel_radius: float = 0.1016
-    wheel_width: float = 0.0762
-    hitch_offset: float = 0.30
-    tongue_length: float = 0.70
-    max_steering: float = 0.7854
-    max_speed: float = 3.0
-    max_steering_rate: float = 2.5
-    max_acceleration: float = 2.0
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    track_width: float = number(0.43, above=0.0, unit="m")
+    wheel_radius: float = number(0.1016, above=0.0, unit="m")
+    wheel_width: float = number(0.0762, above=0.0, unit="m")
+    hitch_offset: float = number(0.30, above=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, unit="rad")
+    max_speed: float = number(3.0, above=0.0, unit="m/s")
+    max_steering_rate: float = number(2.5, above=0.0, unit="rad/s")
+    max_acceleration: float = number(2.0, above=0.0, unit="m/s²")
 
     def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise ValueError(f"{item.name} is {value!r}, must be a number above 0")
+        check(self)
         limit = math.atan(2.0 * self.wheelbase / self.track_width)
         if self.max_steering >= limit:
             raise ValueError(
-                f"max_steering is {self.max_steering!r}, must be below {limit:.4f} "
+                f"max_steering is {self.max_steering!r}; it must be below {limit:.4f} "
                 "rad, where the turning centre would lie under a rear wheel"
             )
-
-
-def geometry_from(get):
-    """TruckGeometry from a function get(name, default), e.g. of private parameters.
-
-    Raises:
-        ValueError: names the parameter, its value and what is valid.
-    """
-    return TruckGeometry(
-        **{item.name: get(item.name, item.default) for item in fields(TruckGeometry)}
-    )

@@ -3,10 +3,12 @@
 import math
 from dataclasses import dataclass
 
+from paddock_common.settings import check, number
+
 
 @dataclass(frozen=True)
 class JoyDrive:
-    """Which axes drive.
+    """Axes and scales of the drive command.
 
     Attributes:
         speed_axis, steering_axis: indices into sensor_msgs/Joy.axes.
@@ -14,29 +16,13 @@ class JoyDrive:
         steering: [rad] at axis value +1; negative turns the axis round.
     """
 
-    speed_axis: int = 1
-    steering_axis: int = 0
-    speed: float = 1.0
-    steering: float = 0.7854
+    speed_axis: int = number(1, least=0, whole=True)
+    steering_axis: int = number(0, least=0, whole=True)
+    speed: float = number(1.0, unit="m/s")
+    steering: float = number(0.7854, unit="rad")
 
     def __post_init__(self):
-        for name in ("speed_axis", "steering_axis"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-                raise ValueError(f"joy_{name} is {value!r}, must be a whole number, 0 or more")
-        for name in ("speed", "steering"):
-            value = getattr(self, name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not math.isfinite(value)
-            ):
-                raise ValueError(f"joy_{name} is {value!r}, must be a finite number")
-
-    @classmethod
-    def from_parameters(cls, get):
-        """From a function get(name, default)."""
-        return cls(**{name: get("joy_" + name, default) for name, default in vars(cls()).items()})
+        check(self, prefix="joy_")
 
     def command(self, axes):
         """Steering [rad] and speed [m/s] for a sequence of axis values in -1..1.

@@ -1,4 +1,4 @@
-"""Steering angle and speed that follow a target no faster than the truck can."""
+"""Rate limits of steering angle and speed."""
 
 import math
 
@@ -29,7 +29,7 @@ class RateLimiter:
         self.steering = self.speed = 0.0
 
     def advance(self, steering, speed, period):
-        """Go towards a target for a period.
+        """Advance towards a target by one period.
 
         Args:
             steering, speed: target [rad], [m/s].

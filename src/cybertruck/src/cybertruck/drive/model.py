@@ -46,7 +46,7 @@ class CyberModel:
 
         Returns:
             (steering [rad], speed [m/s]), within the limits. No speed: no steering angle turns
-            the truck, so it is 0. Where the speed limit cuts, the curvature stays.
+            the truck, so it is 0. The speed limit does not change the curvature.
         """
         if linear == 0.0:
             return 0.0, 0.0
@@ -63,11 +63,11 @@ class CyberModel:
         return math.sin(steering) / self.geometry.wheelbase
 
     def wheels(self, steering, speed):
-        """What the hinges and wheels do for a bicycle's steering angle and speed.
+        """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
 
-        A hinge at (wheelbase, y) stands across the line to the turning centre:
-        tan(angle) = wheelbase / (1 / curvature - y). A wheel rolls as fast as its distance from
-        the centre asks for.
+        A hinge at (wheelbase, y) is perpendicular to the line to the turning centre:
+        tan(angle) = wheelbase / (1 / curvature - y). A wheel's speed is proportional to its
+        distance from the centre.
 
         Args:
             steering: bicycle's angle [rad], within the limits.
@@ -92,7 +92,7 @@ class CyberModel:
         )
 
     def curvature_of_hinges(self, left, right):
-        """Curvature [1/m] that two measured hinge angles [rad] stand for.
+        """Curvature [1/m] of two measured hinge angles [rad].
 
         Each hinge gives 1 / (wheelbase / tan(angle) + y), written without the division by a
         tangent of zero; the mean of both counts.

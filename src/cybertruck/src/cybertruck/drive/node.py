@@ -1,66 +1,57 @@
 """The node `drive`: commands in, wheels out; joint states in, odometry and TF out.
 
 Everything happens once per message of the bridge's joint states (every 8 ms of simulated time);
-only when they fall silent a timer stops the wheels.
+if they stop, a timer stops the wheels.
 """
 
-import math
-import sys
 import threading
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.nodes import run
+from paddock_common.odometry import transform_of
+from paddock_common.settings import read
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
 
 from cybertruck.drive import conversions
 from cybertruck.drive.command import Command, refusal
-from cybertruck.drive.geometry import geometry_from
+from cybertruck.drive.geometry import TruckGeometry
 from cybertruck.drive.joystick import JoyDrive
 from cybertruck.drive.limits import RateLimiter
 from cybertruck.drive.model import CyberModel
 from cybertruck.drive.odometry import Errors, WheelOdometry, ticks
+from cybertruck.drive.settings import Settings
 from cybertruck.msg import CyberDriveStamped
 
 ROBOT = "/cybertruck"
-ODOM_SOURCES = ("wheels", "ground_truth")
 LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
 WATCH_PERIOD = 0.1  # [s] between looks for silent joint states, at the most
 
 
 class Drive:
-    """Connects the truck's topics.
+    """The drive node.
 
     Raises:
         ValueError: a parameter is wrong; names it, its value and what is valid.
     """
 
     def __init__(self):
-        def get(name, default):
-            return rospy.get_param("~" + name, default)
-
-        self._model = CyberModel(geometry_from(get))
+        settings = read(Settings, rospy.get_param)
+        self._model = CyberModel(read(TruckGeometry, rospy.get_param))
         self._limiter = RateLimiter(self._model.geometry)
-        self._command = Command(get("command_timeout", 0.5))
-        start = [_number(get, name, 0.0) for name in ("start_x", "start_y", "start_yaw")]
-        errors = Errors(**{name: get(name, default) for name, default in vars(Errors()).items()})
-        self._odometry = WheelOdometry(self._model, start, errors)
-        self._source = get("odom_source", "wheels")
-        if self._source not in ODOM_SOURCES:
-            raise ValueError(
-                f"odom_source is '{self._source}', must be one of {', '.join(ODOM_SOURCES)}"
-            )
-        self._frames = get("odom_frame", "odom"), get("base_frame", "base_footprint")
+        self._command = Command(settings.command_timeout)
+        start = settings.start_x, settings.start_y, settings.start_yaw
+        self._odometry = WheelOdometry(self._model, start, read(Errors, rospy.get_param))
+        self._source = settings.odom_source
+        self._frames = settings.odom_frame, settings.base_frame
         self._time = self._measured = None  # stamps of the last and the last good joint states [s]
-        self._heard, self._silent = None, False  # ROS time of their arrival [s]
-        self._lock = threading.Lock()  # joint states and timer come in threads of their own
+        self._received, self._silent = None, False  # ROS time of their arrival [s]
+        self._lock = threading.Lock()  # joint states and timer have different threads
         self._publish_to()
-        joy = get("joy", False)
-        if not isinstance(joy, bool):
-            raise ValueError(f"joy is {joy!r}, must be true or false")
-        self._subscribe(JoyDrive.from_parameters(get) if joy else None)
+        self._subscribe(read(JoyDrive, rospy.get_param, "~joy_") if settings.joy else None)
         rospy.Timer(
             rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch, reset=True
         )
@@ -81,7 +72,7 @@ class Drive:
         self._broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, joy):
-        # Of commands the newest counts; of measurements a few may wait: a hiccup loses none.
+        # Commands: only the newest is used. Measurements: a short queue, so that none is lost.
         for topic, kind, callback, waiting in (
             ("/cmd_vel", Twist, self._twist, 1),
             ("/cmd_cyberdrive", CyberDriveStamped, self._cyberdrive, 1),
@@ -140,7 +131,7 @@ class Drive:
             )
         now = message.header.stamp.to_sec()
         with self._lock:
-            self._heard, self._silent = rospy.get_time(), False
+            self._received, self._silent = rospy.get_time(), False
             reset = self._reset_reason(now, measured)
             if reset:
                 rospy.loginfo(f"{reset}: odometry starts afresh")
@@ -165,7 +156,7 @@ class Drive:
             )
 
     def _reset_reason(self, now, measured):
-        """How joint states stamped `now` [s] show that the simulation was reset, or ''."""
+        """Why joint states stamped `now` [s] indicate a reset of the simulation, or ''."""
         if self._time is not None and now < self._time:
             return f"time went back from {self._time:g} s to {now:g} s"
         if (
@@ -177,13 +168,13 @@ class Drive:
         return ""
 
     def _watch(self, _event):
-        """Stop the wheels when joint states have been silent for longer than command_timeout."""
+        """Stop the wheels when there were no joint states for command_timeout."""
         with self._lock:
             now = rospy.get_time()
-            if self._heard is None:  # nothing was told to the wheels yet
+            if self._received is None:  # no command was published yet
                 return
-            self._heard = min(self._heard, now)  # time may have gone back
-            if now - self._heard <= self._command.timeout:
+            self._received = min(self._received, now)  # time may have gone back
+            if now - self._received <= self._command.timeout:
                 return
             if not self._silent:
                 rospy.logerr(
@@ -191,11 +182,11 @@ class Drive:
                     f"{self._command.timeout:g} s: the truck stops"
                 )
             self._silent = True
-            self._limiter.speed = 0.0  # when they are back it pulls away from standstill
+            self._limiter.speed = 0.0  # with new joint states it starts from standstill
             self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
 
     def _drive(self, now, period):
-        """Send hinges and wheels where the limits let them be after a period [s]."""
+        """Publish hinge and wheel commands within the limits after a period [s]."""
         steering, speed, expired = self._command.target(now)
         if expired:
             rospy.logwarn("the last command is older than command_timeout: the truck stops")
@@ -210,22 +201,9 @@ class Drive:
         message.header.frame_id, message.child_frame_id = self._frames
         self._odom_out.publish(message)
         self._pose_out.publish(PoseStamped(header=message.header, pose=message.pose.pose))
-        self._broadcaster.sendTransform(conversions.transform(message))
-
-
-def _number(get, name, default):
-    value = get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{name} is {value!r}, must be a finite number")
-    return float(value)
+        self._broadcaster.sendTransform(transform_of(message))
 
 
 def main():
     """Run the node until ROS shuts down; exit with 1 and the reason if it cannot start."""
-    rospy.init_node("drive")
-    try:
-        Drive()
-    except ValueError as error:
-        rospy.logfatal("drive cannot start: %s", error)
-        sys.exit(1)
-    rospy.spin()
+    run("drive", Drive)

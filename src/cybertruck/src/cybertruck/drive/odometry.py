@@ -1,22 +1,23 @@
-"""Where the truck is, from what its wheels and hinges did. No ROS."""
+"""Odometry from wheel and hinge angles. No ROS."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
 TICKS_PER_TURN = 42  # of a front wheel's encoder
-SMALL_TURN = 1e-6  # [rad] below which an arc is taken as a line
-JUMP_PERIOD = 0.1  # [s] that a shorter time between measurements counts as
+SMALL_TURN = 1e-6  # [rad] below which an arc counts as a line
+JUMP_PERIOD = 0.1  # [s] least time between measurements
 RATE_FLOOR = 1e-6  # variance of speed and yaw rate at standstill
 STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
 
 @dataclass(frozen=True)
 class Errors:
-    """How much the wheels leave uncertain, as standard deviations after the first metre or radian.
+    """Errors of wheel odometry, as standard deviations after the first metre or radian.
 
-    They grow with the square root of the way, as sums of independent errors do.
+    They grow with the square root of the distance, as sums of independent errors do.
 
     Attributes:
         distance_error: of the distance [m], per root of the metres driven.
@@ -24,23 +25,17 @@ class Errors:
         heading_drift: of the heading [rad], per root of the metres driven.
     """
 
-    distance_error: float = 0.005
-    heading_error: float = 0.005
-    heading_drift: float = 0.001
+    distance_error: float = number(0.005, least=0.0)
+    heading_error: float = number(0.005, least=0.0)
+    heading_drift: float = number(0.001, least=0.0)
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value >= 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}, must be a number, 0 or more")
+        check(self)
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a real truck can measure.
+    """Measurements of a real truck.
 
     Attributes:
         rear_left, rear_right: angles the rear wheels have turned [rad].
@@ -85,7 +80,7 @@ class WheelOdometry:
         self._last = None
 
     def jumped(self, measured, period):
-        """Whether a rear wheel has turned further than it can: the simulator put the truck back.
+        """Whether a rear wheel has turned further than it can: the simulator was reset.
 
         Args:
             measured: Measured.
@@ -103,7 +98,7 @@ class WheelOdometry:
         )
 
     def update(self, measured):
-        """Take over a new measurement.
+        """Update with a new measurement.
 
         Args:
             measured: Measured.
@@ -123,7 +118,7 @@ class WheelOdometry:
         self.yaw_rate = curvature * self.speed
 
     def _move(self, distance, turn):
-        """Along an arc: distance [m], turn [rad]."""
+        """Advance along an arc: distance [m], turn [rad]."""
         chord = (
             distance if abs(turn) < SMALL_TURN else distance * math.sin(turn / 2.0) / (turn / 2.0)
         )

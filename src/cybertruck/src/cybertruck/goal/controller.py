@@ -1,4 +1,4 @@
-"""Drives to one goal after the other: life cycle of a goal around a control law. No ROS."""
+"""Life cycle of a goal around a control law. No ROS."""
 
 import math
 from collections import deque
@@ -7,7 +7,7 @@ from cybertruck.goal.laws import LAWS
 from cybertruck.goal.shortest import shortest_length
 
 ACTIVE, REACHED, STUCK, RESET = "active", "reached", "stuck", "reset"
-LONGEST_STEP = 0.1  # odometry further apart counts as this far [s]
+LONGEST_STEP = 0.1  # longest period of the control law [s]
 
 
 class GoalController:
@@ -28,7 +28,7 @@ class GoalController:
         self._time = None  # stamp of the last update, with or without a goal [s]
 
     def refusal(self, position, pose):
-        """Says why a goal is refused.
+        """Returns why a goal is refused.
 
         Args:
             position: (x, y, z) of the goal [m].
@@ -54,7 +54,7 @@ class GoalController:
         return ""
 
     def start(self, x, y):
-        """Takes a new goal, which replaces a running one.
+        """Sets a new goal, which replaces a running one.
 
         Args:
             x: In the odometry's frame [m].
@@ -67,12 +67,12 @@ class GoalController:
         self._law.restart()
 
     def stop(self):
-        """Gives the goal up; the next one starts from standstill."""
+        """Cancels the goal; the next one starts from standstill."""
         self.goal = None
         self._law.reset()
 
     def update(self, x, y, heading, time):
-        """Takes a pose and gives the next command.
+        """Updates with a pose and returns the next command.
 
         Args:
             x: Rear axle's centre in the odometry's frame [m].
@@ -113,7 +113,7 @@ class GoalController:
         return state, 0.0, 0.0
 
     def _stuck(self, x, y, time):
-        """Says whether the truck has not moved for too long."""
+        """Returns whether the truck has not moved for too long."""
         trace, settings = self._trace, self._settings
         trace.append((time, x, y))
         while time - trace[0][0] > settings.stuck_time:

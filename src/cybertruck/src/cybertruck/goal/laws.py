@@ -1,4 +1,4 @@
-"""Control laws: where the goal lies as seen from the truck -> speed and turning. No ROS."""
+"""Control laws: goal in the truck's frame -> speed and turning rate. No ROS."""
 
 import math
 
@@ -6,14 +6,14 @@ FINE, COARSE = "fine", "coarse"
 ORIGINAL_LINEAR = {COARSE: 0.8, FINE: 0.3}
 ORIGINAL_ANGULAR = {COARSE: 2.4, FINE: 1.0}
 ORIGINAL_TIME = 2.5  # expected time by which the original divides its gains [s]
-ORIGINAL_BOX = 0.5  # reached when both coordinates are as near [m]
+ORIGINAL_BOX = 0.5  # reached when both coordinates are within this [m]
 ORIGINAL_COARSE = 6.0  # coarse gains beyond this many boxes
-BEHIND = math.radians(165.0)  # a goal this far off the heading lies behind: keep the turn's side
+BEHIND = math.radians(165.0)  # a goal further off the heading is behind: keep the side of the turn
 AWAY_SPEED = 0.4  # greatest speed while driving away from a goal inside the turning circle [m/s]
 
 
 def circle_distance(forward, left, radius, side):
-    """Gives the distance of a point from the centre of a turning circle [m].
+    """Returns the distance of a point from the centre of a turning circle [m].
 
     Args:
         forward: Coordinate along the heading, from the rear axle's centre [m].
@@ -30,12 +30,12 @@ class ShortestLaw:
     The shortest path of a car that drives forward to a point is one turn and a straight line; a
     point inside the turning circle is reached by turning away until it lies on the circle, then
     turning in (Bui et al., "Shortest path synthesis for Dubins non-holonomic robot", 1994). Which
-    of the three it is depends only on where the point lies now, so the law needs no stored path
-    and recovers from any disturbance.
+    of the three applies depends only on the present position of the point, so the law needs no
+    stored path and recovers from any disturbance.
     """
 
     def __init__(self, settings):
-        """Starts afresh.
+        """Starts at rest.
 
         Args:
             settings: GoalSettings.
@@ -44,29 +44,29 @@ class ShortestLaw:
         self.reset()
 
     def reset(self):
-        """Forgets everything: the truck stands."""
+        """Resets everything: the truck is at rest."""
         self.restart()
         self._speed = 0.0
 
     def restart(self):
-        """Forgets the running manoeuvre but not the speed: there is a new goal."""
-        self._away = 0  # side of the goal from which the truck drives away, or 0
+        """Resets the manoeuvre but not the speed, for a new goal."""
+        self._away = 0  # side of the goal while the truck drives away from it, or 0
         self._side = 0  # side of a turn towards a goal behind
         self._fresh = True
 
     def reached(self, forward, left, _error):
-        """Says whether the truck has arrived: about half the tolerance, or nearest within it.
+        """Returns whether the truck has arrived: about half the tolerance, or nearest within it.
 
         Args:
             forward: Goal along the heading [m].
             left: Goal to the left [m].
         """
         distance = math.hypot(forward, left)
-        near = 0.8 * self._settings.tolerance  # it rolls on a little
+        near = 0.8 * self._settings.tolerance  # it still rolls a little
         return distance <= 0.6 * near or (distance <= near and forward <= 0.0)
 
     def command(self, forward, left, period):
-        """Gives the next command.
+        """Returns the next command.
 
         Args:
             forward: Goal along the heading [m].
@@ -88,7 +88,7 @@ class ShortestLaw:
         return self._speed, self._speed * curvature
 
     def _curvature(self, forward, left, distance):
-        """Gives the curvature to drive now [1/m]."""
+        """Returns the curvature to drive now [1/m]."""
         settings = self._settings
         side = 1 if left >= 0.0 else -1
         planned, least = settings.radius, settings.least_radius
@@ -120,20 +120,20 @@ class OriginalLaw:
     """The original's proportional control: speed from distance, turning from heading error."""
 
     def __init__(self, settings):
-        """Starts afresh.
+        """Stores the limits.
 
         Args:
-            settings: GoalSettings; only its limits count here.
+            settings: GoalSettings; only its limits are used.
         """
         self._settings = settings
 
     def reset(self):
-        """Has nothing to forget."""
+        """Does nothing: the law has no state."""
 
     restart = reset
 
     def reached(self, _forward, _left, error):
-        """Says whether the truck is in the original's box.
+        """Returns whether the truck is in the original's box.
 
         Args:
             error: Goal minus position in the odometry's frame, (x, y) [m].
@@ -141,7 +141,7 @@ class OriginalLaw:
         return max(abs(error[0]), abs(error[1])) <= ORIGINAL_BOX
 
     def command(self, forward, left, _period):
-        """Gives the next command.
+        """Returns the next command.
 
         Args:
             forward: Goal along the heading [m].

@@ -3,12 +3,14 @@
 import math
 import threading
 import time
-from dataclasses import fields
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.angles import yaw_of
+from paddock_common.nodes import run
+from paddock_common.settings import read
 from std_srvs.srv import Trigger, TriggerResponse
 
 from cybertruck.goal.controller import REACHED, RESET, STUCK, GoalController
@@ -17,24 +19,18 @@ from cybertruck.srv import Goal, GoalResponse
 
 
 class GoalNode:
-    """Joins the controller and ROS. It publishes commands only while it has a goal."""
+    """The go-to-goal node. It publishes commands only while it has a goal."""
 
     def __init__(self):
-        """Reads the parameters and offers the services.
+        """Reads the parameters and advertises the services.
 
         Raises:
             ValueError: A parameter is wrong; the message names it.
         """
-        self._settings = GoalSettings(
-            **{
-                item.name: rospy.get_param("~" + item.name)
-                for item in fields(GoalSettings)
-                if rospy.has_param("~" + item.name)
-            }
-        )
+        self._settings = read(GoalSettings, rospy.get_param)
         self._controller = GoalController(self._settings)
-        self._lock = threading.RLock()  # service, odometry and timer come in threads of their own
-        self._pose, self._frame, self._heard = None, "odom", None
+        self._lock = threading.RLock()  # service, odometry and timer have different threads
+        self._pose, self._frame, self._received = None, "odom", None
         self._count, self._id = 0, None
         self._command = rospy.Publisher("cmd_vel", Twist, queue_size=10)
         self._status = rospy.Publisher("goal/status", GoalStatus, queue_size=10, latch=True)
@@ -55,7 +51,7 @@ class GoalNode:
     def _on_goal(self, request):
         position = request.pose.position
         with self._lock:
-            stale = self._silent()
+            stale = self._odometry_is_stale()
             pose = None if stale else self._pose
             reason = self._controller.refusal((position.x, position.y, position.z), pose)
             if reason and self._pose is not None and stale and "no odometry" in reason:
@@ -64,7 +60,7 @@ class GoalNode:
                 rospy.logwarn("goal: refused (%g, %g): %s", position.x, position.y, reason)
                 return GoalResponse(success=False)
             if self._controller.goal is not None:
-                self._tell(GoalStatus.PREEMPTED, "replaced by a new goal")
+                self._publish_status(GoalStatus.PREEMPTED, "replaced by a new goal")
             self._controller.start(position.x, position.y)
             self._count += 1
             self._id = f"goal-{self._count}"
@@ -73,7 +69,7 @@ class GoalNode:
             current.pose.position.x, current.pose.position.y = position.x, position.y
             current.pose.orientation.w = 1.0
             self._current.publish(current)
-            self._tell(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
+            self._publish_status(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
         return GoalResponse(success=True)
 
     def _on_cancel(self, _request):
@@ -85,9 +81,7 @@ class GoalNode:
 
     def _on_odometry(self, message):
         pose = message.pose.pose
-        x, y, w = pose.position.x, pose.position.y, pose.orientation.w
-        q = pose.orientation
-        heading = math.atan2(2.0 * (w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        x, y, heading = pose.position.x, pose.position.y, yaw_of(pose.orientation)
         if not all(map(math.isfinite, (x, y, heading))):
             rospy.logwarn_throttle(
                 5.0, "goal: the odometry holds a number that is not finite; it counts as silent"
@@ -95,7 +89,7 @@ class GoalNode:
             return
         with self._lock:
             self._pose, self._frame = (x, y, heading), message.header.frame_id or "odom"
-            self._heard = (rospy.get_time(), time.monotonic())
+            self._received = (rospy.get_time(), time.monotonic())
             update = self._controller.update(x, y, heading, message.header.stamp.to_sec())
             if update is None:
                 return
@@ -103,53 +97,53 @@ class GoalNode:
             self._send(linear, angular)
             controller = self._controller
             if state == REACHED:
-                self._tell(
+                self._publish_status(
                     GoalStatus.SUCCEEDED,
                     f"arrived, {controller.distance:.3f} m from the goal, drove "
                     f"{controller.driven:.2f} m, shortest {controller.shortest:.2f} m",
                 )
             elif state == STUCK:
-                self._tell(
+                self._publish_status(
                     GoalStatus.ABORTED,
                     f"stuck {controller.distance:.2f} m from the goal: moved less than "
                     f"{self._settings.stuck_distance:g} m in "
                     f"{self._settings.stuck_time:g} s",
                 )
             elif state == RESET:
-                self._tell(GoalStatus.ABORTED, "time went back: the simulation was reset")
+                self._publish_status(GoalStatus.ABORTED, "time went back: the simulation was reset")
 
     def _watch(self, _event):
         with self._lock:
-            if self._controller.goal is not None and self._silent():
+            if self._controller.goal is not None and self._odometry_is_stale():
                 self._give_up(
                     GoalStatus.ABORTED,
                     f"the odometry has been silent for {self._settings.odom_timeout:g} s",
                 )
 
-    def _silent(self):
-        """Says whether there is no odometry, or none lately.
+    def _odometry_is_stale(self):
+        """Returns whether there is no recent odometry.
 
-        Silence must last in ROS time, so that a paused world is not silent, and in wall time, so
-        that a world which runs faster than real time is not when a message comes a little late.
-        ROS time below that of the last message tells of a reset: then wall time alone counts.
+        The time-out must have passed in ROS time, because of paused worlds, and in wall time,
+        because messages of a world faster than real time may be a little late. ROS time below that
+        of the last message means a reset: then only wall time counts.
         """
-        if self._heard is None:
+        if self._received is None:
             return True
         limit = self._settings.odom_timeout
-        age = rospy.get_time() - self._heard[0]
-        return (age >= limit or age < 0.0) and time.monotonic() - self._heard[1] >= limit
+        age = rospy.get_time() - self._received[0]
+        return (age >= limit or age < 0.0) and time.monotonic() - self._received[1] >= limit
 
     def _give_up(self, status, text):
         self._controller.stop()
         self._send(0.0, 0.0)
-        self._tell(status, text)
+        self._publish_status(status, text)
 
     def _send(self, linear, angular):
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
         self._command.publish(message)
 
-    def _tell(self, status, text):
+    def _publish_status(self, status, text):
         message = GoalStatus(status=status, text=text)
         message.goal_id.stamp, message.goal_id.id = rospy.Time.now(), self._id
         self._status.publish(message)
@@ -161,20 +155,9 @@ class GoalNode:
             if self._controller.goal is not None:
                 self._controller.stop()
                 self._send(0.0, 0.0)
-                time.sleep(0.1)  # rospy's threads send it
+                time.sleep(0.1)  # rospy sends from a thread
 
 
 def main():
-    """Runs the node.
-
-    Returns:
-        Exit status.
-    """
-    rospy.init_node("goal")
-    try:
-        GoalNode()
-    except ValueError as error:
-        rospy.logfatal("goal: %s", error)
-        return 1
-    rospy.spin()
-    return 0
+    """Runs the node; exits with 1 and the reason if it cannot start."""
+    run("goal", GoalNode)

@@ -1,12 +1,13 @@
-"""What the go-to-goal controller can be told."""
+"""Settings of the go-to-goal controller."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, choice, flag, number
 
 from cybertruck.trailer.geometry import Geometry, towing_limit
 
 GAINS = ("default", "original")
-MAY_BE_ZERO = ("hitch_offset",)
 
 
 @dataclass(frozen=True)
@@ -33,50 +34,35 @@ class GoalSettings:
         turn_rate: Greatest rate at which a heading error decays [1/s].
         tolerance: Distance within which the goal counts as reached [m].
         max_distance: A goal further away is refused [m].
-        odom_timeout: Silence of the odometry that ends the drive [s].
+        odom_timeout: Time without odometry after which the drive ends [s].
         stuck_time: The drive ends when the truck moved less than stuck_distance in this time [s].
         stuck_distance: See stuck_time [m].
     """
 
-    gains: str = "default"
-    wheelbase: float = 0.508
-    max_steering: float = 0.7854
-    trailer: bool = False
-    hitch_offset: float = 0.30
-    tongue_length: float = 0.70
-    max_hitch_angle: float = math.radians(60.0)
-    min_radius: float = 0.8
-    trailer_min_radius: float = 1.15
-    max_linear: float = 1.5
-    max_angular: float = 0.7854
-    acceleration: float = 1.0
-    deceleration: float = 0.5
-    creep: float = 0.2
-    turn_gain: float = 3.0
-    turn_rate: float = 2.5
-    tolerance: float = 0.15
-    max_distance: float = 200.0
-    odom_timeout: float = 0.5
-    stuck_time: float = 5.0
-    stuck_distance: float = 0.05
+    gains: str = choice("default", GAINS)
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, unit="rad")
+    trailer: bool = flag(False)
+    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_hitch_angle: float = number(math.radians(60.0), above=0.0, unit="rad")
+    min_radius: float = number(0.8, above=0.0, unit="m")
+    trailer_min_radius: float = number(1.15, above=0.0, unit="m")
+    max_linear: float = number(1.5, above=0.0, unit="m/s")
+    max_angular: float = number(0.7854, above=0.0, unit="rad/s")
+    acceleration: float = number(1.0, above=0.0, unit="m/s²")
+    deceleration: float = number(0.5, above=0.0, unit="m/s²")
+    creep: float = number(0.2, above=0.0, unit="m/s")
+    turn_gain: float = number(3.0, above=0.0, unit="1/(m rad)")
+    turn_rate: float = number(2.5, above=0.0, unit="1/s")
+    tolerance: float = number(0.15, above=0.0, unit="m")
+    max_distance: float = number(200.0, above=0.0, unit="m")
+    odom_timeout: float = number(0.5, above=0.0, unit="s")
+    stuck_time: float = number(5.0, above=0.0, unit="s")
+    stuck_distance: float = number(0.05, above=0.0, unit="m")
 
     def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if item.name == "gains":
-                if value not in GAINS:
-                    raise ValueError(f"gains is {value!r}; it must be one of {', '.join(GAINS)}")
-            elif item.name == "trailer":
-                if not isinstance(value, bool):
-                    raise ValueError(f"trailer is {value!r}; it must be true or false")
-            elif (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not math.isfinite(value)
-            ):
-                raise ValueError(f"{item.name} is {value!r}; it must be a number")
-            elif value < 0.0 or (value == 0.0 and item.name not in MAY_BE_ZERO):
-                raise ValueError(f"{item.name} is {value!r}; it must be above 0")
+        check(self)
         if self.radius < self.least_radius:
             name = "trailer_min_radius" if self.trailer else "min_radius"
             raise ValueError(

@@ -1,4 +1,4 @@
-"""Length of the shortest forward path to a point, the measure for what the controller drives."""
+"""Length of the shortest forward path to a point, to judge the controller's paths."""
 
 import math
 
@@ -6,7 +6,7 @@ from cybertruck.goal.laws import circle_distance
 
 
 def shortest_length(forward, left, radius):
-    """Gives the length of the shortest forward path with bounded curvature to a point.
+    """Returns the length of the shortest forward path with bounded curvature to a point.
 
     One turn and a straight line to a point outside the turning circles, two opposite turns to one
     inside (Bui et al. 1994); the end heading is free.
@@ -25,7 +25,7 @@ def shortest_length(forward, left, radius):
 
 
 def turn_and_line(forward, left, radius):
-    """Gives the length of a turn to the left and its tangent to a point outside the circle [m]."""
+    """Returns the length [m] of a turn to the left and its tangent to a point outside."""
     distance = circle_distance(forward, left, radius, 1)
     line = math.sqrt(max(distance * distance - radius * radius, 0.0))
     # the angle of the point as seen from the centre, less the one between point and tangent point
@@ -37,7 +37,7 @@ def turn_and_line(forward, left, radius):
 
 
 def turn_and_turn(forward, left, radius):
-    """Gives the length of a turn to the right and one to the left, to a point inside the left
+    """Returns the length of a turn to the right and one to the left, to a point inside the left
     circle [m]."""
     # Turned right by a, the left circle's centre is c + 2 r (sin a, cos a) with c = (0, -r). The
     # point lies on that circle: with (dx, dy) = point - c, 4 r² + d² - 4 r (dx sin a + dy cos a) =

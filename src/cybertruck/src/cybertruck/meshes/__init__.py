@@ -1,1 +1,1 @@
-"""The look of truck and trailer: flat folded faces, written as Wavefront OBJ by a script."""
+"""Meshes of truck and trailer: flat folded faces, written as Wavefront OBJ by a script."""

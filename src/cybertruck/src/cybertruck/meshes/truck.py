@@ -5,8 +5,7 @@ that lean in above a shoulder crease, trapezoid arches.
 """
 
 import numpy as np
-
-from cybertruck.meshes.solids import Mesh, block, plate, tube, turned, wall
+from paddock_common.meshes.solids import Mesh, box, lathe, loft, plate, prism
 
 AXLES = (0.0, 0.508)  # x of the rear and front axle
 NOSE, RIDGE, TAIL = 0.7302, 0.30, -0.235
@@ -49,7 +48,7 @@ def shell():
         lower = half - 0.006
         left = [(x, lower, ARCH - 0.006), (x, half, shoulder(x)), (x, roof_half(x), top(x))]
         sections.append(left + [(x, -y, z) for x, y, z in left[::-1]])
-    return Mesh(tube(sections))
+    return Mesh(loft(sections))
 
 
 def _skirt(outline):
@@ -58,7 +57,7 @@ def _skirt(outline):
     def half(z, x):
         return side_half(x) - 0.006 - 0.10 * (ARCH - z)
 
-    return tube(
+    return loft(
         [
             [(x, inner if inner is not None else half(z, x), z) for x, z in outline]
             for inner in (0.100, None)
@@ -74,17 +73,17 @@ def sides():
         ((0.648, FLOOR + 0.02), (0.705, FLOOR + 0.035), (NOSE, ARCH), (0.603, ARCH)),
         ((-0.205, FLOOR + 0.035), (-0.140, FLOOR + 0.01), (-0.095, ARCH), (TAIL, ARCH)),
     ):
-        mesh.add_both_sides(_skirt(outline))
+        mesh.add_mirrored(_skirt(outline))
     return mesh
 
 
 def trim():
     """Black parts: tub between the wheels, arch edges, bumpers, tow bar, cut-out of the lidar."""
-    mesh = Mesh(block((-0.200, -0.100, FLOOR), (0.700, 0.100, ARCH)))
+    mesh = Mesh(box((-0.200, -0.100, FLOOR), (0.700, 0.100, ARCH)))
     # bumpers between the side panels
-    mesh.add(wall([(0.665, 0.105), (0.712, 0.120), (0.724, 0.190), (0.665, 0.190)], -0.205, 0.205))
+    mesh.add(prism([(0.665, 0.105), (0.712, 0.120), (0.724, 0.190), (0.665, 0.190)], -0.205, 0.205))
     mesh.add(
-        wall([(-0.215, 0.125), (-0.165, 0.100), (-0.165, 0.215), (-0.229, 0.215)], -0.215, 0.215)
+        prism([(-0.215, 0.125), (-0.165, 0.100), (-0.165, 0.215), (-0.229, 0.215)], -0.215, 0.215)
     )
     # edges of the arches: three flat strips each
     for axle in AXLES:
@@ -92,12 +91,12 @@ def trim():
         outer = ((-0.146, 0.142), (-0.094, 0.228), (0.094, 0.228), (0.146, 0.142))
         for i in range(3):
             outline = [(axle + x, z) for x, z in (inner[i], inner[i + 1], outer[i + 1], outer[i])]
-            mesh.add_both_sides(wall(outline, 0.215, 0.2575))
+            mesh.add_mirrored(prism(outline, 0.215, 0.2575))
     # tow bar to the hitch at x = -0.30, z = 0.14
-    mesh.add(block((-0.310, -0.020, 0.125), (-0.190, 0.020, 0.150)))
+    mesh.add(box((-0.310, -0.020, 0.125), (-0.190, 0.020, 0.150)))
     # lidar's foot in the roof's ridge
     mesh.add(
-        tube(
+        loft(
             [
                 [
                     (x, y, z)
@@ -149,7 +148,7 @@ def glass():
         ((RIDGE - 0.010, 0.33), (0.060, 0.30), (0.130, 0.84), (RIDGE - 0.010, 0.88)),
     ):
         points = [_on_side(x, up) for x, up in corners]
-        mesh.add_both_sides(_outward(points, 0.0025))
+        mesh.add_mirrored(_outward(points, 0.0025))
     return mesh
 
 
@@ -164,7 +163,7 @@ def _outward(points, thickness):
 def light_bar():
     """Thin lamp across the nose."""
     return Mesh(
-        tube(
+        loft(
             [
                 [
                     (NOSE - 0.012, y, 0.2225),
@@ -181,7 +180,7 @@ def light_bar():
 def tail_bar():
     """Thin lamp across the tail."""
     return Mesh(
-        tube(
+        loft(
             [
                 [
                     (TAIL - 0.003, y, 0.252),
@@ -199,7 +198,7 @@ def tyre():
     """Tyre with bevelled shoulders; 48 flats reach the wheel's radius at their corners."""
     half = WIDTH / 2.0
     side = [(0.068, half - 0.008), (0.074, half), (0.090, half), (RADIUS, half - 0.012)]
-    mesh = Mesh(turned(side + [(r, -y) for r, y in side[::-1]], 48))
+    mesh = Mesh(lathe(side + [(r, -y) for r, y in side[::-1]], 48))
     return mesh
 
 
@@ -212,7 +211,7 @@ def hub():
         (0.070, 0.010 - half),
         (0.0005, 0.012 - half),
     ]
-    mesh = Mesh(turned(dish, 21))
+    mesh = Mesh(lathe(dish, 21))
     for spoke in range(7):
         a = 2.0 * np.pi * spoke / 7.0
         along, across = np.array((np.cos(a), np.sin(a))), np.array((-np.sin(a), np.cos(a)))
@@ -220,9 +219,9 @@ def hub():
             along * r + across * w
             for r, w in ((0.008, -0.006), (0.070, -0.013), (0.070, 0.013), (0.008, 0.006))
         ]
-        mesh.add_both_sides(wall(outline, half - 0.013, half - 0.003))
+        mesh.add_mirrored(prism(outline, half - 0.013, half - 0.003))
     mesh.add(
-        turned(
+        lathe(
             [
                 (0.0005, half - 0.001),
                 (0.016, half - 0.003),

@@ -1,12 +1,13 @@
-"""Writes every mesh as NAME.obj and NAME.mtl (the command make_meshes)."""
+"""The meshes of truck and trailer with their colours (the command make_meshes)."""
 
-import argparse
 import os
 import sys
 
+from paddock_common.meshes.obj import MeshSet
+
 from cybertruck.meshes import trailer, truck
 
-MESHES = {
+MAKERS = {
     make.__name__: make
     for make in (
         truck.shell,
@@ -23,7 +24,7 @@ MESHES = {
     )
 }
 
-# RGB 0..1, as urdf/materials.xacro paints them: rviz takes the colour of an OBJ from its MTL.
+# RGB 0..1, as urdf/materials.xacro paints them.
 STEEL, TRIM, GLASS = (0.66, 0.68, 0.70), (0.10, 0.10, 0.11), (0.07, 0.09, 0.11)
 COLOURS = {
     "shell": STEEL,
@@ -38,34 +39,12 @@ COLOURS = {
     "trailer_trim": TRIM,
     "trailer_lights": (0.85, 0.05, 0.05),
 }
-
-
-def material(name):
-    """Text of NAME.mtl: one plain colour."""
-    colour = " ".join(f"{channel:.2f}" for channel in COLOURS[name])
-    return f"newmtl {name}\nKa {colour}\nKd {colour}\nKs 0.2 0.2 0.2\nd 1\nillum 2\n"
-
-
-def write(directory):
-    """Write all meshes into a directory; return the paths."""
-    os.makedirs(directory, exist_ok=True)
-    paths = []
-    for name, make in MESHES.items():
-        for ending, text in ((".obj", make().to_obj(name)), (".mtl", material(name))):
-            paths.append(os.path.join(directory, name + ending))
-            with open(paths[-1], "w", encoding="ascii", newline="\n") as stream:
-                stream.write(text)
-    return paths
+MESHES = MeshSet("cybertruck", MAKERS, COLOURS, folded=True)
 
 
 def main(argv=None):
     """Command line: optional target folder; prints the paths written."""
-    default = os.path.join(os.path.dirname(__file__), "..", "..", "..", "meshes")
-    parser = argparse.ArgumentParser(prog="make_meshes", description=__doc__)
-    parser.add_argument("directory", nargs="?", default=os.path.normpath(default))
-    for path in write(parser.parse_args(argv).directory):
-        print(path)
-    return 0
+    return MESHES.main(os.path.join(os.path.dirname(__file__), "..", "..", "..", "meshes"), argv)
 
 
 if __name__ == "__main__":

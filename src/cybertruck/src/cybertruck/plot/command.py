@@ -9,16 +9,12 @@ from pathlib import Path
 import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
+from paddock_common.angles import yaw_of
 
 from cybertruck.plot.picture import draw
 from cybertruck.plot.trajectory import Trajectory
 
-SPACING = 0.01  # between kept poses [m]
-
-
-def heading_of(q):
-    """Gives the heading [rad] of a geometry_msgs/Quaternion."""
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+SPACING = 0.01  # between stored poses [m]
 
 
 def add_odometry(trajectory, message):
@@ -28,7 +24,7 @@ def add_odometry(trajectory, message):
         message.header.stamp.to_sec(),
         pose.position.x,
         pose.position.y,
-        heading_of(pose.orientation),
+        yaw_of(pose.orientation),
     )
 
 
@@ -137,7 +133,7 @@ def non_negative(text):
 
 
 def main():
-    """Records, writes, says what it wrote.
+    """Records, writes, prints the paths of the files.
 
     Returns:
         Exit status.

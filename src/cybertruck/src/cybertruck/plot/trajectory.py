@@ -1,4 +1,4 @@
-"""A driven path and its goals: collected, written as CSV. No ROS."""
+"""A driven path and its goals, written as CSV. No ROS."""
 
 import csv
 import math
@@ -13,8 +13,8 @@ class Trajectory:
         """Starts empty.
 
         Args:
-            spacing: Poses nearer to the last kept one than this are left out, unless the heading
-                changed by more than a degree [m]; 0 keeps all.
+            spacing: Poses nearer to the last stored one than this are left out, unless the heading
+                changed by more than a degree [m]; 0 stores all.
         """
         self._spacing = spacing
         self.rows = []  # (time [s], x [m], y [m], heading [rad])
@@ -22,7 +22,7 @@ class Trajectory:
         self._last = None
 
     def add(self, time, x, y, heading):
-        """Takes a pose; one that is not finite, or older than the last, is left out.
+        """Adds a pose; one that is not finite, or older than the last, is left out.
 
         Args:
             time: Stamp [s].
@@ -31,7 +31,7 @@ class Trajectory:
             heading: [rad], left positive.
 
         Returns:
-            Whether it was a pose to take.
+            Whether the pose was valid.
         """
         row = (time, x, y, heading)
         if not all(map(math.isfinite, row)) or (self._last and time < self._last[0]):
@@ -47,7 +47,7 @@ class Trajectory:
         return True
 
     def add_goal(self, time, x, y):
-        """Takes a goal; the same one again (a latched message) is left out.
+        """Adds a goal; the same one again (a latched message) is left out.
 
         Args:
             time: Stamp [s].
@@ -59,7 +59,7 @@ class Trajectory:
             self.goals.append(goal)
 
     def finish(self):
-        """Keeps the very last pose, however near it is.
+        """Stores the last pose, also within the spacing.
 
         Raises:
             ValueError: There is no pose at all.
@@ -80,7 +80,7 @@ class Trajectory:
         return self.rows[-1][0] - self.rows[0][0] if self.rows else 0.0
 
     def write_csv(self, path):
-        """Writes time [s], x [m], y [m], heading [rad], a row a pose."""
+        """Writes time [s], x [m], y [m], heading [rad], a row per pose."""
         with open(path, "w", newline="") as stream:
             writer = csv.writer(stream)
             writer.writerow(self.COLUMNS)

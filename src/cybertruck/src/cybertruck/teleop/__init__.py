@@ -1,1 +1,1 @@
-"""Keyboard and joystick teleop: logic, sources of events, the screen, and the nodes."""
+"""Keyboard and joystick teleop: logic, event sources, screen, nodes."""

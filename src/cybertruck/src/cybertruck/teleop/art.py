@@ -1,4 +1,4 @@
-"""The truck from above in characters: wheels that turn and roll, and marks where it goes."""
+"""The truck from above in characters, with turning and rolling wheels and arrows."""
 
 WIDTH, HEIGHT = 25, 15  # of the picture, in characters
 FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # turn of the wheels -> a wheel from above

@@ -1,8 +1,8 @@
-"""A small parent process that sets the terminal right however its teleop ends.
+"""A small parent process that restores the terminal after its teleop has ended.
 
-A teleop that is killed with SIGKILL cannot clean up. So what the shell starts becomes this guard,
-which starts the teleop proper, waits for it, restores the terminal and, after a violent end, sends
-the zero that the teleop could not send. A guard that is killed takes the teleop with it (SIGTERM).
+A teleop that is killed with SIGKILL cannot clean up. So the process that the shell starts becomes
+this guard. It starts the teleop, waits for it, restores the terminal and, if the teleop was killed,
+publishes the zero in its place. If the guard is killed, the teleop gets a SIGTERM.
 """
 
 import ctypes
@@ -19,7 +19,7 @@ GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 # leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
-LONGEST = 2.0  # wait for a listener before the zero is sent [s]
+LONGEST = 2.0  # wait for a subscriber before the zero is published [s]
 VIOLENT = (
     signal.SIGKILL,
     signal.SIGSEGV,
@@ -33,14 +33,14 @@ VIOLENT = (
 
 
 def enter():
-    """Becomes the guard, or, in the guarded process, ties its life to the guard's.
+    """Becomes the guard or, in the guarded process, asks for a SIGTERM when the guard ends.
 
-    Without a terminal nothing needs a guard, and nothing happens.
+    Without a terminal it does nothing.
     """
     guard = os.environ.pop(GUARD, None)
     if guard is not None:
         ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGTERM)
-        if os.getppid() != int(guard):  # it died before we asked for the signal
+        if os.getppid() != int(guard):  # it ended before the signal was requested
             sys.exit(1)
         return
     if not sys.stdin.isatty():
@@ -50,7 +50,7 @@ def enter():
 
 
 def send_zero(arguments):
-    """Publishes one zero Twist in the dead teleop's place.
+    """Publishes one zero Twist in place of the killed teleop.
 
     Args:
         arguments: Its command line, for remappings.
@@ -76,7 +76,7 @@ def send_zero(arguments):
 
 
 def restore(terminal, settings):
-    """Sets the terminal to what it was.
+    """Restores the terminal.
 
     Args:
         terminal: File descriptor.
@@ -101,7 +101,7 @@ def main():
     terminal = os.dup(sys.stdin.fileno())
     settings = termios.tcgetattr(terminal)
     child = None
-    early = []  # signals that came before the child was there
+    early = []  # signals received before the child was started
 
     def forward(number, _frame):
         if child is None:

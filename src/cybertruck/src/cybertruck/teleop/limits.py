@@ -1,7 +1,9 @@
-"""What a teleop may ask for: limits on speed, turning and their rates."""
+"""Limits of a teleop's commands: speed, turning rate and their rates of change."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, flag, number
 
 from cybertruck.trailer.geometry import Geometry, towing_limit
 
@@ -26,39 +28,19 @@ class Limits:
         max_hitch_angle: Hitch angle that the tightest circle with a trailer ends in [rad].
     """
 
-    wheelbase: float = 0.508
-    max_speed: float = 3.0
-    max_angular: float = 3.0
-    max_steering: float = 0.7854
-    max_acceleration: float = 3.0
-    max_steering_rate: float = 3.0
-    trailer: bool = False
-    hitch_offset: float = 0.30
-    tongue_length: float = 0.70
-    max_hitch_angle: float = math.radians(60.0)
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    max_speed: float = number(3.0, above=0.0, unit="m/s")
+    max_angular: float = number(3.0, above=0.0, unit="rad/s")
+    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
+    max_acceleration: float = number(3.0, least=0.0, unit="m/s²")
+    max_steering_rate: float = number(3.0, least=0.0, unit="rad/s")
+    trailer: bool = flag(False)
+    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_hitch_angle: float = number(math.radians(60.0), above=0.0, below=math.pi / 2, unit="rad")
 
     def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if item.name == "trailer":
-                if not isinstance(value, bool):
-                    raise ValueError(f"trailer is {value!r}; it must be true or false")
-                continue
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not math.isfinite(value)
-            ):
-                raise ValueError(f"{item.name} is {value!r}; it must be a number")
-            may_be_zero = item.name in ("max_acceleration", "max_steering_rate", "hitch_offset")
-            if value < 0.0 or (value == 0.0 and not may_be_zero):
-                raise ValueError(
-                    f"{item.name} is {value!r}; it must be "
-                    + ("0 or more" if may_be_zero else "above 0")
-                )
-        for name in ("max_steering", "max_hitch_angle"):
-            if getattr(self, name) >= math.pi / 2:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be below pi/2")
+        check(self)
 
     @property
     def max_curvature(self):
@@ -71,7 +53,7 @@ class Limits:
         return geometry.max_curvature
 
     def clip(self, linear, angular):
-        """Cuts a command to what is allowed; the truck cannot turn where it stands.
+        """Limits a command; the truck cannot turn at rest.
 
         Args:
             linear: Wanted linear.x [m/s].
@@ -100,11 +82,11 @@ class RateLimiter:
         self.reset()
 
     def reset(self):
-        """Forgets the motion: at rest, wheels straight."""
+        """Resets to rest with straight wheels."""
         self._linear, self._steering = 0.0, 0.0
 
     def step(self, linear, angular, period):
-        """Gives the next command.
+        """Returns the next command.
 
         Args:
             linear: Wanted linear.x [m/s].

@@ -1,4 +1,4 @@
-"""What a teleop shows in the terminal: text for any size, and curses to put it there."""
+"""The teleops' terminal screen: text for any size, drawn by curses."""
 
 import curses
 import textwrap
@@ -12,7 +12,7 @@ BAR = 12  # characters of a velocity's bar, to either side
 
 @dataclass(frozen=True)
 class View:
-    """What there is to show.
+    """Contents of the screen.
 
     Attributes:
         title: First line.
@@ -56,7 +56,7 @@ def bar(value, most):
 
 
 def motion_words(drive, turn):
-    """Says a motion in words."""
+    """Returns a motion in words."""
     if not drive:
         return "standing"
     way = "forward" if drive > 0 else "backward"
@@ -112,10 +112,10 @@ def render(view, width, height):
 
 
 class Screen:
-    """A curses screen that keeps working when the terminal changes its size."""
+    """A curses screen for a terminal that may change its size."""
 
     def __init__(self):
-        """Takes the terminal; close() gives it back.
+        """Opens the terminal; close() restores it.
 
         Raises:
             curses.error: The terminal's kind is unknown.
@@ -134,7 +134,7 @@ class Screen:
         self._shown = None
 
     def keys(self):
-        """Gives the key codes that came, oldest first."""
+        """Returns the received key codes, oldest first."""
         codes = []
         while len(codes) < 1000:
             code = self._window.getch()
@@ -163,6 +163,6 @@ class Screen:
         self._shown = rows
 
     def close(self):
-        """Gives the terminal back as it was."""
+        """Restores the terminal."""
         self._window.keypad(False)
         curses.endwin()

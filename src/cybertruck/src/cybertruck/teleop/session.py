@@ -1,4 +1,4 @@
-"""What both teleops share: ROS, signals, the terminal, and the one zero at the end."""
+"""Shared by both teleops: ROS, signals, the terminal, and the zero at the end."""
 
 import curses
 import io
@@ -13,35 +13,26 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.rules import Number
+from paddock_common.settings import parameter, read
 
 from cybertruck.teleop import guard
 from cybertruck.teleop.limits import Limits, RateLimiter
-from cybertruck.teleop.screen import Screen
+from cybertruck.teleop.screen import Screen, View
+from cybertruck.teleop.speeds import Speeds
 
 FLUSH = 0.15  # wall time given to rospy's threads for sending the last message [s]
-LIMIT_NAMES = (
-    "wheelbase",
-    "max_speed",
-    "max_angular",
-    "max_steering",
-    "max_acceleration",
-    "max_steering_rate",
-    "trailer",
-    "hitch_offset",
-    "tongue_length",
-    "max_hitch_angle",
-)
 
 
 class Ended(Exception):
-    """Says why the teleop ends by itself, as a message for its user."""
+    """The teleop ends by itself; the text tells the user why."""
 
 
 class Session:
     """One run of a teleop, from its first message to its last zero."""
 
     def __init__(self, name):
-        """Starts the ROS node and takes over the signals.
+        """Starts the ROS node and installs signal handlers.
 
         Args:
             name: Default name of the node.
@@ -57,21 +48,32 @@ class Session:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, self._on_signal)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck
-        self.limits = Limits(
-            **{key: rospy.get_param("~" + key) for key in LIMIT_NAMES if rospy.has_param("~" + key)}
-        )
-        self.rate = number_parameter("rate", 20.0)
+        self.limits = read(Limits, rospy.get_param)
+        self.rate = parameter(rospy.get_param, "rate", 20.0, Number(above=0.0, unit="Hz"))
         self._limiter = RateLimiter(self.limits)
         self.sent = (0.0, 0.0)  # the last command [m/s, rad/s]
-        self.screen = None
+        self.screen, self._phase = None, 0
         self._lock = threading.Lock()
         self._over = False
         self._stderr = None
         self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=10)
         rospy.on_shutdown(self.finish)
 
+    def speeds(self):
+        """Gives the Speeds that the parameters set, within the limits.
+
+        Raises:
+            ValueError: A parameter is wrong; the message names it.
+        """
+        return Speeds(
+            rospy.get_param("~linear_speed", 0.5),
+            rospy.get_param("~angular_speed", 0.5),
+            self.limits.max_speed,
+            self.limits.max_angular,
+        )
+
     def open_screen(self):
-        """Takes the terminal for the picture, if there is one; then logs go to /rosout only."""
+        """Opens the screen, if there is a terminal; then logs go to /rosout only."""
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             return
         try:
@@ -97,8 +99,40 @@ class Session:
             if not self._over:
                 self._publish(*self.sent)
 
+    def show(self, title, teleop, notes, keys):
+        """Draws what is driven; without a screen nothing.
+
+        Args:
+            title: First line.
+            teleop: KeyTeleop or PadTeleop.
+            notes: Lines about the source of the events, warnings first.
+            keys: Lines of key help.
+        """
+        if not self.screen:
+            return
+        drive, turn = teleop.motion
+        self._phase = self._phase + 1 if drive else 0
+        linear, angular = self.sent
+        self.screen.show(
+            View(
+                title,
+                linear,
+                angular,
+                teleop.speeds.linear,
+                teleop.speeds.angular,
+                self.limits.max_speed,
+                self.limits.max_angular,
+                teleop.continuous,
+                drive,
+                turn,
+                notes,
+                keys,
+                self._phase // 4,
+            )
+        )
+
     def send_zero(self):
-        """Publishes one zero and forgets the motion."""
+        """Publishes one zero and resets the motion."""
         self._limiter.reset()
         self.send(0.0, 0.0, 0.0)
 
@@ -122,7 +156,7 @@ class Session:
             time.sleep(max(0.0, period - (time.monotonic() - now)))
 
     def finish(self):
-        """Sends the one zero; nothing is sent after it."""
+        """Publishes the zero; nothing is published after it."""
         with self._lock:
             if self._over:
                 return
@@ -131,7 +165,7 @@ class Session:
         time.sleep(FLUSH)
 
     def close(self):
-        """Sends the one zero and gives the terminal back; may be called twice."""
+        """Publishes the zero and restores the terminal; may be called twice."""
         self.finish()
         if self.screen:
             try:
@@ -155,25 +189,8 @@ class Session:
         self.signal = number
 
 
-def number_parameter(name, default):
-    """Reads a private parameter that is a number above 0.
-
-    Raises:
-        ValueError: It is not; the message names it.
-    """
-    value = rospy.get_param("~" + name, default)
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not value > 0.0
-        or value == float("inf")
-    ):
-        raise ValueError(f"{name} is {value!r}; it must be a number above 0")
-    return float(value)
-
-
 def terminal_gone():
-    """Says whether the terminal hung up."""
+    """Returns whether the terminal was closed."""
     poll = select.poll()
     poll.register(0, select.POLLIN)
     return any(
@@ -181,12 +198,12 @@ def terminal_gone():
     )
 
 
-def run(name, body):
+def run(name, kind):
     """Runs a teleop under the guard of its terminal.
 
     Args:
         name: Default name of the node.
-        body: Function (session) that returns when the teleop ends.
+        kind: Class or function (session); what it gives has a tick(now, period).
 
     Returns:
         Exit status: 0 after Ctrl-C or a shutdown of the node, 128 + number after another signal,
@@ -196,13 +213,15 @@ def run(name, body):
     session = None
     try:
         session = Session(name)
-        body(session)
+        node = kind(session)
+        session.open_screen()
+        session.loop(node.tick)
     except (Ended, ValueError) as error:
         if session:
             session.close()
         print(f"{name}: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:  # before the session took over the signals
+    except KeyboardInterrupt:  # before the signal handlers were installed
         return 0
     finally:
         if session:

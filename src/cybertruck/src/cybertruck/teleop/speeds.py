@@ -1,9 +1,9 @@
-"""The two speeds that the driver sets in steps of ten percent."""
+"""The two speeds of a teleop, set in steps of ten percent."""
 
-import math
+from paddock_common.rules import Number
 
 STEP_UP, STEP_DOWN = 1.1, 0.9  # one step of ten percent
-LEAST = 0.01  # the speeds never get below [m/s, rad/s], so that they can grow again
+LEAST = 0.01  # least speeds [m/s, rad/s], so that they can grow again
 
 
 class Speeds:
@@ -25,15 +25,7 @@ class Speeds:
             ("linear_speed", linear, max_linear),
             ("angular_speed", angular, max_angular),
         ):
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not math.isfinite(value)
-                or not LEAST <= value <= most
-            ):
-                raise ValueError(
-                    f"{name} is {value!r}; it must be a number from {LEAST:g} to the limit {most:g}"
-                )
+            Number(least=LEAST, most=most).check(name, value)
         self._defaults = (float(linear), float(angular))
         self._most = (max_linear, max_angular)
         self.reset()

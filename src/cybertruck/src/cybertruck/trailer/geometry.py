@@ -1,16 +1,17 @@
-"""The lengths and limits of truck and trailer, and what follows from them alone."""
+"""Lengths and limits of truck and trailer, and quantities that follow from them."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
-HITCH_STOP = math.radians(80.0)  # where the hitch's mechanical stop lies [rad]
+HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical stop [rad]
 NEAR_AXLE = 0.15  # share of the tongue below which a hitch counts as on the axle
 
 
 class TrailerError(ValueError):
-    """Says which value of geometry, path, goal or map is wrong, and what is right."""
+    """A value of geometry, path, goal or map is wrong; the text names it and what is valid."""
 
 
 @dataclass(frozen=True)
@@ -25,29 +26,14 @@ class Geometry:
         hitch_stop: Hitch angle at which the joint meets its stop [rad].
     """
 
-    wheelbase: float = 0.508
-    hitch_offset: float = 0.30
-    tongue_length: float = 0.70
-    max_steering: float = 0.7854
-    hitch_stop: float = HITCH_STOP
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
+    hitch_stop: float = number(HITCH_STOP, above=0.0, below=math.pi, unit="rad")
 
     def __post_init__(self):
-        for name, low, high in (
-            ("wheelbase", 0.0, math.inf),
-            ("hitch_offset", None, math.inf),
-            ("tongue_length", 0.0, math.inf),
-            ("max_steering", 0.0, math.pi / 2),
-            ("hitch_stop", 0.0, math.pi),
-        ):
-            value = getattr(self, name)
-            ok = isinstance(value, (int, float, np.number)) and math.isfinite(value)
-            if low is None:
-                ok, valid = ok and value >= 0.0, "0 or more"
-            else:
-                ok = ok and low < value < high
-                valid = f"above {low:g}" + (f" and below {high:g}" if high < math.inf else "")
-            if not ok:
-                raise TrailerError(f"{name} is {value!r}, it must be {valid}")
+        check(self, TrailerError)
 
     @property
     def max_curvature(self):
@@ -61,7 +47,7 @@ class Geometry:
 
 
 def towing_curvature(hitch_angle, geometry):
-    """Gives the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
+    """Returns the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
 
     Args:
         hitch_angle: ψ [rad].
@@ -75,7 +61,7 @@ def towing_curvature(hitch_angle, geometry):
 
 
 def steady_hitch_angle(curvature, geometry):
-    """Gives the hitch angle that a truck's circle ends in when it drives forward.
+    """Returns the hitch angle that a truck's circle ends in when it drives forward.
 
     sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
     sin(ψ + atan(F L1)) = -F L2 / sqrt(1 + F²L1²).
@@ -95,7 +81,7 @@ def steady_hitch_angle(curvature, geometry):
 
 
 def has_steady_towing(curvature, geometry):
-    """Says whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
+    """Returns whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
 
     Args:
         curvature: F of the truck [1/m], any shape.
@@ -107,9 +93,9 @@ def has_steady_towing(curvature, geometry):
 
 
 def jackknife_angle(geometry):
-    """Gives the hitch angle beyond which backing folds the trailer whatever the steering.
+    """Returns the hitch angle beyond which backing folds the trailer whatever the steering.
 
-    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle at which full lock just holds.
+    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle that full lock just holds.
 
     Returns:
         The angle [rad], or None where no root exists: full lock unfolds from anywhere.
@@ -119,7 +105,7 @@ def jackknife_angle(geometry):
 
 
 def backing_limit(geometry, margin):
-    """Gives the hitch angle up to which the trailer may be backed.
+    """Returns the hitch angle up to which the trailer may be backed.
 
     Args:
         geometry: Geometry.
@@ -130,7 +116,7 @@ def backing_limit(geometry, margin):
 
 
 def towing_limit(geometry, hitch_angle=math.radians(45.0)):
-    """Gives the greatest curvature to drive forward with so that no circle folds the trailer.
+    """Returns the greatest curvature to drive forward with so that no circle folds the trailer.
 
     Args:
         geometry: Geometry.
@@ -143,7 +129,7 @@ def towing_limit(geometry, hitch_angle=math.radians(45.0)):
 
 
 def steady_trailer(trailer_curvature, geometry):
-    """Gives the truck's curvature and the hitch angle of a trailer on a circle.
+    """Returns the truck's curvature and the hitch angle of a trailer on a circle.
 
     The hitch is on one circle with both axles: R² + L1² = R2² + L2².
 
@@ -163,7 +149,7 @@ def steady_trailer(trailer_curvature, geometry):
 
 
 def trailer_curvature_limit(hitch_angle, geometry):
-    """Gives the curvature of a trailer that is towed or backed steadily at a hitch angle.
+    """Returns the curvature of a trailer that is towed or backed steadily at a hitch angle.
 
     Args:
         hitch_angle: |ψ| below a right angle [rad].

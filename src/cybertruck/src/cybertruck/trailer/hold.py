@@ -12,10 +12,10 @@ LONGEST = 1000.0  # [m]
 
 
 class CurvatureHold:
-    """Tells a rig how to back so that its trailer's curvature settles; used like a Tracker.
+    """Commands a rig backwards so that its trailer's curvature converges; used like a Tracker.
 
     Attributes:
-        path: None; errors are told as 0.
+        path: None; errors are reported as 0.
         length: Distance to drive [m].
         arc: Distance that the trailer's axle has driven [m].
     """
@@ -23,7 +23,7 @@ class CurvatureHold:
     path = None
 
     def __init__(self, curvature, length, geometry, steering, tuning=Tuning()):
-        """Begins.
+        """Starts.
 
         Args:
             curvature: As driven, positive to the left; κd of the trailer is its negative [1/m].
@@ -50,7 +50,7 @@ class CurvatureHold:
         self.arc, self.mode, self._last = 0.0, BACKING, None
 
     def step(self, x, y, trailer_heading, hitch_angle):
-        """Gives the command for where the rig is; see Tracker.step.
+        """Returns the command for the rig's pose; see Tracker.step.
 
         A hitch angle beyond the guard ends it: there is no path to go back to.
         """
@@ -67,7 +67,7 @@ class CurvatureHold:
         )
 
     def steering_angle(self, hitch_angle):
-        """Gives φ [rad] for a hitch angle [rad], either of any shape."""
+        """Returns φ [rad] for a hitch angle [rad], either of any shape."""
         curvature = hold_law(self.wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
         limit = self.steering.max_curvature
         return np.clip(

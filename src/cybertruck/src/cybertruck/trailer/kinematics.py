@@ -9,7 +9,7 @@ import numpy as np
 
 
 def hitch_position(x, y, truck_heading, geometry):
-    """Gives the hitch's place (x, y) in the frame of the rear axle's place [m]."""
+    """Returns the hitch's place (x, y) in the frame of the rear axle's place [m]."""
     return (
         x - geometry.hitch_offset * np.cos(truck_heading),
         y - geometry.hitch_offset * np.sin(truck_heading),
@@ -17,7 +17,7 @@ def hitch_position(x, y, truck_heading, geometry):
 
 
 def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
-    """Gives the trailer axle's place from the truck's.
+    """Returns the trailer axle's place from the truck's.
 
     Args:
         x, y: Rear axle's centre [m].
@@ -38,7 +38,7 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
 
 
 def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
-    """Gives the truck's place from the trailer's, the inverse of trailer_axle.
+    """Returns the truck's place from the trailer's, the inverse of trailer_axle.
 
     Returns:
         (x, y, θ1) of C [m, m, rad].
@@ -56,7 +56,7 @@ def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
 
 
 def hitch_velocity(speed, truck_heading, curvature, geometry):
-    """Gives the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
+    """Returns the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
     turn = geometry.hitch_offset * curvature
     return (
         speed * (np.cos(truck_heading) + turn * np.sin(truck_heading)),
@@ -65,12 +65,12 @@ def hitch_velocity(speed, truck_heading, curvature, geometry):
 
 
 def trailer_speed(speed, hitch_angle, curvature, geometry):
-    """Gives the speed of Q along the trailer, v_T = v (cos ψ - L1 F sin ψ) [m/s]."""
+    """Returns the speed of Q along the trailer, v_T = v (cos ψ - L1 F sin ψ) [m/s]."""
     return speed * (np.cos(hitch_angle) - geometry.hitch_offset * curvature * np.sin(hitch_angle))
 
 
 def trailer_yaw_rate(speed, hitch_angle, curvature, geometry):
-    """Gives dθ2/dt = -v (sin ψ + L1 F cos ψ) / L2 [rad/s]; Q does not slip sideways."""
+    """Returns dθ2/dt = -v (sin ψ + L1 F cos ψ) / L2 [rad/s]; Q does not slip sideways."""
     return (
         -speed
         * (np.sin(hitch_angle) + geometry.hitch_offset * curvature * np.cos(hitch_angle))
@@ -79,7 +79,7 @@ def trailer_yaw_rate(speed, hitch_angle, curvature, geometry):
 
 
 def trailer_curvature(hitch_angle, curvature, geometry):
-    """Gives κ2 = -(sin ψ + L1 F cos ψ) / (L2 (cos ψ - L1 F sin ψ)) [1/m].
+    """Returns κ2 = -(sin ψ + L1 F cos ψ) / (L2 (cos ψ - L1 F sin ψ)) [1/m].
 
     Infinite where the trailer turns on the spot.
     """
@@ -90,7 +90,7 @@ def trailer_curvature(hitch_angle, curvature, geometry):
 
 
 def hitch_rate(speed, hitch_angle, curvature, geometry):
-    """Gives dψ/dt = -v (sin ψ / L2 + (L1/L2 cos ψ + 1) F) [rad/s]."""
+    """Returns dψ/dt = -v (sin ψ / L2 + (L1/L2 cos ψ + 1) F) [rad/s]."""
     ratio = geometry.hitch_offset / geometry.tongue_length
     return -speed * (
         np.sin(hitch_angle) / geometry.tongue_length
@@ -99,7 +99,7 @@ def hitch_rate(speed, hitch_angle, curvature, geometry):
 
 
 def derivative(state, speed, curvature, geometry):
-    """Gives the rate of a state.
+    """Returns the rate of a state.
 
     Args:
         state: (..., 4) x, y of C [m], θ1 and ψ [rad].

@@ -10,12 +10,12 @@ NEARLY_RIGHT = math.radians(89.9)  # where the tangent of the law below is cut o
 
 
 def curvature_law(wanted, hitch_angle, geometry):
-    """Gives the truck's curvature that gives the trailer a curvature at once (off-axle hitch).
+    """Returns the truck's curvature that gives the trailer a curvature at once (off-axle hitch).
 
     F = (κd L2 cos ψ + sin ψ) / (κd L1 L2 sin ψ - L1 cos ψ) = -tan(ψ + atan(κd L2)) / L1:
-    the hitch has to move at atan(κd L2) to the trailer, so at ψ + atan(κd L2) to the truck. Written
-    so, it is clear what happens beyond a right angle, where the fraction changes its sign: the law
-    stays at its greatest value, which unfolds.
+    the hitch has to move at atan(κd L2) to the trailer, so at ψ + atan(κd L2) to the truck. Beyond
+    a right angle, where the fraction changes its sign, the law stays at its greatest value, which
+    unfolds.
 
     Args:
         wanted: κd of the trailer [1/m].
@@ -30,7 +30,7 @@ def curvature_law(wanted, hitch_angle, geometry):
 
 
 def hitch_law(wanted_angle, hitch_angle, decay_length, geometry):
-    """Gives the truck's curvature that makes the hitch angle decay to a wanted one when backing.
+    """Returns the truck's curvature that makes the hitch angle decay to a wanted one when backing.
 
     Per metre driven backwards dψ/ds = sin ψ / L2 + (L1/L2 cos ψ + 1) F; the law makes that
     -(ψ - ψd) / decay_length. It works for on-axle hitches, too.
@@ -52,7 +52,7 @@ def hitch_law(wanted_angle, hitch_angle, decay_length, geometry):
 
 
 def backing_law(wanted, hitch_angle, decay_length, geometry):
-    """Gives the truck's curvature for a wanted trailer curvature, whatever the hitch.
+    """Returns the truck's curvature for a wanted trailer curvature, whatever the hitch.
 
     Off-axle the curvature is set directly. On-axle, or nearly, it follows the hitch angle, which is
     controlled instead: ψd = -atan(κd L2), a cascade.
@@ -69,7 +69,7 @@ def backing_law(wanted, hitch_angle, decay_length, geometry):
 
 
 def hold_law(wanted, hitch_angle, decay_length, geometry):
-    """Gives the truck's curvature that lets the trailer settle on a circle, backwards.
+    """Returns the truck's curvature that lets the trailer settle on a circle, backwards.
 
     Asymptotic curvature stabilisation after Werling et al. 2014 (doi 10.1109/TITS.2013.2285602):
     the hitch angle of the steady circle is approached along arc length, and the trailer's

@@ -1,4 +1,4 @@
-"""Paths as arc length, place, heading and curvature, and the nearest place on them."""
+"""Paths: position, heading and curvature over arc length, and the nearest point on them."""
 
 import math
 
@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from cybertruck.trailer.geometry import TrailerError
 
 SPACING = 0.01  # between the samples of a path [m]
-NEWTON_STEPS = 4  # of the projection; it starts from where it was last
+NEWTON_STEPS = 4  # of the projection, which starts at the last result
 LONGEST = 1000.0  # a path longer than this is refused [m]
 
 
@@ -24,7 +24,7 @@ class Path:
     """
 
     def __init__(self, points, headings, curvatures, length):
-        """Takes samples at equal arc lengths from 0 to `length`."""
+        """Stores samples at equal arc lengths from 0 to `length`."""
         self.points = np.asarray(points, dtype=float)
         self.headings = np.unwrap(headings)
         self.curvatures = np.asarray(curvatures, dtype=float)
@@ -33,7 +33,7 @@ class Path:
         self._step = self.arc[1]
 
     def place(self, arc):
-        """Gives places by arc length; before the start and past the end the path is straight.
+        """Returns points by arc length; before the start and past the end the path is straight.
 
         Args:
             arc: Arc length [m], any shape.
@@ -56,7 +56,7 @@ class Path:
         return x, y, turned, np.where(past == 0.0, curvature, 0.0)
 
     def nearest(self, x, y, start):
-        """Projects points onto the path by Newton's method, near where they were before.
+        """Projects points onto the path by Newton's method, near their last projections.
 
         Args:
             x, y: Points [m], any shape.
@@ -75,11 +75,11 @@ class Path:
         return arc
 
     def first_nearest(self, x, y, within=math.inf):
-        """Gives the arc length nearest to one point.
+        """Returns the arc length nearest to one point.
 
         Args:
             x, y: Point [m].
-            within: Arc length up to which is looked; a path may come by its start again [m].
+            within: Arc length up to which is searched; a path may pass its start again [m].
 
         Returns:
             Arc length [m], below 0 for a point before the start.
@@ -89,11 +89,11 @@ class Path:
         return float(self.nearest(np.float64(x), np.float64(y), self.arc[index]))
 
     def errors(self, x, y, heading, arc):
-        """Gives the errors of a traveller from its place on the path.
+        """Returns the errors of a vehicle from its projection on the path.
 
         Args:
-            x, y: Where it is [m].
-            heading: Direction of its travel [rad].
+            x, y: Its position [m].
+            heading: Its direction of travel [rad].
             arc: Its arc length [m].
 
         Returns:
@@ -105,7 +105,7 @@ class Path:
         return lateral, np.arctan2(np.sin(turn), np.cos(turn))
 
     def moved(self, x, y, heading):
-        """Gives the path with its frame moved to a pose [m, m, rad]."""
+        """Returns the path with its frame moved to a pose [m, m, rad]."""
         cos, sin = math.cos(heading), math.sin(heading)
         points = self.points @ np.array(((cos, sin), (-sin, cos))) + (x, y)
         return Path(points, self.headings + heading, self.curvatures, self.length)

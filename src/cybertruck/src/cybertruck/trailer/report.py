@@ -1,4 +1,4 @@
-"""What a drive along a path came to: numbers, CSV, and a picture."""
+"""Report of a drive along a path: figures, CSV and a picture."""
 
 import csv
 import math
@@ -63,12 +63,12 @@ def table(path, times, states, speeds, geometry):
 
 
 def column(rows, name):
-    """Gives one column of a table by its name."""
+    """Returns one column of a table by its name."""
     return rows[:, COLUMNS.index(name)]
 
 
 def summary(rows, path):
-    """Gives the figures of a drive.
+    """Returns the figures of a drive.
 
     Returns:
         Dict of name -> number: lateral errors [m], of the whole and of the last 5 m, and how far
@@ -95,7 +95,7 @@ def write_csv(file, rows):
 
 
 def outline(x, y, heading, box):
-    """Gives the corners (5, 2) of a box at a pose, closed [m]."""
+    """Returns the corners (5, 2) of a box at a pose, closed [m]."""
     rear, front, width = box
     half = 0.5 * width
     corners = np.array(((rear, -half), (front, -half), (front, half), (rear, half), (rear, -half)))

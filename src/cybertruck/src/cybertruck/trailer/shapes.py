@@ -15,7 +15,7 @@ class Shape:
 
     Attributes:
         make: Function of the numbers that gives a Path from (0, 0) along +x.
-        names: What the numbers are, with units.
+        names: Names of the numbers, with units.
         defaults: Their values.
     """
 
@@ -46,7 +46,7 @@ def arc(radius, angle, run_up=1.5):
     require(run_up > 0.0, "arc: run-up", run_up, "above 0 m")
     length = abs(radius) * angle
     rise = min(run_up, 0.5 * length)
-    length += rise  # each ramp turns half of what its length would
+    length += rise  # each ramp turns half as much as an arc of its length
 
     def curvature(at):
         return smooth(at / rise) * smooth((length - at) / rise) / radius
@@ -73,7 +73,7 @@ def lane_change(offset, length, straight):
 
 
 def park(offset, length, straight):
-    """Into a gap beside, as in parallel parking: an S right away, then a straight [m]."""
+    """Into a gap at the side, as in parallel parking: an S, then a straight [m]."""
     require(length > 0.0, "park: length", length, "above 0 m")
     require(straight >= 0.0, "park: straight", straight, "0 m or more")
     require(abs(offset) < 0.8 * length, "park: offset", offset, f"within ±{0.8 * length:g} m")

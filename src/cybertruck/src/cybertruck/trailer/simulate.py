@@ -10,7 +10,7 @@ from cybertruck.trailer.tracker import ARRIVED, FAILED
 
 @dataclass
 class Run:
-    """What rigs did; the first axis is time.
+    """Motion of rigs; the first axis is time.
 
     Attributes:
         states: (n, ..., 4) x, y of C, θ1 and ψ [m, m, rad, rad].
@@ -30,7 +30,7 @@ class Run:
 
 
 def start_state(path, lateral, heading, hitch_angle, geometry):
-    """Gives the truck's state for a trailer beside the start of a path.
+    """Returns the truck's state for a trailer beside the start of a path.
 
     Args:
         path: Path.
@@ -61,7 +61,7 @@ def simulate(tracker, start, steering, geometry, time_limit, time_step=0.02, ste
         tracker: Tracker for rigs of the start's shape.
         start: (..., 4) states.
         steering: The truck's true map from steering angle to curvature.
-        geometry: The true Geometry; the tracker may believe in another one.
+        geometry: The true Geometry; the tracker may have another one.
         time_limit: [s].
         time_step: Period of the tracker [s].
         steering_rate: Of the front wheels [rad/s].

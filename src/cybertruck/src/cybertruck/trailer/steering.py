@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator
 
 from cybertruck.trailer.geometry import TrailerError
 
-BISECTIONS = 60  # halves an interval of a few radians to less than a float's precision
+BISECTIONS = 60  # bisections of an interval of a few radians to a float's precision
 EXTRAPOLATION = 0.03  # how far past the outermost measured angles the map goes on [rad]
 
 
@@ -16,18 +16,18 @@ class IdealSteering:
     """The bicycle's curvature, tan φ / L."""
 
     def __init__(self, wheelbase, max_steering):
-        """Takes the wheelbase [m] and the greatest steering angle [rad]."""
+        """Stores the wheelbase [m] and the greatest steering angle [rad]."""
         self.wheelbase = wheelbase
         self.max_steering = max_steering
         self.max_curvature = math.tan(max_steering) / wheelbase
 
     def curvature(self, steering):
-        """Gives the curvature [1/m] of steering angles [rad], which are limited first."""
+        """Returns the curvature [1/m] of steering angles [rad], which are limited first."""
         limited = np.clip(steering, -self.max_steering, self.max_steering)
         return np.tan(limited) / self.wheelbase
 
     def steering(self, curvature):
-        """Gives the steering angle [rad] of curvatures [1/m], within the limit."""
+        """Returns the steering angle [rad] of curvatures [1/m], within the limit."""
         angle = np.arctan(np.asarray(curvature) * self.wheelbase)
         return np.clip(angle, -self.max_steering, self.max_steering)
 
@@ -36,7 +36,7 @@ class MeasuredSteering:
     """Measured curvatures, interpolated monotonically (PCHIP) and inverted."""
 
     def __init__(self, angles, curvatures, extrapolation=EXTRAPOLATION):
-        """Takes a table.
+        """Stores a table.
 
         Args:
             angles: (n,) steering angles, strictly growing, n >= 3 [rad].
@@ -78,14 +78,14 @@ class MeasuredSteering:
         self.max_curvature = float(min(-self.curvature(self.lowest), self.curvature(self.highest)))
 
     def curvature(self, steering):
-        """Gives the curvature [1/m] of steering angles [rad], limited to the map first."""
+        """Returns the curvature [1/m] of steering angles [rad], limited to the map first."""
         angle = np.clip(steering, self.lowest, self.highest)
         inside = np.clip(angle, self.angles[0], self.angles[-1])
         past = angle - inside
         return self._inner(inside) + past * np.where(past < 0.0, *self._slopes)
 
     def steering(self, curvature):
-        """Gives the steering angle [rad] of curvatures [1/m], limited to the map's ends."""
+        """Returns the steering angle [rad] of curvatures [1/m], limited to the map's ends."""
         curvature = np.asarray(curvature, dtype=float)
         low = np.full(curvature.shape, self.lowest)
         high = np.full(curvature.shape, self.highest)
@@ -105,7 +105,7 @@ def write_map(path, angles, curvatures, notes=()):
         curvatures: (n,) [1/m].
         notes: Lines of comment for the head of the file.
     """
-    MeasuredSteering(angles, curvatures)  # a table that cannot be read back is not written
+    MeasuredSteering(angles, curvatures)  # raises for a table that could not be read back
     lines = [f"# {note}" for note in notes]
     for name, unit, values in (("angles", "rad", angles), ("curvatures", "1/m", curvatures)):
         lines.append(f"{name}:  # [{unit}]")
@@ -115,7 +115,7 @@ def write_map(path, angles, curvatures, notes=()):
 
 
 def parse_map(data, source="steering map"):
-    """Makes a MeasuredSteering of what a map's YAML holds.
+    """Makes a MeasuredSteering from a map's YAML.
 
     Args:
         data: Dict with the lists angles and curvatures, and optionally extrapolation [rad].

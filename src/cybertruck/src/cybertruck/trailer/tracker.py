@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import check, number
 
 from cybertruck.trailer.geometry import (
     TrailerError,
@@ -20,6 +21,7 @@ from cybertruck.trailer.laws import backing_law
 
 START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
 TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
+STEEP = math.radians(80.0)  # path and trailer are met at less [rad]
 BACKING, PULLING, ARRIVED, FAILED = range(4)
 MODES = ("backing", "pulling forward", "arrived", "failed")
 
@@ -49,55 +51,32 @@ class Tuning:
         end_tolerance: Distance to the path's end at which it is reached [m].
     """
 
-    speed: float = 0.3
-    recovery_speed: float = 0.3
-    deceleration: float = 0.3
-    creep_speed: float = 0.05
-    lateral_length: float = 0.8
-    heading_length: float = 0.4
-    approach_angle: float = math.radians(35.0)
-    hitch_length: float = 0.3
-    steering_gain: float = 1.1
-    reference_limit: float = math.radians(42.0)
-    guard_margin: float = math.radians(5.0)
-    lost_angle: float = math.radians(80.0)
-    resume_hitch: float = math.radians(10.0)
-    resume_heading: float = math.radians(30.0)
-    recovery_length: float = 0.5
-    max_recoveries: int = 5
-    max_pull: float = 6.0
-    end_tolerance: float = 0.01
+    speed: float = number(0.3, above=0.0, below=TOP_SPEED, unit="m/s")
+    recovery_speed: float = number(0.3, above=0.0, below=TOP_SPEED, unit="m/s")
+    deceleration: float = number(0.3, above=0.0, unit="m/s²")
+    creep_speed: float = number(0.05, above=0.0, below=TOP_SPEED, unit="m/s")
+    lateral_length: float = number(0.8, above=0.0, unit="m")
+    heading_length: float = number(0.4, above=0.0, unit="m")
+    approach_angle: float = number(math.radians(35.0), above=0.0, below=STEEP, unit="rad")
+    hitch_length: float = number(0.3, above=0.0, unit="m")
+    steering_gain: float = number(1.1, above=0.0)
+    reference_limit: float = number(math.radians(42.0), above=0.0, below=STEEP, unit="rad")
+    guard_margin: float = number(math.radians(5.0), above=0.0, unit="rad")
+    lost_angle: float = number(math.radians(80.0), above=0.0, below=math.pi, unit="rad")
+    resume_hitch: float = number(math.radians(10.0), above=0.0, unit="rad")
+    resume_heading: float = number(math.radians(30.0), above=0.0, unit="rad")
+    recovery_length: float = number(0.5, above=0.0, unit="m")
+    max_recoveries: int = number(5, above=0)
+    max_pull: float = number(6.0, above=0.0, unit="m")
+    end_tolerance: float = number(0.01, above=0.0, unit="m")
 
     def __post_init__(self):
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise TrailerError(f"{name} is {value!r}; it must be a number above 0")
-        for name in ("speed", "recovery_speed", "creep_speed"):
-            if getattr(self, name) >= TOP_SPEED:
-                raise TrailerError(
-                    f"{name} is {getattr(self, name):g} m/s; it must be above 0 "
-                    f"and below {TOP_SPEED:g}"
-                )
-        for name, limit in (
-            ("approach_angle", 80.0),
-            ("reference_limit", 80.0),
-            ("lost_angle", 180.0),
-        ):
-            if getattr(self, name) >= math.radians(limit):
-                raise TrailerError(
-                    f"{name} is {getattr(self, name):g} rad; it must be above 0 "
-                    f"and below {math.radians(limit):.3f}"
-                )
+        check(self, TrailerError)
 
 
 @dataclass
 class Status:
-    """Where the rigs are and what they are told; every field has the rigs' shape.
+    """Errors and commands of the rigs; every field has the rigs' shape.
 
     Attributes:
         speed: v for the truck, negative backwards [m/s].
@@ -119,10 +98,10 @@ class Status:
 
 
 class Tracker:
-    """Tells rigs how to drive from where they are."""
+    """Computes commands of rigs from their poses."""
 
     def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
-        """Begins with a path.
+        """Starts with a path.
 
         Args:
             path: Path of the trailer's axle, in the order in which it is driven backwards.
@@ -157,11 +136,11 @@ class Tracker:
         self._pull_start = np.zeros(shape)
 
     def begin(self, x, y, arc=None):
-        """Finds the rigs' places on the path.
+        """Finds the rigs' arc lengths on the path.
 
         Args:
             x, y: Trailer axles' centres, of the rigs' shape [m].
-            arc: Arc lengths to search from [m]; without them the nearest place on the path's
+            arc: Arc lengths to search from [m]; without them the nearest point on the path's
                 first metres.
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
@@ -172,7 +151,7 @@ class Tracker:
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
     def step(self, x, y, trailer_heading, hitch_angle):
-        """Gives the commands for where the rigs are.
+        """Returns the commands for the rigs' poses.
 
         Args:
             x, y: Q [m].
@@ -185,7 +164,7 @@ class Tracker:
         if self.arc is None:
             self.begin(x, y)
         arc = self.path.nearest(x, y, self.arc)
-        # backwards the place on the path only advances, so that a path may cross itself
+        # while backing the arc length only grows, so that a path may cross itself
         self.arc = np.where(self.mode == BACKING, np.maximum(arc, self.arc), arc)
         lateral, heading = self.path.errors(x, y, trailer_heading + math.pi, self.arc)
         self._change_mode(hitch_angle, heading)
@@ -209,7 +188,7 @@ class Tracker:
         return Status(self._speed(), steering, wanted, self.arc, lateral, heading, self.mode)
 
     def wanted_curvature(self, lateral, heading):
-        """Gives κd of the trailer from its errors.
+        """Returns κd of the trailer from its errors.
 
         Along the driven arc length s, with e to the left and h = heading error, e' = sin h and
         h' = κ - κp cos h / (1 - κp e). An approach angle a(e) = -A tanh(e / (l1 A)) is wanted, and
@@ -256,12 +235,12 @@ class Tracker:
         self.mode = np.where((self.recoveries > tuning.max_recoveries) | pulled, FAILED, mode)
 
     def _speed(self):
-        """Gives v [m/s]: slower towards the end of the path, forward while pulling."""
+        """Returns v [m/s]: slower towards the end of the path, forward while pulling."""
         backing = backing_speed(self.path.length - self.arc, self.tuning)
         return np.choose(self.mode, (backing, self.tuning.recovery_speed, 0.0, 0.0))
 
 
 def backing_speed(left, tuning):
-    """Gives v < 0 with some way left [m/s], [m]: as fast as it can still be slowed down."""
+    """Returns v < 0 [m/s] for a distance left [m]: the fastest that can still be slowed down."""
     fastest = np.sqrt(2.0 * tuning.deceleration * np.maximum(left, 0.0))
     return -np.clip(fastest, min(tuning.creep_speed, tuning.speed), tuning.speed)

@@ -1,19 +1,21 @@
-"""The node `follow_line`: drives along the dashed centre line by the camera's picture alone."""
+"""The node `follow_line`: follows the dashed centre line with the camera alone."""
 
 import math
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
+from paddock_common.nodes import run
+from paddock_common.rules import Number
 from sensor_msgs.msg import CameraInfo, Image
 
 from deepracer_control import topics
-from deepracer_control.drivers.line_vision import LineVision, Mount
+from deepracer_control.drivers.commands import CommandPublisher
+from deepracer_control.drivers.line_vision import vision_from
 from deepracer_control.drivers.pursuit import towards
-from deepracer_control.drivers.running import Wheel, number, run
 
 
 class LineFollower:
-    """What to command for what is seen. No ROS.
+    """Line follower: pictures -> commands. No ROS.
 
     Args:
         vision: LineVision.
@@ -24,21 +26,16 @@ class LineFollower:
 
     def __init__(self, vision, speed=0.6, grip=0.8, patience=1.0):
         for name, value in (("speed", speed), ("grip", grip), ("patience", patience)):
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+            Number(above=0.0).check(name, value)
         self.vision, self.speed, self.grip, self.patience = vision, speed, grip, patience
         self._curvature, self._seen = 0.0, None
 
     def command(self, time, picture, matrix):
-        """Gives (speed [m/s], curvature [1/m]) for a picture taken at a time [s]."""
+        """Returns (speed [m/s], curvature [1/m]) for a picture taken at a time [s]."""
         if self._seen is not None and time < self._seen:
             self._seen = None  # the simulation was reset
             self.vision.restart()
-        goal = self.vision.look(picture, matrix)
+        goal = self.vision.find_goal(picture, matrix)
         if goal is not None:
             self._seen, self._curvature = time, towards(*goal)
         elif self._seen is None or time - self._seen > self.patience:
@@ -56,22 +53,19 @@ class FollowLine:
         Raises:
             ValueError: A parameter is not valid.
         """
-        mount = Mount(
-            *(
-                number("camera_" + name, getattr(Mount, name))
-                for name in ("ahead", "height", "pitch")
-            )
-        )
-        vision = LineVision(mount, lookahead=number("lookahead", 0.55))
+        get = rospy.get_param
         self._follower = LineFollower(
-            vision, number("speed", 0.6), number("grip", 0.8), number("patience", 1.0)
+            vision_from(get, lookahead=0.55),
+            get("~speed", 0.6),
+            get("~grip", 0.8),
+            get("~patience", 1.0),
         )
-        self._wheel, self._bridge = Wheel(), CvBridge()
+        self._commands, self._bridge = CommandPublisher(), CvBridge()
         self._matrix = None
-        rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
+        rospy.Subscriber("camera_info", CameraInfo, self._on_camera_info, queue_size=1)
         rospy.Subscriber(topics.CAMERA_TOPIC, Image, self._drive, queue_size=1, buff_size=2**24)
 
-    def _take_info(self, message):
+    def _on_camera_info(self, message):
         if message.K[0] <= 0.0 or message.K[4] <= 0.0:
             rospy.logerr_throttle(
                 5.0,
@@ -89,8 +83,8 @@ class FollowLine:
         except CvBridgeError as error:
             rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
             return
-        with self._wheel.lock:
-            self._wheel.send(
+        with self._commands.lock:
+            self._commands.send(
                 *self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
             )
 

@@ -1,7 +1,7 @@
-"""Sees the dashed centre line in a camera picture and tells where it runs on the ground.
+"""Detects the dashed centre line in a camera picture and projects it onto the ground.
 
-In a hairpin the line leaves the picture; then the lane's white border, half a lane beside it, says
-where it must be.
+In a hairpin the line leaves the picture; its position is then computed from the lane's white
+border, half a lane away.
 """
 
 import math
@@ -9,17 +9,21 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from paddock_common.rules import Number
+from paddock_common.settings import check, number, read
 
-FARTHEST = 1.6  # of points that count [m] from the rear axle
-RINGS = 0.09  # spacing of the rings in which the line is looked for [m]
-WINDOW = 0.22  # how far from the expected place a line's point may be [m]
-FEWEST = 6  # pixels in a ring that make a sighting
+from deepracer_control.drivers.pursuit import towards
+
+FARTHEST = 1.6  # of the points used [m] from the rear axle
+RINGS = 0.09  # spacing of the rings in which the line is searched [m]
+WINDOW = 0.22  # largest distance of a line's point from its expected position [m]
+FEWEST = 6  # least pixels in a ring for a detection
 WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255), np.uint8)
 
 
 @dataclass(frozen=True)
 class Mount:
-    """Where the camera is, from the ground under the rear axle's centre; x ahead.
+    """Pose of the camera, from the ground under the rear axle's centre; x ahead.
 
     Attributes:
         ahead, height: [m].
@@ -27,22 +31,12 @@ class Mount:
     """
 
     # The DeepRacer's mast and lens; its chassis rests nose up by 0.024 rad.
-    ahead: float = 0.227
-    height: float = 0.127
-    pitch: float = 0.2375
+    ahead: float = number(0.227, unit="m")
+    height: float = number(0.127, above=0.0, unit="m")
+    pitch: float = number(0.2375, above=-1.5, below=1.5, unit="rad")
 
     def __post_init__(self):
-        if not (
-            math.isfinite(self.ahead)
-            and math.isfinite(self.height)
-            and self.height > 0.0
-            and math.isfinite(self.pitch)
-            and abs(self.pitch) < 1.5
-        ):
-            raise ValueError(
-                f"camera mount is {self}; height must be above 0 m, pitch within "
-                "1.5 rad, all finite"
-            )
+        check(self, prefix="camera_")
 
 
 def ground_points(width, height, matrix, mount, scale=1):
@@ -74,19 +68,19 @@ def ring_chain(points, expected, lookahead, first=0.15):
 
     Args:
         points: (N, 2) ground points that have the line's colour [m].
-        expected: Function of a radius [m]: where (2,) the first ring's piece should be.
+        expected: Function radius [m] -> expected point (2,) of the first ring.
         lookahead: Where to stop [m].
-        first: How much wider the first ring's window is [m].
+        first: Added to the window of the first ring [m].
 
     Returns:
-        List of (2,) means of the line's points, from near to far; empty: none in sight.
+        List of (2,) means of the line's points, from near to far; empty: none found.
     """
     distance = np.hypot(points[:, 0], points[:, 1])
     chain = []
     for radius in np.arange(0.36, FARTHEST, RINGS):
         if not chain:
             place = expected(radius)
-        else:  # straight on along what was seen
+        else:  # straight on along the points found
             way = chain[-1] - chain[-2] if len(chain) > 1 else chain[-1]
             place = chain[-1] + way / max(np.hypot(*way), 1e-6) * (radius - np.hypot(*chain[-1]))
         near = points[np.abs(distance - radius) < RINGS / 2.0]
@@ -101,7 +95,7 @@ def ring_chain(points, expected, lookahead, first=0.15):
 
 
 def on_arc(radius, curvature):
-    """Gives the point (2,) at a distance [m] on the arc that leaves the rear axle straight on."""
+    """Returns the point (2,) at a distance [m] on the arc that leaves the rear axle straight on."""
     angle = math.asin(max(-0.99, min(0.99, curvature * radius / 2.0)))
     return radius * np.array((math.cos(angle), math.sin(angle)))
 
@@ -113,7 +107,7 @@ class LineVision:
         mount: Mount.
         hue, saturation, value: (low, high) of the line's colour in OpenCV's HSV: 0..180, 0..255.
         lookahead: Distance of the goal from the rear axle [m].
-        half_lane: Line to border [m], until both have been seen together.
+        half_lane: Line to border [m], until both have been detected together.
     """
 
     def __init__(
@@ -125,21 +119,20 @@ class LineVision:
         lookahead=0.55,
         half_lane=0.365,
     ):
-        if not (math.isfinite(lookahead) and 0.4 <= lookahead <= FARTHEST):
-            raise ValueError(f"lookahead is {lookahead!r}; it must be 0.4 to {FARTHEST} m")
+        Number(least=0.4, most=FARTHEST, unit="m").check("lookahead", lookahead)
         self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
         self._low, self._high = (np.array(ends, np.uint8) for ends in zip(hue, saturation, value))
         self._ground = self._key = None
         self.restart()
 
     def restart(self):
-        """Forget where the line was."""
+        """Reset the tracked line."""
         self._side = 0.0  # of the line at the nearest ring in the last picture [m]
         self._curvature = 0.0  # of the arc to the last goal [1/m]
         self._half = self._first_half
 
-    def look(self, picture, matrix):
-        """Looks for the line.
+    def find_goal(self, picture, matrix):
+        """Detects the line.
 
         Args:
             picture: (H, W, 3) uint8 BGR.
@@ -147,7 +140,7 @@ class LineVision:
 
         Returns:
             (x ahead, y left) of the goal point from the rear axle [m], or None: neither line nor
-            border in sight.
+            border found.
         """
         height, width = picture.shape[:2]
         scale = 2 if width >= 480 else 1
@@ -167,7 +160,7 @@ class LineVision:
         )
         if goal is None:
             return None
-        self._curvature = 2.0 * goal[1] / (goal[0] ** 2 + goal[1] ** 2)
+        self._curvature = towards(*goal)
         return tuple(map(float, goal))
 
     def _points(self, mask):
@@ -221,10 +214,24 @@ class LineVision:
         return len(border) + 1e-6 * best, line[best]
 
     def _learn(self, chain, borders):
-        """Take the lane's half width from line and border seen together."""
+        """Update the lane's half width from line and border in the same picture."""
         for border in borders:
             if len(border) > 2 and len(chain) > 2:
                 gap = np.linalg.norm(np.array(border)[:, None] - np.array(chain)[None], axis=2)
                 width = float(np.median(gap.min(axis=0)))
                 if 0.15 < width < 1.5:
                     self._half += 0.1 * (width - self._half)
+
+
+def vision_from(get, lookahead):
+    """Makes the LineVision that a node's private parameters camera_* and lookahead describe.
+
+    Args:
+        get: rospy.get_param or a function like it: (name, default) -> value.
+        lookahead: Default distance of the goal from the rear axle [m].
+
+    Raises:
+        ValueError: A parameter is not valid; the message names it.
+    """
+    mount = read(Mount, get, "~camera_")
+    return LineVision(mount, lookahead=get("~lookahead", lookahead))

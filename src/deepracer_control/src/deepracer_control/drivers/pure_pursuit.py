@@ -5,9 +5,13 @@ import math
 import rospy
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.angles import yaw_of
+from paddock_common.nodes import run
+from paddock_common.rules import Number
+from paddock_common.settings import parameter
 
+from deepracer_control.drivers.commands import CommandPublisher
 from deepracer_control.drivers.pursuit import Path, Pursuit
-from deepracer_control.drivers.running import Wheel, run
 
 REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
 
@@ -29,27 +33,26 @@ class PurePursuit:
                 ("max_lateral_acceleration", 2.0),
             )
         }
-        self._rear_axle = float(rospy.get_param("~rear_axle", REAR_AXLE))
+        self._rear_axle = parameter(rospy.get_param, "rear_axle", REAR_AXLE, Number(unit="m"))
         Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)  # checks the limits
-        self._wheel, self._pursuit = Wheel(), None
-        rospy.Subscriber("path", PathMessage, self._take_path, queue_size=1)
+        self._commands, self._pursuit = CommandPublisher(), None
+        rospy.Subscriber("path", PathMessage, self._on_path, queue_size=1)
         rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
 
-    def _take_path(self, message):
+    def _on_path(self, message):
         try:
             path = Path([(pose.pose.position.x, pose.pose.position.y) for pose in message.poses])
         except ValueError as error:
             rospy.logerr("pure_pursuit: path refused: %s", error)
             return
-        with self._wheel.lock:
+        with self._commands.lock:
             self._pursuit = Pursuit(path, **self._limits)
 
     def _drive(self, message):
-        with self._wheel.lock:
+        with self._commands.lock:
             if self._pursuit is None:
                 return
-            q, place = message.pose.pose.orientation, message.pose.pose.position
-            yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+            place, yaw = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
             if not all(map(math.isfinite, (place.x, place.y, yaw))):
                 rospy.logerr_throttle(1.0, "pure_pursuit: odometry is not finite; the car stops")
                 speed, curvature = 0.0, 0.0
@@ -59,7 +62,7 @@ class PurePursuit:
                     place.y + self._rear_axle * math.sin(yaw),
                     yaw,
                 )
-            self._wheel.send(speed, curvature)
+            self._commands.send(speed, curvature)
 
 
 def main():

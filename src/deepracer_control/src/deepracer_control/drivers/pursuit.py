@@ -7,30 +7,34 @@ CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
 import math
 
 import numpy as np
+from paddock_common.rules import Number
 
 CLOSED_GAP = 0.01  # first and last point nearer than this: a circuit [m]
-WINDOW = 1.0  # way around the last place that is searched first [m]
+WINDOW = 1.0  # distance around the last position that is searched first [m]
 
 
 def towards(x, y):
-    """Gives the curvature [1/m, left positive] of the arc to a point (x ahead, y left) [m]."""
+    """Returns the curvature [1/m, left positive] of the arc to a point (x ahead, y left) [m]."""
     return 2.0 * y / max(x * x + y * y, 1e-6)
 
 
 class Path:
     """A path to follow, resampled evenly."""
 
-    def __init__(self, points, step=0.02):
-        """Takes the points.
+    def __init__(self, points, step=0.02, closed=False):
+        """Resamples the points.
 
         Args:
             points: (N, 2) [m] in driving order; a circuit repeats its first point.
             step: Spacing of the samples [m].
+            closed: Whether it is a circuit although its first point is not repeated.
 
         Raises:
             ValueError: Fewer than 3 points, a number that is not finite, or no length.
         """
         points = np.asarray(points, dtype=float).reshape(-1, 2)
+        if closed:
+            points = np.concatenate((points, points[:1]))
         if len(points) < 3 or not np.isfinite(points).all():
             raise ValueError(f"the path has {len(points)} points, must have at least 3, all finite")
         way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
@@ -49,7 +53,7 @@ class Path:
         self.headings = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
 
     def nearest(self, x, y, near=None):
-        """Gives the index of the nearest sample; near: only around that index, if given."""
+        """Returns the index of the nearest sample; near: only around that index, if given."""
         if near is None:
             pick = np.arange(len(self.points))
         else:
@@ -60,17 +64,26 @@ class Path:
             )
         return int(pick[np.argmin(np.hypot(self.points[pick, 0] - x, self.points[pick, 1] - y))])
 
+    def distance(self, x, y):
+        """Returns the distance to the nearest sample [m]."""
+        return math.dist(self.points[self.nearest(x, y)], (x, y))
+
+    def way(self, start, end):
+        """Returns the way from one index to another [m]; on a circuit always forwards."""
+        count = end - start
+        return (count % len(self.points) if self.closed else count) * self.step
+
     def at(self, index):
-        """Gives the sample of an index that may run beyond the end."""
+        """Returns the sample of an index that may run beyond the end."""
         count = len(self.points)
         return self.points[index % count if self.closed else min(index, count - 1)]
 
     def left_to_go(self, index):
-        """Gives the way to the end of an open path [m]; of a circuit: infinite."""
+        """Returns the distance to the end of an open path [m]; of a circuit: infinite."""
         return math.inf if self.closed else (len(self.points) - 1 - index) * self.step
 
     def curvature_ahead(self, index, way):
-        """Gives the largest |curvature| [1/m] of the path over the next `way` [m]."""
+        """Returns the largest |curvature| [1/m] of the path over the next `way` [m]."""
         span = max(2, round(0.16 / self.step))
         steps = np.arange(index, index + max(1, round(way / self.step)) + 1)
         count = len(self.points)
@@ -93,7 +106,7 @@ class Pursuit:
     """Follows a Path from poses of the rear axle."""
 
     def __init__(self, path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
-        """Takes path and limits.
+        """Checks the limits.
 
         Args:
             path: Path.
@@ -109,24 +122,19 @@ class Pursuit:
             ("max_speed", max_speed),
             ("max_lateral_acceleration", max_lateral_acceleration),
         ):
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not (math.isfinite(value) and value > 0.0)
-            ):
-                raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+            Number(above=0.0).check(name, value)
         self.path, self.lookahead = path, lookahead
         self.max_speed, self.grip = max_speed, max_lateral_acceleration
         self._index = None
 
     def command(self, x, y, yaw):
-        """Gives (speed [m/s], curvature [1/m, left positive]) for a rear-axle pose.
+        """Returns (speed [m/s], curvature [1/m, left positive]) for a rear-axle pose.
 
         Both are 0 at the end of an open path.
         """
         index = self.path.nearest(x, y, self._index)
         if math.dist(self.path.points[index], (x, y)) > 1.0:
-            index = self.path.nearest(x, y)  # it was put somewhere else
+            index = self.path.nearest(x, y)  # it was moved by a service
         self._index = index
         if self.path.left_to_go(index) < 0.03:
             return 0.0, 0.0

@@ -1,9 +1,10 @@
-"""Speed and curvature as the Twist that the car's control understands in either mode."""
+"""Speed and curvature -> Twist for the car's control, in either mode."""
 
 import math
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist
+from paddock_common.settings import check, choice
 
 from deepracer_control.ackermann import Geometry
 from deepracer_control.control import DEGREES_PER_UNIT, MODES
@@ -11,27 +12,26 @@ from deepracer_control.control import DEGREES_PER_UNIT, MODES
 
 @dataclass(frozen=True)
 class Units:
-    """How control reads /cmd_vel.
+    """Units of /cmd_vel.
 
     Attributes:
         mode: "original" or "ackermann", as control's parameter.
         geometry: The car's Geometry.
     """
 
-    mode: str = "ackermann"
+    mode: str = choice("ackermann", MODES)
     geometry: Geometry = Geometry()
 
     def __post_init__(self):
-        if self.mode not in MODES:
-            raise ValueError(f"mode is {self.mode!r}; it must be one of {', '.join(MODES)}")
+        check(self)
 
     def steering(self, curvature):
-        """Gives the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""
+        """Returns the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""
         limit = self.geometry.max_steering
         return max(-limit, min(limit, math.atan(self.geometry.wheelbase * curvature)))
 
     def twist(self, speed, curvature):
-        """Gives the geometry_msgs/Twist for a speed [m/s] and a curvature [1/m, left positive]."""
+        """Returns the Twist for a speed [m/s] and a curvature [1/m, left positive]."""
         angle = self.steering(curvature)
         message = Twist()
         if self.mode == "ackermann":

@@ -1,30 +1,30 @@
-"""Drivers that use the teleop window as a person would: look at the picture, move the mouse.
+"""Drivers that operate the teleop window by mouse events, from the camera picture in it alone.
 
-`slider_driver` holds the steering slider with cruise control on; `buttons_driver` roams with the
-five buttons. Both see nothing but the window's camera picture.
+`slider_driver` moves the steering slider with cruise control on; `buttons_driver` roams with the
+five buttons.
 """
 
 import math
 import os
 import sys
-import time
 
 import rospy
-from deepracer_control.drivers.line_vision import LineVision, Mount
+from deepracer_control.drivers.line_vision import vision_from
 from deepracer_control.drivers.pursuit import towards
-from deepracer_control.drivers.running import number
+from paddock_common.rules import Number
+from paddock_common.settings import parameter
 from PyQt5.QtCore import QTimer
 from sensor_msgs.msg import CameraInfo
 
-from deepracer_teleop.drivers.hands import Hands
-from deepracer_teleop.window.window import connect
+from deepracer_teleop.drivers.mouse import Mouse
+from deepracer_teleop.window.node import connect, leave
 
-LOOK_MS = 20  # how often the driver looks whether there is something to do [ms]
-PATIENCE = 1.5  # how long the last steering is kept with nothing in sight [s] of ROS time
+PERIOD_MS = 20  # of the driver [ms]
+LINE_TIMEOUT = 1.5  # ROS time without a line after which it stops [s]
 
 
-class Eyes:
-    """What the window's picture shows.
+class LineDetector:
+    """Detects the line in the window's picture.
 
     Args:
         window: InterfaceWindow.
@@ -32,119 +32,109 @@ class Eyes:
 
     def __init__(self, window):
         self._window = window
-        self._vision = LineVision(
-            Mount(
-                *(
-                    number("camera_" + name, getattr(Mount, name))
-                    for name in ("ahead", "height", "pitch")
-                )
-            ),
-            lookahead=number("lookahead", 0.5),
-        )
-        self._matrix, self._looked = None, None
-        rospy.Subscriber("camera_info", CameraInfo, self._take_info, queue_size=1)
+        self._vision = vision_from(rospy.get_param, lookahead=0.5)
+        self._matrix, self._last = None, None
+        rospy.Subscriber("camera_info", CameraInfo, self._on_camera_info, queue_size=1)
 
-    def _take_info(self, message):
+    def _on_camera_info(self, message):
         self._matrix = tuple(message.K)
 
     def ready(self):
-        """Says whether there is a picture to look at."""
+        """Returns whether there is a picture and its camera_info."""
         return self._matrix is not None and self._window.lastPicture() is not None
 
-    def news(self):
-        """Says whether there is a picture that was not looked at yet."""
-        return self.ready() and self._window.pictureTime() != self._looked
+    def has_new_picture(self):
+        """Returns whether there is a picture that was not processed yet."""
+        return self.ready() and self._window.pictureTime() != self._last
 
-    def look(self):
-        """Gives the point to steer for (x ahead, y left) [m] in the newest picture, or None."""
-        self._looked = self._window.pictureTime()
-        return self._vision.look(self._window.lastPicture(), self._matrix)
+    def find_goal(self):
+        """Returns the goal point (x ahead, y left) [m] in the newest picture, or None."""
+        self._last = self._window.pictureTime()
+        return self._vision.find_goal(self._window.lastPicture(), self._matrix)
 
     def restart(self):
-        """Forgets what was seen: the simulation was reset."""
-        self._looked = None
+        """Resets the detection after a reset of the simulation."""
+        self._last = None
         self._vision.restart()
 
 
 class SliderDriver:
-    """Cruise control on, the mouse on the slider, at most five changes a second."""
+    """Steers by the slider with cruise control on, at most five changes a second."""
 
     name = "slider_driver"
 
     def __init__(self, window):
-        self._window, self._hands, self._eyes = window, Hands(window), Eyes(window)
-        self._rate = float(rospy.get_param("~changes_per_second", 5.0))
-        if not 0.0 < self._rate <= 5.0:
-            raise ValueError(
-                f"parameter ~changes_per_second is {self._rate}; it must be above 0 "
-                "and at most 5, as a person's"
-            )
+        self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
+        rate = Number(above=0.0, most=5.0, unit="1/s")  # as a person's
+        self._rate = parameter(rospy.get_param, "changes_per_second", 5.0, rate)
         self._changed = self._seen = -math.inf
         self._driving = False
 
-    def act(self):
-        """Moves the slider if it is time and the picture says so."""
+    def spin_once(self):
+        """Moves the slider when the next change is due and the line asks for it."""
         now = rospy.get_time()
         if now < max(self._changed, self._seen):  # the simulation was reset
             self._changed, self._seen = -math.inf, now
-            self._eyes.restart()
+            self._detector.restart()
         if now - self._changed < 1.0 / self._rate:
             return
-        goal = self._eyes.look() if self._eyes.news() else None
+        goal = self._detector.find_goal() if self._detector.has_new_picture() else None
         if goal is None:
-            if self._driving and now - self._seen > PATIENCE:
+            if self._driving and now - self._seen > LINE_TIMEOUT:
                 print("slider_driver: nothing in sight, stop", file=sys.stderr)
-                self.rest()
+                self.stop()
             return
         self._seen = now
         if not self._driving:
-            self._hands.toggle_cruise()
-            self._hands.grab_slider()
+            self._mouse.toggle_cruise()
+            self._mouse.grab_slider()
             self._driving = True
-        value = round(self._hands.slider_value(towards(*goal)))
+        value = round(self._mouse.slider_value(towards(*goal)))
         if value != self._window.slider.value():
-            self._hands.pull_slider(value)
+            self._mouse.pull_slider(value)
             self._changed = now
 
-    def rest(self):
-        """Lets go: slider released, cruise control off, Stop."""
+    def stop(self):
+        """Releases the slider, switches cruise control off, clicks Stop."""
         if self._driving:
-            self._hands.release_slider()
-            self._hands.toggle_cruise()
-            self._hands.click("Stop")
+            self._mouse.release_slider()
+            self._mouse.toggle_cruise()
+            self._mouse.click("Stop")
             self._driving = False
 
 
 class ButtonsDriver:
-    """Roams with the discrete buttons: one click, then it waits for the move's end."""
+    """Roams with the buttons: one click, then it waits for the end of the move."""
 
     name = "buttons_driver"
 
     def __init__(self, window):
-        self._window, self._hands, self._eyes = window, Hands(window), Eyes(window)
-        self._wide = math.radians(float(rospy.get_param("~wide_angle", 22.0)))
+        self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
+        self._wide = math.radians(
+            parameter(rospy.get_param, "wide_angle", 22.0, Number(unit="degrees"))
+        )
         self._rest_until = 0.0
 
-    def act(self):
+    def spin_once(self):
         """Clicks the button that leads towards the line, when the last move is over."""
         now = rospy.get_time()
         if self._window.isMoving():
-            self._rest_until = now + 0.3  # the car comes to a stand, the picture is new
+            self._rest_until = now + 0.3  # until the car has stopped and the picture is new
             return
-        if self._rest_until - 1.0 < now < self._rest_until or not self._eyes.news():
+        if self._rest_until - 1.0 < now < self._rest_until or not self._detector.has_new_picture():
             return
-        goal = self._eyes.look()
+        goal = self._detector.find_goal()
         if goal is None:
-            self._hands.click("Backwards")
+            self._mouse.click("Backwards")
             return
         bearing = math.atan2(goal[1], goal[0])
-        self._hands.click(
+        self._mouse.click(
             "Forward" if abs(bearing) < self._wide else "Left" if bearing > 0.0 else "Right"
         )
 
-    def rest(self):
+    def stop(self):
         """Clicks Stop."""
-        self._hands.click("Stop")
+        self._mouse.click("Stop")
 
 
 def run(kind):
@@ -157,11 +147,10 @@ def run(kind):
         print(f"{kind.name} cannot start: {error}", file=sys.stderr)
         return 1
     timer = QTimer(window)
-    timer.timeout.connect(driver.act)
-    timer.start(LOOK_MS)
+    timer.timeout.connect(driver.spin_once)
+    timer.start(PERIOD_MS)
     code = window.executeInterface()
     timer.stop()
-    driver.rest()
-    time.sleep(0.1)  # the publisher's queue is emptied by a thread of its own
-    rospy.signal_shutdown("the window was closed")
+    driver.stop()
+    leave()
     return code

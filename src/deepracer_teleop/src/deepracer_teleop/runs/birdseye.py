@@ -18,7 +18,7 @@ class View:
         self.shape = (round((self.ymax - self.ymin) * self.scale) + 2 * MARGIN, width, 3)
 
     def pixels(self, points):
-        """Gives (N, 2) int32 pixels of (N, 2) metres."""
+        """Returns (N, 2) int32 pixels of (N, 2) metres."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return np.round(
             np.column_stack(
@@ -38,7 +38,7 @@ def draw(track, samples, width=1200, names=("buttons", "cruise + slider")):
         samples: Recorder samples, at least one; phases that begin with "cruise" get a colour of
             their own.
         width: Of the picture [px].
-        names: Words for the path's colours; one of them: one colour for all of it.
+        names: Labels of the path's colours; with one label the path has one colour.
 
     Returns:
         (H, W, 3) uint8 BGR.

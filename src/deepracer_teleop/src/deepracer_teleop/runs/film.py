@@ -4,7 +4,7 @@ import threading
 
 import cv2
 
-from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate
+from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate, draw_words
 
 CODEC = "mp4v"
 
@@ -35,8 +35,8 @@ class Film:
 
         Args:
             time: Stamp [s].
-            picture: (H, W, 3) uint8 BGR; stays as it is.
-            words: Line at the bottom.
+            picture: (H, W, 3) uint8 BGR; not changed.
+            words: Text at the bottom.
 
         Returns:
             The frame as filmed, or None: not due, or the film is closed.
@@ -59,17 +59,7 @@ class Film:
         frame = draw_frame_rate(picture.copy(), rate)
         height, width = frame.shape[:2]
         scale = max(0.35, width / 900.0)
-        for colour, thickness in (((0, 0, 0), 4), ((255, 255, 255), 2)):
-            cv2.putText(
-                frame,
-                words,
-                (int(14 * scale), height - int(16 * scale)),
-                cv2.FONT_HERSHEY_SIMPLEX,
-                scale,
-                colour,
-                max(1, round(thickness * scale)),
-                cv2.LINE_AA,
-            )
+        draw_words(frame, words, (int(14 * scale), height - int(16 * scale)), scale)
         if self._writer is None:
             self._size = (width, height)
             self._writer = cv2.VideoWriter(

@@ -1,11 +1,11 @@
-"""Keeps the ground truth of a drive: pose and speed over ROS time, from nav_msgs/Odometry."""
+"""Records the ground truth of a drive: pose and speed over ROS time, from nav_msgs/Odometry."""
 
 import csv
 import math
 import threading
 from dataclasses import dataclass
 
-import numpy as np
+from paddock_common.angles import yaw_of
 
 
 @dataclass(frozen=True)
@@ -22,14 +22,8 @@ class Sample:
     phase: str
 
 
-def yaw_of(quaternion):
-    """Gives the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
-    q = quaternion
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-
-
 def along(start, end):
-    """Gives how far one moved from start in the direction start was heading [m]."""
+    """Returns how far one moved from start in the direction start was heading [m]."""
     return (end.x - start.x) * math.cos(start.yaw) + (end.y - start.y) * math.sin(start.yaw)
 
 
@@ -42,11 +36,11 @@ class Recorder:
         self.phase = ""
 
     def callback(self, message):
-        """Takes a nav_msgs/Odometry with its twist in the child frame."""
+        """Records a nav_msgs/Odometry with its twist in the child frame."""
         pose, twist = message.pose.pose, message.twist.twist
         yaw = yaw_of(pose.orientation)
         with self._lock:
-            if self._samples:  # the nearest turn to the last heading
+            if self._samples:  # unwrapped: nearest to the last heading
                 last = self._samples[-1].yaw
                 yaw += 2.0 * math.pi * round((last - yaw) / (2.0 * math.pi))
             self._samples.append(
@@ -74,7 +68,7 @@ class Recorder:
             return self._samples[-1] if self._samples else None
 
     def since(self, t):
-        """Gives the samples from ROS time t [s] on."""
+        """Returns the samples from ROS time t [s] on."""
         return [sample for sample in self.samples if sample.t >= t]
 
     def write_csv(self, path):
@@ -89,40 +83,3 @@ class Recorder:
                         for value in (sample.t, sample.x, sample.y, sample.yaw, sample.v)
                     ]
                 )
-
-
-class Pursuit:
-    """Steers along a closed centreline towards a point ahead (pure pursuit).
-
-    Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm",
-    CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
-    """
-
-    def __init__(self, centreline, ahead=0.45):
-        """Takes the path.
-
-        Args:
-            centreline: (N, 2) evenly spaced closed curve [m], in driving direction.
-            ahead: Distance of the goal point along the path [m].
-        """
-        self._line = np.asarray(centreline, dtype=float)
-        self._spacing = float(np.linalg.norm(self._line[1] - self._line[0]))
-        self._steps = max(1, round(ahead / self._spacing))
-
-    def nearest(self, x, y):
-        """Gives (index of the nearest point, distance to it [m])."""
-        gaps = np.hypot(self._line[:, 0] - x, self._line[:, 1] - y)
-        index = int(np.argmin(gaps))
-        return index, float(gaps[index])
-
-    def progress(self, start, end):
-        """Gives the way along the path from index start to index end [m], forwards."""
-        return ((end - start) % len(self._line)) * self._spacing
-
-    def curvature(self, x, y, yaw):
-        """Gives the curvature [1/m, left positive] that leads from a rear-axle pose to the goal."""
-        index, _ = self.nearest(x, y)
-        goal = self._line[(index + self._steps) % len(self._line)]
-        dx, dy = goal[0] - x, goal[1] - y
-        left = -math.sin(yaw) * dx + math.cos(yaw) * dy
-        return 2.0 * left / max(dx * dx + dy * dy, 1e-6)

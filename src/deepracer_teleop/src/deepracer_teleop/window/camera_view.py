@@ -1,10 +1,8 @@
-"""The camera's part of the window: frame rate, picture that grows, and words when there is none."""
-
-import threading
+"""The camera's part of the window: frame rate, resized picture, message when there is none."""
 
 import cv2
 from PyQt5.QtCore import QRect, QSize, Qt
-from PyQt5.QtGui import QColor, QPainter, QPixmap
+from PyQt5.QtGui import QColor, QImage, QPainter, QPixmap
 from PyQt5.QtWidgets import QLabel, QSizePolicy
 
 
@@ -15,7 +13,7 @@ class FrameRate:
         self._last = None
 
     def update(self, stamp):
-        """Takes the next frame's stamp.
+        """Updates with the next frame's stamp.
 
         Args:
             stamp: Time of the frame [s].
@@ -31,7 +29,7 @@ class FrameRate:
 
 
 def frame_rate_text(rate):
-    """Gives the words drawn into the picture, from a rate [Hz] or None."""
+    """Returns the text drawn into the picture, from a rate [Hz] or None."""
     if rate is None:
         return "Image Framerate: --"
     return f"Image Framerate: {rate:.0f}" if rate >= 9.95 else f"Image Framerate: {rate:.1f}"
@@ -49,39 +47,39 @@ def draw_frame_rate(picture, rate):
     """
     scale = max(0.4, picture.shape[1] / 640.0)
     place = (int(12 * scale), int(32 * scale))
-    words = frame_rate_text(rate)
-    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
-        cv2.putText(
-            picture,
-            words,
-            place,
-            cv2.FONT_HERSHEY_SIMPLEX,
-            scale,
-            colour,
-            max(1, round(width * scale)),
-            cv2.LINE_AA,
-        )
+    draw_words(picture, frame_rate_text(rate), place, scale)
     return picture
 
 
-class Mailbox:
-    """Holds the newest thing handed in by another thread; older ones are dropped."""
+def draw_words(picture, words, place, scale):
+    """Writes white words with a black rim into a picture.
 
-    def __init__(self):
-        self._lock = threading.Lock()
-        self._item = None
+    Args:
+        picture: (H, W, 3) uint8 BGR; changed in place.
+        words: A line.
+        place: (x, y) of its lower left corner [px].
+        scale: Of the font.
+    """
+    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
+        thickness = max(1, round(width * scale))
+        font = cv2.FONT_HERSHEY_SIMPLEX
+        cv2.putText(picture, words, place, font, scale, colour, thickness, cv2.LINE_AA)
 
-    def put(self, item):
-        """Leaves an item; returns whether the box was empty (so the owner must be told)."""
-        with self._lock:
-            empty, self._item = self._item is None, item
-            return empty
 
-    def take(self):
-        """Gives the newest item and empties the box; None if nothing is there."""
-        with self._lock:
-            item, self._item = self._item, None
-            return item
+def to_pixmap(picture, size):
+    """Turns an OpenCV picture into one for a label.
+
+    Args:
+        picture: (H, W, 3) uint8 BGR.
+        size: QSize.
+
+    Returns:
+        QPixmap, as large as fits the size, aspect kept.
+    """
+    rgb = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+    height, width, channels = rgb.shape
+    image = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
+    return QPixmap.fromImage(image.scaled(size, Qt.KeepAspectRatio, Qt.SmoothTransformation))
 
 
 class CameraView(QLabel):
@@ -107,7 +105,7 @@ class CameraView(QLabel):
         self.setStyleSheet("#camera { background: #20242a; color: #e8eaed; border-radius: 6px; }")
 
     def sizeHint(self):
-        """Gives the preferred size, whatever picture is shown."""
+        """Returns the preferred size, whatever picture is shown."""
         return self._size
 
     def show_picture(self, pixmap):
@@ -116,7 +114,7 @@ class CameraView(QLabel):
         self._refresh()
 
     def show_message(self, words):
-        """Shows words: alone if there was never a picture, else over the darkened last one."""
+        """Shows a message, over the darkened last picture if there is one."""
         if words != self.message:
             self.message = words
             self._refresh()

@@ -1,4 +1,4 @@
-"""Watches whether the ROS master answers, without ever making the window wait."""
+"""Monitors in a thread whether the ROS master responds."""
 
 import http.client
 import threading
@@ -7,7 +7,7 @@ import xmlrpc.client
 
 
 class _Transport(xmlrpc.client.Transport):
-    """An XML-RPC transport that gives up after a while."""
+    """An XML-RPC transport with a time-out."""
 
     def __init__(self, timeout):
         super().__init__()
@@ -38,15 +38,15 @@ def run_id(uri, timeout=1.0):
 
 
 class MasterWatch:
-    """Asks the master once a second in a thread of its own."""
+    """Queries the master once a second in a thread."""
 
     def __init__(self, uri, period=1.0, clock=time.monotonic, ask=run_id):
-        """Takes notes of the master that runs now; start() begins to watch.
+        """Stores the run id of the present master; start() begins to monitor.
 
         Args:
             uri: The master's address.
             period: Time between two questions [s].
-            clock: Gives the wall time [s].
+            clock: Function -> wall time [s].
             ask: Function (uri) -> run id or None.
         """
         self.uri = uri
@@ -57,15 +57,15 @@ class MasterWatch:
         self._stop = threading.Event()
 
     def start(self):
-        """Begins to watch."""
+        """Starts the thread."""
         threading.Thread(target=self._watch, name="master-watch", daemon=True).start()
 
     def stop(self):
-        """Ends the watch."""
+        """Ends the thread."""
         self._stop.set()
 
     def check(self):
-        """Asks once."""
+        """Queries the master once."""
         identity = self._ask(self.uri)
         if identity is None:
             return
@@ -76,10 +76,10 @@ class MasterWatch:
             self._answered = self._clock()
 
     def problem(self, timeout):
-        """Gives a sentence when the master is lost, else an empty string.
+        """Returns a sentence when the master is lost, else an empty string.
 
         Args:
-            timeout: Silence that is still good [s].
+            timeout: Time without a response after which it counts as lost [s].
         """
         silence = self._clock() - self._answered
         if self._replaced:

@@ -1,10 +1,10 @@
-"""What the window wants of the car now: timed moves, held commands, stop. No Qt, no ROS."""
+"""Commands of the window: timed moves, held commands, stop. No Qt, no ROS."""
 
 
 class Mover:
     """Publishes commands, ends timed moves and repeats a moving car's command.
 
-    Nothing here waits: somebody calls tick() often enough (a QTimer) while `active` is true.
+    It never blocks: a timer has to call tick() while `active` is true.
     """
 
     def __init__(self, publish, clock, repeat_rate=10.0):
@@ -25,7 +25,7 @@ class Mover:
 
     @property
     def active(self):
-        """Whether tick() is needed: a timed move runs or the car is asked to roll."""
+        """Whether tick() is needed: a timed move runs or the commanded speed is not 0."""
         return self._duration is not None or self.command[0] != 0.0
 
     def move(self, linear, angular, duration):
@@ -40,12 +40,12 @@ class Mover:
         self._send(linear, angular)
 
     def hold(self, linear, angular):
-        """Commands until something else is asked for; a running timed move is given up."""
+        """Commands until the next command; a running timed move ends."""
         self._duration = None
         self._send(linear, angular)
 
     def stop(self):
-        """Commands zero at once, once; then all is silent."""
+        """Commands zero once, at once, and nothing after it."""
         self.hold(0.0, 0.0)
 
     def tick(self):

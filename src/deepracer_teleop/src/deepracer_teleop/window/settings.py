@@ -1,7 +1,8 @@
-"""What the window can be told: speeds, times, limits. The defaults are the original's values."""
+"""Settings of the window: speeds, times, limits. The defaults are the original's values."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, choice, number
 
 DEFAULT_SPEED = 10.0
 DEFAULT_ANGULAR_SPEED = 5.0
@@ -23,58 +24,26 @@ class Settings:
         slider_scale: angular.z is the slider's value divided by this.
         angular_sign: 1: positive angular.z steers right (the original). -1: left (REP-103).
         repeat_rate: How often a moving car's command is repeated, in ROS time [Hz].
-        camera_timeout: Silence after which the camera counts as stopped [s] of wall time.
-        master_timeout: Silence after which the ROS master counts as lost [s] of wall time.
+        camera_timeout: Wall time without a picture after which the camera counts as stopped [s].
+        master_timeout: Wall time without a response after which the master counts as lost [s].
     """
 
-    default_speed: float = DEFAULT_SPEED
-    default_angular_speed: float = DEFAULT_ANGULAR_SPEED
-    linear_wait: float = LINEAR_WAIT
-    turn_wait: float = RECT_ANGLE_TURN_WAIT
-    slider_limit: float = 50
-    slider_scale: float = 10.0
-    angular_sign: float = 1
-    repeat_rate: float = 10.0
-    camera_timeout: float = 2.0
-    master_timeout: float = 3.0
+    default_speed: float = number(DEFAULT_SPEED, above=0.0)
+    default_angular_speed: float = number(DEFAULT_ANGULAR_SPEED, above=0.0)
+    linear_wait: float = number(LINEAR_WAIT, above=0.0, unit="s")
+    turn_wait: float = number(RECT_ANGLE_TURN_WAIT, above=0.0, unit="s")
+    slider_limit: float = number(50, above=0.0)
+    slider_scale: float = number(10.0, above=0.0)
+    angular_sign: float = choice(1, (1, -1), "1 (positive is right) or -1 (positive is left)")
+    repeat_rate: float = number(10.0, above=0.0, unit="Hz")
+    camera_timeout: float = number(2.0, above=0.0, unit="s")
+    master_timeout: float = number(3.0, above=0.0, unit="s")
 
     def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not math.isfinite(value)
-            ):
-                raise ValueError(f"{item.name} is {value!r}; it must be a number")
-            if item.name == "angular_sign":
-                if value not in (1, -1):
-                    raise ValueError(
-                        f"angular_sign is {value!r}; it must be 1 (positive is right) "
-                        "or -1 (positive is left)"
-                    )
-            elif value <= 0:
-                raise ValueError(f"{item.name} is {value!r}; it must be above 0")
+        check(self)
         if self.slider_limit != int(self.slider_limit):
             raise ValueError(f"slider_limit is {self.slider_limit!r}; it must be a whole number")
 
     def slider_to_angular(self, value):
-        """Gives angular.z for a slider value (positive is right in the window)."""
+        """Returns angular.z for a slider value (positive is right in the window)."""
         return self.angular_sign * value / self.slider_scale
-
-
-def settings_from_parameters(get_param):
-    """Reads the private parameters of a node.
-
-    Args:
-        get_param: rospy.get_param or a function like it: (name, default) -> value.
-
-    Returns:
-        Settings.
-
-    Raises:
-        ValueError: A value is no number or out of range; the message names it.
-    """
-    return Settings(
-        **{item.name: get_param("~" + item.name, item.default) for item in fields(Settings)}
-    )

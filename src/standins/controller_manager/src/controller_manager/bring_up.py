@@ -1,4 +1,4 @@
-"""Bringing a set of controllers up and down; knows no ROS."""
+"""Bringing a set of controllers up and down, without ROS."""
 
 
 class Spawner:
@@ -7,7 +7,7 @@ class Spawner:
     Args:
         manager: ManagerClient, or anything with its load, unload, switch and running.
         log: called with a text for each step.
-        warn: called with a text for each thing that went wrong.
+        warn: called with a text for each failure.
     """
 
     def __init__(self, manager, log, warn):
@@ -20,14 +20,14 @@ class Spawner:
     def bring_up(self, controllers, start):
         """Loads controllers and starts those that loaded, all in one step.
 
-        Where one of them cannot start (its joint is taken, say) the others start without it.
+        If one of them cannot start (for example its joint is taken), the others start without it.
 
         Args:
             controllers: names.
             start: False leaves them stopped.
 
         Returns:
-            Whether all of it worked.
+            Whether everything succeeded.
         """
         for name in controllers:
             if self._manager.load(name):
@@ -50,7 +50,7 @@ class Spawner:
         return complete and len(self.started) == len(self.loaded)
 
     def take_down(self):
-        """Stops and unloads what this spawner loaded, the last one first."""
+        """Stops and unloads the controllers that this spawner loaded, in reverse order."""
         names, self.loaded = self.loaded, []
         if not names:
             return

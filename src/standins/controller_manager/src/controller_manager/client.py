@@ -8,7 +8,8 @@ import rosgraph
 import rospy
 from controller_manager_msgs import srv
 
-from controller_manager import waiting
+from controller_manager import ending
+from paddock_common import waiting
 
 SERVICES = {
     "list_controllers": srv.ListControllers,
@@ -21,7 +22,7 @@ SERVICES = {
 
 
 class ManagerError(Exception):
-    """The controller manager is missing or did not do as asked; the text says what."""
+    """The controller manager is missing or a request failed; the text says which."""
 
 
 class ManagerClient:
@@ -50,7 +51,8 @@ class ManagerClient:
         deadline = time.monotonic() + timeout
         for name in services:
             try:
-                waiting.wait_for_service(self._names[name], max(0.0, deadline - time.monotonic()))
+                left = max(0.0, deadline - time.monotonic())
+                waiting.wait_for_service(self._names[name], left, ending.over)
             except waiting.WaitTimeout:
                 raise ManagerError(
                     f"service {self._names[name]} did not come within {timeout:g} s. Is the "
@@ -62,7 +64,7 @@ class ManagerClient:
         """Calls a service of SERVICES and returns its response.
 
         Raises:
-            ManagerError: the call failed on its way.
+            ManagerError: the call failed.
         """
         try:
             return rospy.ServiceProxy(self._names[name], SERVICES[name])(*args, **fields)
@@ -70,7 +72,7 @@ class ManagerClient:
             raise ManagerError(f"{self._names[name]} failed: {error}") from None
 
     def is_there(self):
-        """Whether the manager's services still answer; works during the node's own end, too."""
+        """Whether the manager's services still respond; also usable during the node's shutdown."""
         try:
             uri = rosgraph.Master(rospy.get_name()).lookupService(self._names["switch_controller"])
             host, port = rospy.core.parse_rosrpc_uri(uri)
@@ -129,17 +131,17 @@ class ManagerClient:
 
 
 def run_bounded(work, timeout):
-    """Runs something in a thread that is left behind when it takes too long.
+    """Runs a callable in a thread, which is abandoned when it takes too long.
 
-    A rospy service call has no time limit of its own, and a simulator on its way out may accept a
-    call that it never answers.
+    A rospy service call has no time-out, and a simulator that shuts down may accept a call and
+    never respond.
 
     Args:
         work: callable; ManagerError it raises is kept.
         timeout: wall-clock limit [s].
 
     Returns:
-        None when it worked, else the reason as a str.
+        None when it succeeded, else the reason as a str.
     """
     reason = [f"no answer within {timeout:g} s"]
 

@@ -95,7 +95,7 @@ def usage():
 
 
 def main():
-    """Runs one command; returns 0 when it worked, 1 when not, 2 for a wrong command line."""
+    """Runs one command; returns 0 when it succeeded, 1 when not, 2 for a wrong command line."""
     argv = rospy.myargv()[1:]
     if not argv or argv[0] in ("-h", "--help"):
         print(usage())

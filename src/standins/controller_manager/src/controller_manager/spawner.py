@@ -5,32 +5,33 @@ import time
 import rospy
 from std_msgs.msg import Bool
 
-from controller_manager import ending, options, waiting
+from controller_manager import ending, options
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
+from paddock_common import waiting
 
-LEAVING_TIME = 1.0  # [s] that a simulator, asked to end at the same time, may still answer
+LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
 
 def wait_for_true(topic):
-    """Waits for a Bool that is true; says so when nothing comes for a while."""
-    heard = []
-    subscriber = rospy.Subscriber(topic, Bool, lambda message: heard.append(message.data))
+    """Waits for a Bool that is true; logs when none has come for a while."""
+    received = []
+    subscriber = rospy.Subscriber(topic, Bool, lambda message: received.append(message.data))
     start = time.monotonic()
 
     def _true():
-        if not heard and time.monotonic() - start > 10.0:
-            rospy.logwarn_once(f"Nothing heard yet on {subscriber.resolved_name} (--wait-for)")
-        return True in heard
+        if not received and time.monotonic() - start > 10.0:
+            rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
+        return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=ending.over)
     subscriber.unregister()
 
 
 def end_quietly(spawner, manager, timeout):
-    """Takes controllers down; warns about what failed unless the manager is ending, too.
+    """Takes controllers down; warns about failures unless the manager shuts down, too.
 
-    roslaunch stops all nodes at once, and a simulator that has gone took its controllers along.
+    roslaunch stops all nodes at once, and the controllers end with the simulator.
 
     Args:
         spawner: bring_up.Spawner.

@@ -4,8 +4,9 @@ import time
 
 import rospy
 
-from controller_manager import ending, options, waiting
+from controller_manager import ending, options
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
+from paddock_common import waiting
 
 SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 

@@ -1,4 +1,4 @@
-"""Model text and poses: what spawn_model sends, worked out without ROS."""
+"""Model text and poses of a spawn request, without ROS."""
 
 import math
 import xml.etree.ElementTree as ElementTree

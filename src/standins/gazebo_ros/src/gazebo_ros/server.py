@@ -20,23 +20,23 @@ def command(argv, gui, program):
         program: name for help and messages.
 
     Returns:
-        (words after the executable's name, sentences about what has no effect).
+        (arguments after the executable's name, sentences about options without effect).
     """
     own = rospy.myargv([program] + list(argv))[1:]
     remappings = [word for word in argv if word not in own]
-    options, said = server_options.parse(own, program)
-    return server_options.parameters(options, gui) + remappings, said
+    options, notes = server_options.parse(own, program)
+    return server_options.parameters(options, gui) + remappings, notes
 
 
 def main(program, gui=False):
-    """Becomes the bridge; returns 1 when there is none."""
-    words, said = command(sys.argv[1:], gui, program)
-    for sentence in said:
+    """Replaces this process by the bridge; returns 1 when the bridge is missing."""
+    arguments, notes = command(sys.argv[1:], gui, program)
+    for sentence in notes:
         print(f"{program}: {sentence}", file=sys.stderr)
     found = roslib.packages.find_node(*BRIDGE)
     if not found:
         print("{}: package {} has no executable {}".format(program, *BRIDGE), file=sys.stderr)
         return 1
     sys.stdout.flush()
-    os.execv(found[0], [found[0]] + words)
+    os.execv(found[0], [found[0]] + arguments)
     return 1  # not reached

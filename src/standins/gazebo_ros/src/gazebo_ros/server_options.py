@@ -14,7 +14,7 @@ def parse(argv, program="gzserver"):
         program: name for the help text.
 
     Returns:
-        (argparse.Namespace, what has no effect: a list of sentences).
+        (argparse.Namespace, list of sentences about options without effect).
     """
     parser = argparse.ArgumentParser(prog=program, description="Start the simulator with a world.")
     parser.add_argument("world", nargs="?", default="", help="SDF world file (default: empty)")
@@ -59,7 +59,7 @@ def parse(argv, program="gzserver"):
 
 
 def _without_effect(options):
-    said = [
+    notes = [
         f"server plugin '{name}' cannot be loaded here and is left out"
         for name in options.server_plugin
         if name.rsplit("/", 1)[-1] not in ROS_PLUGINS
@@ -78,12 +78,12 @@ def _without_effect(options):
         "lockstep",
     ):
         if getattr(options, name):
-            said.append(f"--{name} has no effect here")
-    return said
+            notes.append(f"--{name} has no effect here")
+    return notes
 
 
 def parameters(options, gui):
-    """Private parameters for the bridge, as command line words.
+    """Private parameters for the bridge, as command line arguments.
 
     Args:
         options: as parse gives them.

@@ -7,7 +7,8 @@ from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfigurati
 from geometry_msgs.msg import Point, Pose, Quaternion
 from std_srvs.srv import Empty
 
-from gazebo_ros import model_text, options, waiting
+from gazebo_ros import model_text, options
+from paddock_common import waiting
 
 
 class SpawnError(Exception):
@@ -15,11 +16,11 @@ class SpawnError(Exception):
 
 
 def read_model(opts):
-    """Returns the model's text from wherever the options say.
+    """Returns the model's text from the source in the options.
 
     Raises:
         SpawnError: the file or parameter cannot be read.
-        model_text.ModelTextError: what was read is no model.
+        model_text.ModelTextError: the text is not a model.
     """
     if opts.file:
         try:
@@ -42,7 +43,7 @@ def read_model(opts):
 
 
 class Simulator:
-    """The simulator's services, called with a deadline.
+    """The simulator's services, called with a time-out.
 
     Args:
         namespace: e.g. /gazebo.
@@ -89,10 +90,10 @@ class Simulator:
 
 
 def spawn(opts):
-    """Does what the options say, up to the model standing in the world.
+    """Spawns the model as the options say.
 
     Raises:
-        SpawnError, model_text.ModelTextError: it did not work.
+        SpawnError, model_text.ModelTextError: spawning failed.
     """
     text = read_model(opts)
     simulator = Simulator(opts.gazebo_namespace, opts.timeout)
@@ -145,7 +146,7 @@ def main():
         rospy.logfatal("spawn_model %s: %s", opts.model, error)
         return 1
     except rospy.ROSInterruptException:
-        return 0  # as upstream: told to end while it waited
+        return 0  # as upstream: interrupted while it waited
     if opts.bond:
         rospy.on_shutdown(lambda: _delete(opts))
         rospy.spin()

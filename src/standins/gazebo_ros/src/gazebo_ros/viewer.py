@@ -6,14 +6,14 @@ import sys
 import rospy
 from std_srvs.srv import Trigger
 
-from gazebo_ros import waiting
+from paddock_common import waiting
 
 SERVICE = "/gazebo/open_viewer"
 TIMEOUT = 60.0  # [s] wall clock
 
 
 def open_viewer(service=SERVICE, timeout=TIMEOUT):
-    """Has the viewer opened.
+    """Opens the viewer.
 
     Returns:
         '' or why there is none.

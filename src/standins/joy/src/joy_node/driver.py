@@ -16,9 +16,13 @@ class Driver:
         send: function (axes, buttons).
         log: function (text).
         clock: function -> wall time [s].
+        wanted: what open_pad looks for, in words.
     """
 
-    def __init__(self, open_pad, state, sending, send, log, clock=time.monotonic):
+    def __init__(
+        self, open_pad, state, sending, send, log, clock=time.monotonic, wanted="a joystick"
+    ):
+        self._wanted = wanted
         self._open_pad, self._state, self._sending = open_pad, state, sending
         self._send, self._log, self._clock = send, log, clock
         self._pad, self._next_look, self._said = None, float("-inf"), False
@@ -43,7 +47,7 @@ class Driver:
         self._pad = self._open_pad()
         if self._pad is None:
             if not self._said:
-                self._log(f"no joystick yet; looking for one every {RETRY_PERIOD:g} s")
+                self._log(f"waiting for {self._wanted}; looking for it every {RETRY_PERIOD:g} s")
             self._said = True
             return False
         self._said = False
@@ -54,7 +58,10 @@ class Driver:
 
     def _lose(self, now):
         """Whoever drives by this pad must not go on with its last numbers: send zeros, once."""
-        self._log(f"joystick '{self._pad.name}' is gone; sent zeros")
+        self._log(
+            f"joystick '{self._pad.name}' is gone; sent zeros; waiting for {self._wanted}, looking "
+            f"for it every {RETRY_PERIOD:g} s"
+        )
         self._pad.close()
         self._pad, self._next_look, self._said = None, now + RETRY_PERIOD, True
         self._state.zero()

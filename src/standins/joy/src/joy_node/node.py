@@ -42,7 +42,7 @@ def make_driver(pads, publisher):
         message.header.frame_id = device
         publisher.publish(message)
 
-    return Driver(pads.open, state, sending, send, rospy.loginfo)
+    return Driver(pads.open, state, sending, send, rospy.loginfo, wanted=pads.wanted)
 
 
 def main():

@@ -1,6 +1,8 @@
-"""What a pad's raw numbers mean in a sensor_msgs/Joy, as Linux' joystick driver orders them."""
+"""A pad's raw values -> sensor_msgs/Joy, in the order of Linux' joystick driver."""
 
-REST_NOISE = 0.02  # of the full way: an axis that moved less since the start has not been moved
+REST_NOISE = (
+    0.02  # part of the full range: an axis that moved less since the start counts as not moved
+)
 
 
 class PadState:
@@ -11,8 +13,8 @@ class PadState:
     a trigger: like upstream, an axis is 0 until it is first moved, unless default_trigger is set.
 
     Args:
-        deadzone: part of an axis' way around its middle that counts as 0; the rest is stretched.
-        default_trigger: report an axis from the start as it is.
+        deadzone: part of an axis' range around its middle that counts as 0; the rest is scaled.
+        default_trigger: report an axis unchanged from the start.
         sticky_buttons: a press toggles a button, a release does nothing.
     """
 
@@ -24,7 +26,7 @@ class PadState:
         self.clear()
 
     def clear(self):
-        """Forget everything: another pad comes, or this one anew."""
+        """Reset for another pad, or for this one reconnected."""
         self._rest = None
         self._moved = set()
         self._raw_buttons = []
@@ -35,7 +37,7 @@ class PadState:
         self.axes, self.buttons = [0.0] * len(self.axes), [0] * len(self.buttons)
 
     def update(self, raw_axes, raw_buttons, hats=()):
-        """Take over a reading.
+        """Update with a reading.
 
         Args:
             raw_axes: -1..1 each, positive to the right and down.

@@ -9,22 +9,20 @@ os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
 os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
 os.environ.setdefault("SDL_JOYSTICK_HIDAPI", "0")  # Linux' own order of axes and buttons
 
-import pygame  # noqa: E402  the variables above count when it is imported
+import pygame  # noqa: E402  reads the variables above when it is imported
 
 
 def number_of(device):
-    """Number of the pad that a device name means: '/dev/input/js1', 'js1' and 1 are the second.
+    """Number of the pad of a device name: '/dev/input/js1', 'js1' and 1 are the second.
 
-    A link, as in /dev/input/by-id, counts as what it leads to.
+    A link, as in /dev/input/by-id, is followed.
 
-    Raises:
-        ValueError: the text has no such number.
+    Returns:
+        The number, or None: the text has none. It may be a link that comes with its pad.
     """
     text = os.path.realpath(device) if str(device).startswith("/") else str(device)
     found = re.fullmatch(r"(?:.*js)?(\d+)", text)
-    if found is None:
-        raise ValueError(f"dev is '{device}', must end in js and a number, such as /dev/input/js0")
-    return int(found.group(1))
+    return int(found.group(1)) if found else None
 
 
 class SdlPad:
@@ -40,7 +38,7 @@ class SdlPad:
         self.name = joystick.get_name()
 
     def attached(self):
-        """Whether it is still there."""
+        """Whether it is still connected."""
         return self._joystick.get_instance_id() not in self._gone()
 
     def read(self):
@@ -53,37 +51,42 @@ class SdlPad:
         )
 
     def close(self):
-        """Let go of it."""
+        """Close it."""
         self._joystick.quit()
 
 
 class SdlPads:
-    """All pads that SDL sees.
+    """All pads known to SDL.
 
     Args:
         device: see number_of; used when name is empty.
         name: part of a pad's name; the first that has it is taken.
+
+    Attributes:
+        wanted: what is looked for, in words.
     """
 
     def __init__(self, device="/dev/input/js0", name=""):
-        self._number, self._name = number_of(device), name
+        self._device, self._name = device, name
+        self.wanted = f"a joystick named '{name}'" if name else f"the joystick {device}"
         self._away = set()
         pygame.display.init()
         pygame.joystick.init()
 
     def _gone(self):
-        """Take SDL's news; needed for the numbers of the pads to change, too."""
+        """Process SDL's events, which also update the numbers of the pads."""
         for event in pygame.event.get():
             if event.type == pygame.JOYDEVICEREMOVED:
                 self._away.add(event.instance_id)
         return self._away
 
     def open(self):
-        """The pad, or None if it is not there."""
+        """The pad, or None if it is not connected."""
         self._gone()
+        wanted = None if self._name else number_of(self._device)
         for number in range(pygame.joystick.get_count()):
             joystick = pygame.joystick.Joystick(number)
-            if self._name in joystick.get_name() if self._name else number == self._number:
+            if self._name in joystick.get_name() if self._name else number == wanted:
                 self._away.discard(joystick.get_instance_id())
                 return SdlPad(joystick, self._gone)
         return None

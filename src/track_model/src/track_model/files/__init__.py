@@ -1,1 +1,1 @@
-"""A track's generated files: texture, meshes, world, and the cache they live in."""
+"""A track's generated files: texture, meshes, world, and their cache."""

@@ -1,4 +1,4 @@
-"""Where generated tracks live: one folder per content hash, written atomically. No numpy."""
+"""Cache of generated tracks: one folder per content hash, written atomically. No numpy."""
 
 import hashlib
 import os
@@ -45,17 +45,19 @@ def _complete(directory):
         if not all(os.path.getsize(os.path.join(directory, name)) for name in FILES):
             return False
         with open(os.path.join(directory, "track.sdf"), encoding="utf-8") as stream:
-            # Moved caches hold URIs of their old place.
+            # A moved cache has URIs of its old path.
             return pathlib.Path(directory, "track.obj").as_uri() in stream.read()
     except OSError:
         return False
 
 
 def _generate(path, content, parent, final):
-    """Write the files into a fresh folder beside their final place and return it."""
+    """Write the files into a new folder next to their final one and return it."""
     os.makedirs(parent, exist_ok=True)
     parsed = source.load(path, content)
-    from track_model.files import writer as files  # numpy and OpenCV only to make something
+    from track_model.files import (
+        writer as files,  # numpy and OpenCV are needed only to generate files
+    )
 
     temporary = tempfile.mkdtemp(prefix=".making-", dir=parent)
     try:
@@ -68,7 +70,7 @@ def _generate(path, content, parent, final):
 
 
 def ensure(path):
-    """Return the folder with a track's files, generating them if they are not there.
+    """Return the folder with a track's files, generating them if they do not exist.
 
     Args:
         path: The track's file: YAML, .npy or .csv.
@@ -88,7 +90,7 @@ def ensure(path):
                 os.rename(temporary, final)
                 return final
             except OSError:
-                # Someone else was faster, or a broken folder is in the way.
+                # Another process was faster, or a broken folder exists.
                 if _complete(final):
                     return final
                 if not os.path.isdir(final):
@@ -100,7 +102,7 @@ def ensure(path):
 
 
 def export(path, directory):
-    """Write a track's files into a folder of the user's (file by file); return their paths."""
+    """Write a track's files into the user's folder (file by file); return their paths."""
     final = os.path.abspath(directory)
     os.makedirs(final, exist_ok=True)
     temporary = _generate(path, source.read(path), final, final)

@@ -7,7 +7,7 @@ from track_model.geometry import left_normals, tangents
 from track_model.region import lane_area, rings
 
 RESOLUTION = 0.005  # [m/px], coarser if the picture would be larger than MAX_PIXELS
-MAX_PIXELS = 2048  # a side; tracks that this makes coarser than COARSE get LARGE_PIXELS
+MAX_PIXELS = 2048  # a side; tracks coarser than COARSE with that get LARGE_PIXELS
 COARSE = 0.008  # [m/px]
 LARGE_PIXELS = 4096
 MARGIN = 0.5  # grass beyond the outermost border [m]
@@ -114,7 +114,7 @@ def paint(lane, spec):
     bgr = {name: tuple(rgb[::-1]) for name, rgb in spec.colours.items()}
     image = np.empty((*shape, 3), np.uint8)
     image[:] = bgr["grass"]
-    # lines that would be thinner than a pixel and a half are drawn that wide
+    # lines are drawn at least a pixel and a half wide
     least = 1.5 * resolution(area)
     _fill(image, rings(lane_area(lane)), area, bgr["border"])
     _fill(image, rings(lane_area(lane, max(spec.border_width, least))), area, bgr["asphalt"])

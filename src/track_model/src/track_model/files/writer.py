@@ -75,7 +75,7 @@ def wall_boxes(lane, spec):
     away = spec.walls.gap + spec.walls.thickness / 2.0
     for side, sides in ((-1.0, lane.right), (1.0, lane.left)):
         line = lane.edge(side, -away)
-        # An inner wall behind a tight bend folds over: leave out what came too close to the lane.
+        # An inner wall behind a tight bend folds over: leave out boxes too close to the lane.
         reach = np.minimum(lane.left, lane.right) if spec.imported else sides
         near = (
             np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
@@ -157,7 +157,7 @@ def write(spec, directory, final):
     Args:
         spec: TrackSpec.
         directory: Existing folder to write into.
-        final: Absolute folder the files will live in, for the URIs.
+        final: Absolute path of the final folder, for the URIs.
 
     Raises:
         TrackError: The geometry is not valid.

@@ -1,1 +1,1 @@
-"""The lap referee: what a car did on a track, from its ground truth."""
+"""The lap referee: laps and offences of a car on a track, from its ground truth."""

@@ -1,11 +1,11 @@
-"""A lane as a course: where along it and how far beside it a point is."""
+"""A lane as a course: arc length and lateral distance of points."""
 
 import numpy as np
 
 from track_model import geometry
 from track_model.region import Inside, lane_area
 
-WINDOW = 1.0  # arc length around the last place that is searched first [m]
+WINDOW = 1.0  # arc length around the last position that is searched first [m]
 
 
 class Course:
@@ -29,11 +29,11 @@ class Course:
 
         Args:
             x, y: [m], track frame.
-            near: arc length [m] of the place before: only its surroundings are searched, so that
-                a neighbouring part of the track is never taken for progress. None: everywhere.
+            near: last arc length [m]: only its surroundings are searched, so that a neighbouring
+                part of the track never counts as progress. None: everywhere.
 
         Returns:
-            (arc length [m], distance to the left [m]). On an open course the arc length goes on
+            (arc length [m], distance to the left [m]). An open course is extended
             straight beyond both ends.
         """
         point = np.array((x, y))
@@ -70,7 +70,7 @@ class Course:
         )
 
     def difference(self, s, before):
-        """Return the signed way [m] from one arc length to another, the short way round."""
+        """Return the signed distance [m] from one arc length to another, the shorter way round."""
         way = s - before
         return (way + self.length / 2.0) % self.length - self.length / 2.0 if self.closed else way
 

@@ -1,4 +1,4 @@
-"""What rviz shows of a run: the lane, centreline, driven path, progress text."""
+"""Displays for rviz: the lane, centreline, driven path, progress text."""
 
 import math
 import threading
@@ -9,7 +9,7 @@ from nav_msgs.msg import Path
 from visualization_msgs.msg import Marker
 
 SPACING = 0.05  # of the driven path's poses [m]
-LONGEST = 4000  # poses of the driven path that are kept
+LONGEST = 4000  # length of the driven path [poses]
 RATE = 5.0  # of path and text [Hz] of simulated time
 
 
@@ -73,7 +73,7 @@ class Display:
             self._due = 0.0
 
     def update(self, stamp, pose, status):
-        """Take the car's newest (x, y, yaw) and the referee's Status."""
+        """Update with the car's newest (x, y, yaw) and the referee's Status."""
         now = stamp.to_sec()
         with self._lock:
             poses = self._driven.poses

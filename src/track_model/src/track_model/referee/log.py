@@ -21,10 +21,10 @@ COLUMNS = (
 
 
 class Log:
-    """Writes what happens.
+    """Writes the CSV file.
 
     Args:
-        path: the file; folders on the way are made. Empty: nothing is written.
+        path: the file; missing folders are created. Empty: nothing is written.
 
     Raises:
         OSError: it cannot be written.

@@ -1,14 +1,15 @@
-"""The node `referee`: ground truth in, LapStatus, paths and a CSV out; puts the car back."""
+"""The node `referee`: ground truth in, LapStatus, paths and a CSV out; resets the car."""
 
 import math
-import sys
 import threading
-from dataclasses import fields
 
 import rospy
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
+from paddock_common.angles import yaw_of
+from paddock_common.nodes import run
+from paddock_common.settings import read
 from std_srvs.srv import Trigger, TriggerResponse
 
 from track_model.files import writer as files
@@ -23,22 +24,6 @@ from track_model.track import load_track
 SERVICE_TIMEOUT = 5.0  # wall time to wait for the simulator's service [s]
 
 
-def yaw_of(q):
-    """Return the heading [rad] of a quaternion with fields x, y, z, w."""
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-
-
-def parameters(kind):
-    """Return a Rules or Car from the node's private parameters.
-
-    Raises:
-        ValueError: a value is not valid.
-    """
-    return kind(
-        **{field.name: rospy.get_param("~" + field.name, field.default) for field in fields(kind)}
-    )
-
-
 class RefereeNode:
     """Referee, its topics and its services.
 
@@ -49,7 +34,7 @@ class RefereeNode:
 
     def __init__(self):
         track = load_track(str(rospy.get_param("~track", "default")))
-        rules, car = parameters(Rules), parameters(Car)
+        rules, car = read(Rules, rospy.get_param), read(Car, rospy.get_param)
         walls = ()
         if track.spec.walls.enabled:
             walls = wall_polygons(
@@ -85,7 +70,7 @@ class RefereeNode:
             self._publish(message.header, status)
         self._display.update(message.header.stamp, pose, status)
         for event in events:
-            self._tell(event, status)
+            self._log_event(event, status)
         if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
             threading.Thread(target=self._reset_car, daemon=True).start()
 
@@ -97,7 +82,7 @@ class RefereeNode:
         self._status.publish(message)
 
     @staticmethod
-    def _tell(event, status):
+    def _log_event(event, status):
         if event == "lap":
             rospy.loginfo(
                 "lap %d: %.3f s, penalties %g s", status.laps, status.last_lap_time, status.penalty
@@ -108,7 +93,7 @@ class RefereeNode:
             rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
     def _put_back(self):
-        """Put the car on the centreline, standing; returns an error text or ''."""
+        """Place the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
         state = ModelState(model_name=self._model, reference_frame="world")
@@ -139,10 +124,4 @@ class RefereeNode:
 
 def main():
     """Run the node until ROS shuts down."""
-    rospy.init_node("referee")
-    try:
-        RefereeNode()
-    except (ValueError, OSError) as error:
-        rospy.logfatal("referee cannot start: %s", error)
-        sys.exit(1)
-    rospy.spin()
+    run("referee", RefereeNode, (ValueError, OSError))

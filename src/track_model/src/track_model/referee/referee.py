@@ -11,12 +11,12 @@ from shapely.prepared import prep
 from track_model.referee.rules import Car, Rules
 
 MOVING = 0.02  # speed that counts as moving [m/s]
-JUMP = 0.25  # way between two poses that no car drives [m]
+JUMP = 0.25  # distance between two poses beyond which the car was moved by a service [m]
 
 
 @dataclass(frozen=True)
 class Status:
-    """What the referee knows; see LapStatus.msg for units."""
+    """Status of a run; see LapStatus.msg for units."""
 
     time: float = 0.0
     progress: float = 0.0
@@ -52,11 +52,11 @@ def wall_polygons(boxes, thickness):
 
 
 class Referee:
-    """Watches one car on one course.
+    """Judges one car on one course.
 
     Args:
         course: Course.
-        walls: shapely polygons of what the car can hit.
+        walls: shapely polygons of the obstacles.
         rules, car: Rules and Car.
     """
 
@@ -67,7 +67,7 @@ class Referee:
         self.restart()
 
     def restart(self):
-        """Forget the run, as after a reset of the simulation."""
+        """Restart the run, as after a reset of the simulation."""
         self.status = Status()
         self._before = None  # (time, x, y, arc length)
         self._standing = False
@@ -77,7 +77,7 @@ class Referee:
         self._stuck_since = self._stuck_way = None
 
     def update(self, time, x, y, yaw, speed):
-        """Take the car's ground truth.
+        """Update with the car's ground truth.
 
         Args:
             time: [s], growing.
@@ -92,7 +92,7 @@ class Referee:
             self.restart()
         s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
         if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
-            s, lateral = self.course.project(x, y)  # it was put somewhere else
+            s, lateral = self.course.project(x, y)  # it was moved by a service
             self._before = None
         if self._before is None:
             self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
@@ -165,7 +165,7 @@ class Referee:
     def _cross(self, time, events):
         if self._lap_start is None:
             self._start(time, events)
-        # going back over the line and forth again is no lap
+        # reversing over the line and crossing it again is no lap
         elif self._way > self.course.length * (self.status.laps + 0.5):
             self._finish(time, events)
             self._lap_start, self._lap_way = time, self._way
@@ -203,7 +203,7 @@ class Referee:
         return self._walls is not None and self._walls.intersects(Polygon(corners))
 
     def _judge_way(self, time):
-        """(wrong way, stuck) from the way along the course."""
+        """(wrong way, stuck) from the progress along the course."""
         if self._lap_start is None:
             self._stuck_since = None
             return False, False
@@ -217,5 +217,5 @@ class Referee:
         return bool(wrong), bool(time - self._stuck_since >= self.rules.stuck_time)
 
     def put_back_pose(self):
-        """Return (x, y, yaw) on the centreline, where the car is along the course now."""
+        """Return (x, y, yaw) on the centreline at the car's present arc length."""
         return self.course.pose(self.status.arc_length)

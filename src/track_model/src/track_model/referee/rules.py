@@ -1,12 +1,13 @@
 """Rules and car of the referee: checked values."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from paddock_common.settings import check, choice, flag, number
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts.
+    """Rules of the referee.
 
     Attributes:
         off_track: 'all': the car is off when all four wheels are outside the lane (the DeepRacer
@@ -15,40 +16,28 @@ class Rules:
             what the DeepRacer community's evaluation template sets.
         stuck_time: [s] without progress, once a lap runs.
         stuck_distance: progress that ends being stuck [m].
-        wrong_way_distance: [m] of going back that counts as the wrong way.
+        wrong_way_distance: driving back by more is the wrong way [m].
         standing_start: a car first seen up to this far behind the line [m] starts its first lap
             when it first moves; any other starts it when it crosses the line.
         auto_reset: put the car back on the track when it is off, crashed or stuck.
     """
 
-    off_track: str = "all"
-    off_track_penalty: float = 5.0
-    collision_penalty: float = 5.0
-    stuck_time: float = 5.0
-    stuck_distance: float = 0.05
-    wrong_way_distance: float = 0.3
-    standing_start: float = 0.2
-    auto_reset: bool = False
+    off_track: str = choice("all", ("all", "one"))
+    off_track_penalty: float = number(5.0, least=0.0, unit="s")
+    collision_penalty: float = number(5.0, least=0.0, unit="s")
+    stuck_time: float = number(5.0, least=0.0, unit="s")
+    stuck_distance: float = number(0.05, least=0.0, unit="m")
+    wrong_way_distance: float = number(0.3, least=0.0, unit="m")
+    standing_start: float = number(0.2, least=0.0, unit="m")
+    auto_reset: bool = flag(False)
 
     def __post_init__(self):
-        if self.off_track not in ("all", "one"):
-            raise ValueError(f"off_track is '{self.off_track}', must be all or one")
-        if not isinstance(self.auto_reset, bool):
-            raise ValueError(f"auto_reset is {self.auto_reset!r}, must be true or false")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(field.default, float) and not (
-                isinstance(value, (int, float))
-                and not isinstance(value, bool)
-                and math.isfinite(value)
-                and value >= 0
-            ):
-                raise ValueError(f"{field.name} is {value!r}, must be a number of 0 or more")
+        check(self)
 
 
 @dataclass(frozen=True)
 class Car:
-    """Where the car's wheels and corners are, from its reference point (base_link) [m].
+    """Wheel and corner positions, from the reference point (base_link) [m].
 
     Attributes:
         front, rear: x of the axles.
@@ -57,13 +46,16 @@ class Car:
         half_width: of the outline.
     """
 
-    front: float = 0.082311
-    rear: float = -0.081663
-    front_half_track: float = 0.079601
-    rear_half_track: float = 0.08105
-    nose: float = 0.16
-    tail: float = -0.13
-    half_width: float = 0.0945
+    front: float = number(0.082311, unit="m")
+    rear: float = number(-0.081663, unit="m")
+    front_half_track: float = number(0.079601, unit="m")
+    rear_half_track: float = number(0.08105, unit="m")
+    nose: float = number(0.16, unit="m")
+    tail: float = number(-0.13, unit="m")
+    half_width: float = number(0.0945, unit="m")
+
+    def __post_init__(self):
+        check(self)
 
     @property
     def wheels(self):

@@ -16,7 +16,7 @@ _WITHOUT_EFFECT = (
 
 @dataclass(frozen=True)
 class DriveConfig:
-    """What both kinds of bases have in common.
+    """Configuration that both kinds of bases share.
 
     Attributes:
         left, right: wheel joints; of an Ackermann base `left` is the rear wheel and `right` the

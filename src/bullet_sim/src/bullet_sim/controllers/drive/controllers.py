@@ -7,7 +7,7 @@ from bullet_sim.controllers.joint_control import Controller
 
 
 class Drive(Controller):
-    """What both kinds of bases share: time-out, limits, odometry.
+    """Base class of both kinds of bases: time-out, limits, odometry.
 
     Attributes:
         odometry: Odometry.
@@ -26,7 +26,7 @@ class Drive(Controller):
         self._wanted, self._age, self._written = (0.0, 0.0), math.inf, None
 
     def start(self, time):
-        """Brake, and count the odometry on from here."""
+        """Start at rest and continue the odometry."""
         self._forget()
         self._positions = dict(zip(self.spec.joints, self.hardware.positions_of(self.spec.joints)))
         self._time = time
@@ -34,16 +34,16 @@ class Drive(Controller):
         self._write_once(self._outputs(0.0, 0.0))
 
     def restart(self, time):
-        """Start afresh, at the origin."""
+        """Restart at the origin."""
         self.odometry.reset(time)
         self.start(time)
 
     def command(self, values):
-        """Take (forward [m/s], turning): it counts until the time-out."""
+        """Set (forward [m/s], turning); valid until the time-out."""
         self._wanted, self._age = values, 0.0
 
     def brake(self):
-        """Drop the present command: the base slows down within its limits."""
+        """Drop the command: the base slows down within its limits."""
         self._wanted = (0.0, 0.0)
 
     def update(self, state, time, period):
@@ -62,7 +62,7 @@ class Drive(Controller):
         self._write_once(self._outputs(*now))
 
     def observe(self, state, time):
-        """Odometry up to a state."""
+        """Update the odometry to a state."""
         if self.spec.drive.open_loop:
             period = time - self._time
             distance, turn = (v * period for v in self._motion(*self.limited))
@@ -112,7 +112,7 @@ class Ackermann(Drive):
     """One rear wheel and one steering joint; commands are m/s forward and the steering angle.
 
     As upstream, the second number of the command is an angle [rad] and no rate. Unlike upstream
-    the odometry of open_loop takes it as such, too.
+    the odometry of open_loop uses it as an angle, too.
     """
 
     def _outputs(self, linear, angle):

@@ -1,4 +1,4 @@
-"""Sizes of a base that its controller's configuration leaves to the URDF."""
+"""Sizes of a base from the URDF, where its controller's configuration has none."""
 
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose

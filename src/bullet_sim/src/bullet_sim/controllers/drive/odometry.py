@@ -1,11 +1,11 @@
-"""Odometry of wheeled robots: travelled arcs summed up to a pose in the plane."""
+"""Odometry of wheeled robots: integration of travelled arcs to a pose in the plane."""
 
 import collections
 import math
 
-MIN_PERIOD = 1e-4  # [s] shorter ones give no velocity
-STRAIGHT = 1e-6  # [rad] turn of one arc below which it counts as straight
-MAX_ARC = 1e12  # [m, rad] longest one that counts
+MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
+STRAIGHT = 1e-6  # [rad] an arc that turns less counts as straight
+MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
 
 
 class Odometry:
@@ -30,7 +30,7 @@ class Odometry:
         self.start(time)
 
     def start(self, time):
-        """Go on from the present pose, at rest."""
+        """Continue from the present pose, at rest."""
         self.linear = self.angular = 0.0
         self._arcs.clear()
         self._time = time
@@ -43,8 +43,7 @@ class Odometry:
             turn: change of heading [rad].
             time: now [s].
 
-        An arc longer than MAX_ARC, or NaN, does not count: no wheel travels it, and the sums
-        would not bear it.
+        An arc that is NaN or longer than MAX_ARC, which no wheel can travel, is ignored.
         """
         if not (abs(distance) <= MAX_ARC and abs(turn) <= MAX_ARC):
             self._time = time

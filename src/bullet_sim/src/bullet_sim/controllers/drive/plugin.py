@@ -1,4 +1,4 @@
-"""The arithmetic of gazebo_ros's plugins for two-sided bases: wheel speeds and odometry."""
+"""Wheel speeds and odometry of gazebo_ros's drive plugins for bases with two sides."""
 
 import math
 
@@ -8,7 +8,7 @@ from bullet_sim.pose import Pose
 
 
 class WheelDrive:
-    """Speeds of both sides for a command, and where the wheels' angles say the base is.
+    """Wheel speeds of both sides for a command, and odometry from the wheels' angles.
 
     Args:
         spec: WheelDriveSpec.
@@ -19,7 +19,7 @@ class WheelDrive:
         self.restart()
 
     def restart(self):
-        """At rest, odometry at zero."""
+        """Restart at rest, odometry at zero."""
         self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
         self._angles = None
         self._place = np.zeros(3)  # x, y [m], yaw [rad]
@@ -42,7 +42,7 @@ class WheelDrive:
         return tuple((wanted / (self._spec.diameter / 2.0)).tolist())
 
     def measure(self, left, right, elapsed):
-        """Take in the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
+        """Update with the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
         angles = np.array((left, right))
         if self._angles is not None and elapsed > 0.0:
             way = (angles - self._angles) * self._spec.diameter / 2.0

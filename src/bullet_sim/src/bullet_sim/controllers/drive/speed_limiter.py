@@ -21,10 +21,10 @@ class SpeedLimiter:
     jerk: tuple = None
 
     def limit(self, wanted, last, last_but_one, period):
-        """The permitted velocity next to the wanted one.
+        """The wanted velocity, limited.
 
         Args:
-            wanted: velocity that is asked for.
+            wanted: commanded velocity.
             last, last_but_one: velocities of the last two periods.
             period: [s].
         """

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from bullet_sim.description.lump import moved
-from bullet_sim.description.parts import Joint, Link, ModelDescription, unit_axis
+from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface, unit_axis
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.shapes import parse_shape
 from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
+from bullet_sim.formats.tags.surface import SDF, read_surface
 from bullet_sim.formats.urdf import UNLIMITED
 from bullet_sim.formats.xml_read import bound, child_number, child_text, floats, is_true, sdf_pose
 from bullet_sim.pose import Pose
@@ -61,7 +62,7 @@ def parse_model_element(element, resolve, version=1.6, open_include=None):
 
 
 def _tie(model, poses):
-    """Fix links that no joint holds to the first one; Gazebo would let them fall apart."""
+    """Fix links without a joint to the first link; in Gazebo they would be separate bodies."""
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
     children = [joint.child for joint in model.joints.values()]
@@ -104,7 +105,7 @@ class _Reader:
         self._depth = 0
 
     def read(self, element, prefix, place, version):
-        """Take in a <model> whose parts get a name prefix and whose frame is at a pose."""
+        """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
         frames = Frames(element, element.get("name") or self.model.name)
         for link in element.findall("link"):
             self._link(link, prefix, place, frames)
@@ -262,21 +263,22 @@ def _inertial(element, link, what):
 
 
 def _surface(element, link, what, model):
-    frictions = [
-        max(0.0, mu)
-        for mu in (
-            child_number(part, f"surface/friction/ode/{key}", what, None)
-            for part in element.findall("collision")
-            for key in ("mu", "mu2")
-        )
-        if mu is not None
-    ]
-    if link.collisions:
-        link.surface.friction = min(frictions) if frictions else 1.0
+    for number, part in enumerate(element.findall("collision")):
+        read = Surface()
+        name = part.get("name") or f"collision {number}"
+        read_surface(part, SDF, read, f"{what} collision '{name}'", model.warn)
+        _combine(link.surface, read, first=number == 0)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
-        model.warn(
-            f"{what} turns gravity off, which cannot be done for a single link here; "
-            "it falls like the others"
-        )
+
+
+def _combine(into, read, first):
+    """A link has one surface here: the lowest friction of its collisions, the bits of all."""
+    lowest = 1.0 if read.friction is None else read.friction
+    if first or lowest < into.friction:
+        into.friction, into.friction2 = lowest, read.friction2
+        into.direction = read.direction
+    into.bitmask = read.bitmask if first else into.bitmask | read.bitmask
+    into.max_speed = into.max_speed if read.max_speed is None else read.max_speed
+    into.min_depth = max(into.min_depth, read.min_depth)

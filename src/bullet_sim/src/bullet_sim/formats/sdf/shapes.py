@@ -1,4 +1,4 @@
-"""<visual> and <collision> of SDF -> shapes, with colours and pictures."""
+"""<visual> and <collision> of SDF -> shapes, with colours and textures."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def parse_shape(element, tag, link, pose, model, resolve):
 
 
 def _plane_turn(shape, what):
-    """Turn of a plane whose normal is not +z: the shortest."""
+    """Rotation of a plane whose normal is not +z: the shortest."""
     if shape.tag != "plane":
         return Pose()
     x, y, z = floats(child_text(shape, "normal", "0 0 1"), 3, f"{what} plane normal")

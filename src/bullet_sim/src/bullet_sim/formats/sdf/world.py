@@ -8,11 +8,11 @@ from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, parse, sdf_pose
 from bullet_sim.pose import Pose
 
-# Built-in models of every Gazebo: the ground is an infinite plane, the sun is only light.
+# Models built into Gazebo: the ground is an infinite plane, the sun a light.
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
 NOTHING = ("sun",)
 MIN_STEP = 1e-6  # [s] shortest physics step
-# Tags of a world that only matter to Gazebo's own windows and solvers.
+# Tags of a world that only concern Gazebo's own windows and solvers.
 _QUIET = {
     "gravity",
     "physics",
@@ -31,7 +31,7 @@ _QUIET = {
 
 @dataclass
 class WorldDescription:
-    """What a world file holds; models with their world poses, in file order.
+    """Contents of a world file; models with their world poses, in file order.
 
     Attributes:
         gravity: [m/s^2].
@@ -81,7 +81,7 @@ def parse_world(text, resolve, what="world"):
 
 
 def _number_names(described, what):
-    """Give models whose name is taken another one; Gazebo would refuse them."""
+    """Rename models whose name is taken; Gazebo would refuse them."""
     taken = set()
     for model, _ in described.models:
         name, number = model.name, 0

@@ -1,4 +1,4 @@
-"""<gazebo> elements of a URDF: surfaces, colours, flags; sensors and plugins are handed on."""
+"""<gazebo> elements of a URDF: surfaces, colours, flags; sensors and plugins by other modules."""
 
 from dataclasses import replace
 
@@ -6,15 +6,19 @@ from bullet_sim.description.parts import ModelDescription
 from bullet_sim.formats.colors import gazebo_color, rgba
 from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
-from bullet_sim.formats.xml_read import child_number, child_text, is_true
+from bullet_sim.formats.tags.surface import URDF, read_stiffness, read_surface
+from bullet_sim.formats.xml_read import child_text, is_true
 
-MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
 _READ = {
     "mu",
     "mu1",
     "mu2",
     "kp",
     "kd",
+    "fdir1",
+    "maxVel",
+    "minDepth",
+    "collide_bitmask",
     "material",
     "selfCollide",
     "self_collide",
@@ -26,11 +30,8 @@ _READ = {
     "visual",
     "collision",
 }
-# What steers Gazebo's solver or its file conversion and has no counterpart here.
+# Settings of Gazebo's solver or file conversion without a counterpart here.
 _QUIET = {
-    "fdir1",
-    "maxVel",
-    "minDepth",
     "maxContacts",
     "laserRetro",
     "dampingFactor",
@@ -111,44 +112,14 @@ def _either(element, *tags):
 
 def _link_flags(element, model, link):
     what = f"<gazebo reference='{link.name}'>"
-    _surface(element, model, link, what)
+    read_surface(element, URDF, link.surface, what, model.warn)
+    read_stiffness(element, link.surface, what)
     _material(element, model, link, what)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
     off = is_true(child_text(element, "turnGravityOff", "false"))
     if off or not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
-        model.warn(
-            f"{what} turns gravity off, which cannot be done for a single link here; "
-            "it falls like the others"
-        )
-
-
-def _surface(element, model, link, what):
-    surface = link.surface
-    frictions = {}
-    for tag, path in (
-        ("mu1", "mu1"),
-        ("mu1", "mu"),
-        ("mu2", "mu2"),
-        ("mu1", "collision/surface/friction/ode/mu"),
-        ("mu2", "collision/surface/friction/ode/mu2"),
-    ):
-        value = child_number(element, path, what, None)
-        if value is not None:
-            frictions[tag] = max(0.0, value)
-    if frictions:
-        surface.friction = min(frictions.values())
-        if len(set(frictions.values())) > 1:
-            model.warn(
-                f"{what} has mu1 {frictions['mu1']} and mu2 {frictions['mu2']}; PyBullet "
-                "has one friction for both directions: the smaller, "
-                f"{surface.friction}"
-            )
-    stiffness = child_number(element, "kp", what, None)
-    if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
-        surface.stiffness = stiffness
-        surface.damping = max(0.0, child_number(element, "kd", what, 1.0))
 
 
 def _material(element, model, link, what):

@@ -1,9 +1,10 @@
-"""<plugin> elements of a model: ros_control and what publishes without a <sensor>."""
+"""<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.formats.plugin_names import Names, library
+from bullet_sim.formats.tags import hector
 from bullet_sim.formats.tags.sensors import imu_spec
-from bullet_sim.formats.tags.wheels import diff_drive, joint_states, skid_steer
+from bullet_sim.formats.tags.wheels import diff_drive, joint_states, planar_move, skid_steer
 from bullet_sim.formats.xml_read import child_number, child_text, floats
 
 
@@ -95,4 +96,8 @@ _READERS = {
     "gazebo_ros_diff_drive": diff_drive,
     "gazebo_ros_skid_steer_drive": skid_steer,
     "gazebo_ros_joint_state_publisher": joint_states,
+    "gazebo_ros_planar_move": planar_move,
+    "hector_gazebo_ros_imu": hector.imu,
+    "hector_gazebo_ros_gps": hector.gps,
+    "hector_gazebo_ros_magnetic": hector.magnetic,
 }

@@ -4,9 +4,12 @@ from dataclasses import dataclass
 
 from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, ImuSpec, RaySpec
 from bullet_sim.formats.plugin_names import Names, library
+from bullet_sim.formats.tags import rays
 from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, sdf_pose, whole
 
-DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
+DEFAULT_RATE = (
+    30.0  # [Hz] of cameras and lidars without a rate, which Gazebo updates as fast as it can
+)
 _ENCODINGS = {
     "R8G8B8": "rgb8",
     "RGB_INT8": "rgb8",
@@ -19,7 +22,7 @@ _ENCODINGS = {
 
 @dataclass(frozen=True)
 class _Sensor:
-    """What every reader needs: the elements, names and the place."""
+    """Input of all readers: the elements, names and the pose."""
 
     element: object
     plugin: object
@@ -39,7 +42,7 @@ class _Sensor:
         return min((rate for rate in rates if rate > 0), default=0.0)
 
     def drawn_rate(self, tag="updateRate"):
-        """As rate, for what is costly: DEFAULT_RATE where none is given."""
+        """As rate, for cameras and lidars: DEFAULT_RATE where none is given."""
         rate = self.rate(tag)
         if not rate:
             self.model.warn(
@@ -192,7 +195,7 @@ def imu_spec(names, plugin, name, link, pose, **values):
 
 
 def _imu(sensor):
-    """libgazebo_ros_imu.so in a <sensor>: its place is <gazebo>, but people put it here."""
+    """libgazebo_ros_imu.so in a <sensor>: it belongs into <gazebo>, but is often found here."""
     frame = child_text(sensor.plugin, "frameName") or child_text(
         sensor.plugin, "bodyName", sensor.link
     )
@@ -266,7 +269,15 @@ def _bumper(sensor):
 
 _CAMERAS = {"gazebo_ros_camera": _camera}
 _DEPTH = {"gazebo_ros_depth_camera": _depth_camera, "gazebo_ros_openni_kinect": _kinect}
-_LASERS = {"gazebo_ros_laser": _ray, "gazebo_ros_gpu_laser": _ray}
+_LASERS = {
+    "gazebo_ros_laser": _ray,
+    "gazebo_ros_gpu_laser": _ray,
+    "gazebo_ros_velodyne_laser": rays.velodyne,
+    "gazebo_ros_velodyne_gpu_laser": rays.velodyne,
+    "gazebo_ros_block_laser": rays.block_laser,
+    "gazebo_ros_range": rays.range_sensor,
+    "hector_gazebo_ros_sonar": rays.sonar,
+}
 _READERS = {
     "camera": _CAMERAS | _DEPTH,
     "depth": _DEPTH | _CAMERAS,

@@ -1,5 +1,6 @@
 """<plugin> elements that move wheels or report joints -> specifications."""
 
+from bullet_sim.description.field_specs import PlanarMoveSpec
 from bullet_sim.description.parts import MOVABLE_TYPES
 from bullet_sim.description.specs import JointStatesSpec, WheelDriveSpec
 from bullet_sim.formats.xml_read import child_number, child_text, is_true
@@ -28,7 +29,7 @@ def joint_states(element, model, names):
 def diff_drive(element, model, names):
     """Specification of libgazebo_ros_diff_drive.so.
 
-    Its <legacyMode>, true by default, takes the left joint for the right one.
+    Its <legacyMode>, true by default, swaps the left and the right joint.
     """
     left = (child_text(element, "leftJoint", "left_joint"),)
     right = (child_text(element, "rightJoint", "right_joint"),)
@@ -36,7 +37,14 @@ def diff_drive(element, model, names):
         left, right = right, left
     tf_tag = "publishOdomTF" if element.find("publishOdomTF") is not None else "publishTf"
     source = child_text(element, "odometrySource", "world")
-    _drive(element, model, names, left, right, tf_tag, 0.34, from_wheels=source in ("encoder", "0"))
+    flags = {
+        "wheel_states_topic": names.topic("joint_states")
+        if is_true(child_text(element, "publishWheelJointState", "false"))
+        else "",
+        "wheel_transforms": is_true(child_text(element, "publishWheelTF", "false")),
+        "from_wheels": source in ("encoder", "0"),
+    }
+    _drive(element, model, names, left, right, tf_tag, 0.34, **flags)
 
 
 def skid_steer(element, model, names):
@@ -49,6 +57,25 @@ def skid_steer(element, model, names):
         for side in ("left", "right")
     )
     _drive(element, model, names, left, right, "broadcastTF", 0.4)
+
+
+def planar_move(element, model, names):
+    """Specification of libgazebo_ros_planar_move.so."""
+    what = _what(element)
+    model.sensors.append(
+        PlanarMoveSpec(
+            name=element.get("name") or "planar_move",
+            link=model.root,
+            rate=child_number(element, "odometryRate", what, 20.0),
+            timeout=child_number(element, "cmdTimeout", what, -1.0),
+            command_topic=names.text_topic("commandTopic", "cmd_vel"),
+            topic=names.text_topic("odometryTopic", "odom"),
+            frame_id=names.frame(child_text(element, "odometryFrame", "odom"), prefixed=False),
+            child_frame_id=names.frame(
+                child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
+            ),
+        )
+    )
 
 
 def _what(element):
@@ -67,7 +94,7 @@ def _known(wanted, model, what):
     return tuple(name for name in wanted if name in movable)
 
 
-def _drive(element, model, names, left, right, tf_tag, separation, from_wheels=False):
+def _drive(element, model, names, left, right, tf_tag, separation, **flags):
     what = _what(element)
     separation = child_number(element, "wheelSeparation", what, separation)
     diameter = child_number(element, "wheelDiameter", what, 0.15)
@@ -99,6 +126,6 @@ def _drive(element, model, names, left, right, tf_tag, separation, from_wheels=F
                 child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
             ),
             publish_tf=is_true(child_text(element, tf_tag, "true")),
-            from_wheels=from_wheels,
+            **flags,
         )
     )

@@ -1,1 +1,1 @@
-"""The joystick teleop: pads, their maps and schemes."""
+"""The joystick teleop: pads, their maps and driving schemes."""

@@ -1,12 +1,14 @@
-"""Which axis and button of a pad is which: read from YAML, applied to sensor_msgs/Joy."""
+"""Map of a pad's axes and buttons: read from YAML, applied to sensor_msgs/Joy."""
 
 import math
 from dataclasses import dataclass
 
+from paddock_common.rules import Number
+
 STICKS = ("left_x", "left_y")
 TRIGGERS = ("l2", "r2")
 BUTTONS = ("cross", "circle", "square", "triangle", "l1", "r1", "r3")
-PRESSED, RELEASED = 0.6, 0.4  # of a trigger's way, where it counts as a button
+PRESSED, RELEASED = 0.6, 0.4  # part of a trigger's range where it counts as a button
 
 
 @dataclass(frozen=True)
@@ -51,14 +53,7 @@ def parse(table):
     buttons = indices(table, "buttons", BUTTONS)
     ends = {}
     for key, default in (("trigger_released", 1.0), ("trigger_pressed", -1.0)):
-        value = table.get(key, default)
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, (int, float))
-            or not math.isfinite(value)
-        ):
-            raise ValueError(f"pad map: {key} is {value!r}; it must be a number")
-        ends[key] = float(value)
+        ends[key] = float(Number().check(f"pad map: {key}", table.get(key, default)))
     if ends["trigger_released"] == ends["trigger_pressed"]:
         raise ValueError("pad map: trigger_released and trigger_pressed are the same")
     inverted = table.get("inverted", [])
@@ -84,23 +79,19 @@ def indices(table, kind, names):
                 f"pad map: unknown name {name!r} in {kind}; there are {', '.join(names)}"
             )
     for name in names:
-        value = given.get(name)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise ValueError(
-                f"pad map: {kind}/{name} is {value!r}; it must be a whole number from 0 on"
-            )
+        Number(least=0, whole=True).check(f"pad map: {kind}/{name}", given.get(name))
     return dict(given)
 
 
 @dataclass(frozen=True)
 class PadState:
-    """What the driver does with the pad.
+    """State of a pad.
 
     Attributes:
         sticks: Name -> -1..1, left and up positive.
         triggers: Name -> 0 (at rest) .. 1 (pulled).
         pressed: Names of the buttons that went down with this message; l2 and r2 among them.
-        idle: Whether nothing is touched.
+        idle: Whether there is no input.
         unplugged: Whether this is the all-zero message of a driver that lost its pad.
     """
 
@@ -114,10 +105,10 @@ class PadState:
 class PadReader:
     """Turns a sequence of Joy messages into pad states.
 
-    Drivers report a trigger as 0 until it is first moved, although it rests at trigger_released:
-    taken at its word that is half a pull. So a trigger counts as at rest until it has left 0. A
-    driver whose pad was unplugged sends zeros everywhere, half a pull again. A pad whose triggers
-    were both moved cannot do that by itself, nor one whose trigger jumps there from an end.
+    Drivers report a trigger as 0 until it is first moved, although it rests at trigger_released;
+    0 would be half pulled. So a trigger counts as at rest until it has left 0. A driver whose pad
+    was unplugged sends zeros for all axes, again half pulled. That message is recognised if both
+    triggers had been moved, or if a trigger jumps to 0 from one of its ends.
     """
 
     def __init__(self, pad, deadzone=0.05):
@@ -125,20 +116,20 @@ class PadReader:
 
         Args:
             pad: PadMap.
-            deadzone: Part of a stick's or trigger's way that counts as rest.
+            deadzone: Part of a stick's or trigger's range that counts as rest.
         """
         self._pad = pad
         self._deadzone = deadzone
         self.reset()
 
     def reset(self):
-        """Forgets all: the pad is new, or was lost."""
+        """Resets for a new or lost pad."""
         self._moved = set()
         self._last = dict.fromkeys(TRIGGERS, 0.0)
         self._down = frozenset()
 
     def read(self, axes, buttons):
-        """Takes one message.
+        """Processes one message.
 
         Args:
             axes: Values of all axes.
@@ -148,7 +139,7 @@ class PadReader:
             PadState.
 
         Raises:
-            ValueError: The message has too few axes or buttons or holds what is no number.
+            ValueError: The message has too few axes or buttons or has a value that is not finite.
         """
         pad = self._pad
         for kind, table, values in (("axes", pad.axes, axes), ("buttons", pad.buttons, buttons)):
@@ -177,7 +168,7 @@ class PadReader:
         return PadState(sticks, triggers, frozenset(down - before), idle, unplugged)
 
     def _cannot_be_zero(self):
-        """Says whether the triggers could not have come to 0 by themselves."""
+        """Returns whether the triggers could not have come to 0 by themselves."""
         return len(self._moved) == len(TRIGGERS) or any(
             abs(self._last[name]) > 0.5 for name in self._moved
         )

@@ -7,7 +7,7 @@ from cybertruck.teleop.speeds import Speeds
 
 @dataclass(frozen=True)
 class Scheme:
-    """What the parts of a pad do.
+    """Functions of a pad's sticks, triggers and buttons.
 
     Attributes:
         drive: Function (PadState) -> -1..1, forward positive.
@@ -69,10 +69,10 @@ SCHEMES = {
 
 
 class PadTeleop:
-    """What the driver's pad asks for.
+    """Commands from a pad.
 
-    Continuous mode keeps the drive: it stays at the furthest pull since trigger or stick left its
-    rest, until stop or the next pull. The wheels follow the stick in both modes.
+    In continuous mode the drive stays at the furthest pull since trigger or stick left its rest,
+    until stop or the next pull. The wheels follow the stick in both modes.
     """
 
     def __init__(self, scheme, speeds=None):
@@ -93,12 +93,12 @@ class PadTeleop:
         self.halt()
 
     def halt(self):
-        """Ends all motion: the pad is lost or speaks nonsense."""
+        """Ends all motion: the pad is lost or its message invalid."""
         self._drive, self._turn = 0.0, 0.0
         self._live, self._stopped = 0.0, False
 
     def update(self, pad):
-        """Takes a pad state.
+        """Updates with a pad state.
 
         Args:
             pad: PadState.

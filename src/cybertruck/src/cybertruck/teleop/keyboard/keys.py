@@ -10,7 +10,7 @@ KEYS = (*DRIVE, *TURN, *SPEED_KEYS, STOP_KEY, MODE_KEY)
 
 
 class KeyTeleop:
-    """What the driver's keys ask for.
+    """Commands from the keys.
 
     Held mode: the truck moves while keys are down, and keys add up. Continuous mode: the motion
     stays when its keys are released. A drive arrow begins a new motion (with the turn arrows that
@@ -56,12 +56,12 @@ class KeyTeleop:
         self._spent.discard(key)
 
     def release_all(self):
-        """All keys count as up: their source is lost."""
+        """Releases all keys after their source is lost."""
         self._down.clear()
         self._spent.clear()
 
     def stop(self):
-        """Ends all motion; keys that are down must be pressed anew."""
+        """Ends all motion; keys that are down must be pressed again."""
         self._spent = set(self._down)
         self._latched = (0, 0)
 
@@ -75,14 +75,14 @@ class KeyTeleop:
     def wanted(self):
         """The wanted command: (linear.x [m/s], angular.z [rad/s]).
 
-        A turn alone is none: the truck cannot turn where it stands. Backwards, wheels that point
+        A turn alone gives no command: the truck cannot turn at rest. Backwards, wheels that point
         to the left turn the truck to the right.
         """
         drive, turn = self.motion
         return drive * self.speeds.linear, drive * turn * self.speeds.angular + 0.0
 
     def _held(self):
-        """Gives the sum of the arrows that are down: (drive, turn)."""
+        """Returns the sum of the arrows that are down: (drive, turn)."""
         active = self._down - self._spent
         return (
             sum(value for key, value in DRIVE.items() if key in active),

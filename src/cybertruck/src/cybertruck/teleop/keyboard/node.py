@@ -4,13 +4,13 @@ import os
 import sys
 
 import rospy
+from paddock_common.rules import Choice, Number
+from paddock_common.settings import parameter
 
 from cybertruck.teleop.keyboard.keys import KeyTeleop
 from cybertruck.teleop.keyboard.terminal_keys import HOLD, TerminalKeys
 from cybertruck.teleop.keyboard.x_keys import NoServer, XKeys
-from cybertruck.teleop.screen import View
-from cybertruck.teleop.session import Ended, number_parameter, run
-from cybertruck.teleop.speeds import Speeds
+from cybertruck.teleop.session import Ended, run
 
 SOURCES = ("auto", "x", "terminal")
 HELP = (
@@ -26,7 +26,7 @@ HELP = (
 
 
 class KeyboardNode:
-    """Joins key source, logic, screen and publisher."""
+    """The keyboard node."""
 
     def __init__(self, session):
         """Reads the parameters and finds a source of keys.
@@ -38,21 +38,11 @@ class KeyboardNode:
             Ended: There is no source of keys.
             ValueError: A parameter is wrong; the message names it.
         """
-        limits = session.limits
         self._session = session
-        self.teleop = KeyTeleop(
-            Speeds(
-                rospy.get_param("~linear_speed", 0.5),
-                rospy.get_param("~angular_speed", 0.5),
-                limits.max_speed,
-                limits.max_angular,
-            )
-        )
-        wanted = rospy.get_param("~keys", "auto")
-        if wanted not in SOURCES:
-            raise ValueError(f"keys is {wanted!r}; it must be one of {', '.join(SOURCES)}")
-        hold = number_parameter("hold_time", HOLD)
-        self._x, self._terminal, self._phase = None, None, 0
+        self.teleop = KeyTeleop(session.speeds())
+        wanted = parameter(rospy.get_param, "keys", "auto", Choice(SOURCES))
+        hold = parameter(rospy.get_param, "hold_time", HOLD, Number(above=0.0, unit="s"))
+        self._x, self._terminal = None, None
         reason = "keys:=terminal was asked for"
         if wanted != "terminal":
             try:
@@ -81,7 +71,7 @@ class KeyboardNode:
         )
 
     def tick(self, now, period):
-        """Takes the keys, sends the command, draws.
+        """Processes the keys, publishes the command, draws.
 
         Args:
             now: Time [s].
@@ -92,7 +82,7 @@ class KeyboardNode:
         """
         screen = self._session.screen
         codes = screen.keys() if screen else ()
-        if self._x:  # what the terminal echoes of the same keys is dropped
+        if self._x:  # the same keys from the terminal are dropped
             self._x.poll()
             if not self._x.alive:
                 self.teleop.release_all()
@@ -103,37 +93,7 @@ class KeyboardNode:
                 self._terminal.feed(code, now)
             self._terminal.expire(now)
         self._session.send(*self.teleop.wanted, period)
-        drive, turn = self.teleop.motion
-        self._phase = self._phase + 1 if drive else 0
-        if screen:
-            screen.show(self.view(drive, turn))
-
-    def view(self, drive, turn):
-        """Gives what the screen shows."""
-        limits, speeds = self._session.limits, self.teleop.speeds
-        linear, angular = self._session.sent
-        return View(
-            "Cyber Truck: keyboard teleop",
-            linear,
-            angular,
-            speeds.linear,
-            speeds.angular,
-            limits.max_speed,
-            limits.max_angular,
-            self.teleop.continuous,
-            drive,
-            turn,
-            self._notes,
-            self._help,
-            self._phase // 4,
-        )
-
-
-def body(session):
-    """Drives until the session ends."""
-    node = KeyboardNode(session)
-    session.open_screen()
-    session.loop(node.tick)
+        self._session.show("Cyber Truck: keyboard teleop", self.teleop, self._notes, self._help)
 
 
 def main():
@@ -142,4 +102,4 @@ def main():
     Returns:
         Exit status.
     """
-    return run("keyboard", body)
+    return run("keyboard", KeyboardNode)

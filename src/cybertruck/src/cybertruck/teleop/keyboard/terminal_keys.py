@@ -1,4 +1,4 @@
-"""Keys read from the terminal itself, where no X server tells when a key is released."""
+"""Keys read from the terminal, which does not report releases."""
 
 import curses
 
@@ -13,7 +13,7 @@ LETTERS = {letter: letter for letter in "qzwxrs"} | {"c": "mode"}
 
 
 def name_of(code):
-    """Gives the name of a curses key code, or None for a key without a meaning.
+    """Returns the name of a curses key code, or None for a key without a meaning.
 
     Args:
         code: What curses' getch() returned.
@@ -28,8 +28,8 @@ def name_of(code):
 class TerminalKeys:
     """Turns repeated characters into presses and releases.
 
-    A terminal reports characters, not keys: a key counts as down until its repeat stays away, and
-    one key at a time, since the keyboard repeats the last one only.
+    A terminal reports characters, not keys: a key counts as held until its repeat stops, and only
+    one key at a time, since the keyboard repeats only the last one.
     """
 
     def __init__(self, teleop, hold=HOLD):
@@ -44,7 +44,7 @@ class TerminalKeys:
         self._key, self._until = None, 0.0
 
     def feed(self, code, now):
-        """Takes one key code.
+        """Processes one key code.
 
         Args:
             code: What curses' getch() returned.
@@ -61,7 +61,7 @@ class TerminalKeys:
         self._until = now + self._hold
 
     def expire(self, now):
-        """Releases the key whose repeat stayed away."""
+        """Releases the key whose repeat has stopped."""
         if self._key is not None and now >= self._until:
             self._drop()
 

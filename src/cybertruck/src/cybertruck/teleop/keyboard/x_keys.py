@@ -1,15 +1,15 @@
-"""Keys from an X server through pynput: real presses and releases, wherever the focus is."""
+"""Keys from an X server through pynput: presses and releases, with any window focused."""
 
 import os
 import queue
 
 
 class NoServer(RuntimeError):
-    """Says why no X server can be used."""
+    """No X server can be used; the text says why."""
 
 
 class XKeys:
-    """Collects key events in pynput's thread and hands them on in the caller's."""
+    """Collects key events in pynput's thread and processes them in the caller's."""
 
     def __init__(self, teleop):
         """Connects to the X server of DISPLAY.
@@ -52,7 +52,7 @@ class XKeys:
         return self._listener.is_alive()
 
     def poll(self):
-        """Hands on what came. The server's auto-repeat is presses without releases."""
+        """Processes the collected events. The server's auto-repeat is presses without releases."""
         while True:
             try:
                 down, key = self._events.get_nowait()
@@ -63,7 +63,7 @@ class XKeys:
                 (self._teleop.press if down else self._teleop.release)(name)
 
     def name_of(self, key):
-        """Gives our name of a pynput key, or None."""
+        """Returns our name of a pynput key, or None."""
         if key in self._names:
             return self._names[key]
         character = getattr(key, "char", None)

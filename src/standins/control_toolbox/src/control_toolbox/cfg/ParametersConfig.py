@@ -1,7 +1,9 @@
 """The PID's configuration type for dynamic_reconfigure: names, ranges and defaults of its gains.
 
-Servers take this module as their `type`. It spells by hand what a .cfg generator would write.
+Servers take this module as their `type`. It is written by hand as a .cfg generator would write it.
 """
+
+from paddock_common.reconfigure import describe
 
 # name, type, default, least, greatest, description; every one of level 1
 _PARAMETERS = (
@@ -13,37 +15,4 @@ _PARAMETERS = (
     ("antiwindup", "bool", False, False, True, "Bound the stored integral, too."),
 )
 
-config_description = {
-    "name": "Default",
-    "type": "",
-    "state": True,
-    "cstate": "true",
-    "id": 0,
-    "parent": 0,
-    "class": "DEFAULT",
-    "parentclass": "",
-    "parentname": "Default",
-    "field": "default",
-    "upper": "DEFAULT",
-    "lower": "groups",
-    "groups": [],
-    "parameters": [
-        {
-            "name": row[0],
-            "type": row[1],
-            "default": row[2],
-            "min": row[3],
-            "max": row[4],
-            "description": row[5],
-            "level": 1,
-            "edit_method": "",
-        }
-        for row in _PARAMETERS
-    ],
-}
-min = {row[0]: row[3] for row in _PARAMETERS}
-max = {row[0]: row[4] for row in _PARAMETERS}
-defaults = {row[0]: row[2] for row in _PARAMETERS}
-level = {row[0]: 1 for row in _PARAMETERS}
-type = {row[0]: row[1] for row in _PARAMETERS}
-all_level = 1
+globals().update(describe(_PARAMETERS))

@@ -1,0 +1,34 @@
+"""The sections of the bench: one module each, named in SECTIONS.
+
+A section's module has two functions and may have a third:
+
+    measure(quick, log) -> dict     starts what it needs and returns figures, ready for JSON. quick:
+                                    shorter and fewer. log: file for what programs print. Raises
+                                    figures.BenchError when a run gave no figures; a part that
+                                    failed while others did not is told in figures["errors"], a
+                                    dict of part -> why.
+    rows(figures) -> Rows           what the table says of these figures, see report.Row; a Row
+                                    with a value is also merged over sittings.
+    draw(figures, folder)           writes curves as PNG.
+
+Whatever is a ratio comes from pairs.alternate.
+"""
+
+import importlib
+
+# Name of the module -> what it measures.
+SECTIONS = {
+    "start": "roslaunch to the first joint state, picture and all controllers",
+    "efficiency": "the bridge running free over bare stepping, and who had the processors",
+    "driving": "camera, pace and processor time at real time",
+    "camera": "pictures received over bare getCameraImage",
+    "latency": "command to the joint states that show it",
+    "scale": "1 to 32 cars with a lidar each",
+    "growth": "memory over simulated minutes",
+    "meshes": "a step with ten times the triangles far away",
+}
+
+
+def section(name):
+    """The module of a section."""
+    return importlib.import_module(f"sections.{name}")

@@ -1,0 +1,68 @@
+"""The DeepRacer's URDF with other sensors, drives or names than its launch files offer.
+
+As a program, for <param command=...>: car_description.py [OPTIONS]; prints the URDF.
+"""
+
+import argparse
+import xml.etree.ElementTree as ElementTree
+
+import rospkg
+import xacro
+
+
+def describe(
+    namespace="/racecar",
+    topic="/scan",
+    lidar_samples=600,
+    lidar_rate=10.0,
+    lidar=True,
+    camera=True,
+    efforts=False,
+):
+    """Give the URDF text.
+
+    Args:
+        namespace: of its controllers.
+        topic: of its scans.
+        lidar_samples: rays of a scan.
+        lidar_rate: scans per second [Hz].
+        lidar, camera: whether it has them.
+        efforts: all joints take efforts instead of velocities and positions.
+    """
+    path = rospkg.RosPack().get_path("track_model") + "/urdf/racecar.urdf.xacro"
+    text = xacro.process_file(
+        path,
+        mappings={
+            "robot_namespace": namespace,
+            "lidar": str(lidar).lower(),
+            "lidar_topic": topic,
+            "lidar_samples": str(lidar_samples),
+        },
+    ).toxml()
+    robot = ElementTree.fromstring(text)
+    for block in robot.findall("gazebo"):
+        if not camera and block.find("sensor[@type='camera']") is not None:
+            robot.remove(block)
+        for rate in block.findall("sensor[@type='ray']/update_rate"):
+            rate.text = str(lidar_rate)
+    if efforts:
+        for interface in robot.findall("transmission/joint/hardwareInterface"):
+            interface.text = "hardware_interface/EffortJointInterface"
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def main():
+    """Print the URDF that the options ask for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--namespace", default="/racecar")
+    parser.add_argument("--topic", default="/scan")
+    parser.add_argument("--lidar-samples", type=int, default=600)
+    parser.add_argument("--lidar-rate", type=float, default=10.0)
+    parser.add_argument("--no-lidar", dest="lidar", action="store_false")
+    parser.add_argument("--no-camera", dest="camera", action="store_false")
+    parser.add_argument("--efforts", action="store_true")
+    print(describe(**vars(parser.parse_args())))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""./run check: starts somebody's launch file and tells what came up."""

@@ -1,0 +1,219 @@
+"""Starts a launch file, watches what comes up for a while, and writes it as JSON.
+
+    observer.py RESULT LOG PORT SECONDS PACKAGE FILE [ARG:=VALUE ...]
+
+Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check starts it.
+"""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import rospy
+from controller_manager_msgs.srv import ListControllers
+from gazebo_msgs.srv import GetModelState
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+START_LIMIT = 60.0  # wall time until the simulator answers [s]
+SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
+SPAWN_LIMIT = 40.0  # wall time for spawning [s]
+STOP_LIMIT = 20.0  # wall time for the launch to end [s]
+_DIED = re.compile(r"\[([\w/.-]+?)(?:-\d+)?\] process has died \[pid \d+, exit code (-?\d+)")
+_CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
+_COLOURS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
+
+
+class Watch:
+    """Counts the messages of one topic and the simulated time between first and last."""
+
+    def __init__(self, topic):
+        self.count, self.first, self.last = 0, None, None
+        self._subscriber = rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, queue_size=100)
+
+    def _on_message(self, _message):
+        now = rospy.get_time()
+        self.first = now if self.first is None else self.first
+        self.count, self.last = self.count + 1, now
+
+    def rate(self):
+        """Messages per simulated second, None below two."""
+        if self.count < 2 or self.last <= self.first:
+            return None
+        return (self.count - 1) / (self.last - self.first)
+
+
+class ClockWatch:
+    """Simulated time as /clock has it."""
+
+    def __init__(self):
+        self.now = None
+        self._subscriber = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
+
+    def _on_clock(self, message):
+        self.now = message.clock.to_sec()
+
+
+def call(service, kind, *arguments):
+    """Calls a service; None where it does not answer."""
+    try:
+        rospy.wait_for_service(service, 5.0)
+        return rospy.ServiceProxy(service, kind)(*arguments)
+    except (rospy.ROSException, rospy.ServiceException):
+        return None
+
+
+def describe():
+    """The simulator's own description of what is in the world, or None."""
+    answer = call("/gazebo/describe", Trigger)
+    return json.loads(answer.message) if answer is not None and answer.success else None
+
+
+def wait_for_simulator(launch):
+    """Waits until /gazebo answers; returns whether it does."""
+    deadline = time.monotonic() + START_LIMIT
+    while time.monotonic() < deadline and launch.poll() is None:
+        try:
+            rospy.wait_for_service("/gazebo/describe", 1.0)
+            return True
+        except rospy.ROSException:
+            continue
+    return False
+
+
+def wait_for_models(launch):
+    """Waits until no more models come; returns the last description."""
+    found, since, deadline = None, time.monotonic(), time.monotonic() + SPAWN_LIMIT
+    while time.monotonic() < deadline and launch.poll() is None:
+        now = describe()
+        if now is not None and now != found:
+            found, since = now, time.monotonic()
+        moving = [model for model in (found or {}).get("models", ()) if not model["static"]]
+        if found is not None and time.monotonic() - since > SETTLED * (1 if moving else 3):
+            break
+        time.sleep(0.5)
+    return found
+
+
+def state_of(model):
+    """Position [m], orientation (x, y, z, w) and speed [m/s] of a model, or None."""
+    answer = call("/gazebo/get_model_state", GetModelState, model, "world")
+    if answer is None or not answer.success:
+        return None
+    p, q, v = answer.pose.position, answer.pose.orientation, answer.twist.linear
+    return {
+        "position": (p.x, p.y, p.z),
+        "orientation": (q.x, q.y, q.z, q.w),
+        "speed": (v.x**2 + v.y**2 + v.z**2) ** 0.5,
+    }
+
+
+def controllers_of(namespace):
+    """(name, type, state) of the controllers in a namespace, None where nobody answers."""
+    answer = call(f"{namespace}/controller_manager/list_controllers", ListControllers)
+    return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
+
+
+def observe(launch, seconds):
+    """Watches the running launch; returns what goes into the result."""
+    if not wait_for_simulator(launch):
+        return {"simulator": False}
+    clock = ClockWatch()
+    found = wait_for_models(launch)
+    if found is None:
+        return {"simulator": False}
+    moving = [model for model in found["models"] if not model["static"]]
+    sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
+    before = {model["name"]: state_of(model["name"]) for model in moving}
+    watches = {sensor["topic"]: Watch(sensor["topic"]) for sensor in sensors}
+    start, begin = clock.now, time.monotonic()
+    while time.monotonic() - begin < seconds and launch.poll() is None:
+        time.sleep(0.1)
+    elapsed = time.monotonic() - begin
+    for sensor in sensors:
+        watch = watches[sensor["topic"]]
+        sensor.update(count=watch.count, measured=watch.rate())
+    for model in moving:
+        model.update(before=before[model["name"]], after=state_of(model["name"]))
+        if model["control_namespace"] is not None:
+            model["controllers"] = controllers_of(model["control_namespace"])
+    advanced = None if start is None or clock.now is None else clock.now - start
+    return dict(
+        found,
+        simulator=True,
+        simulated=advanced,
+        real_time_factor=None if advanced is None else advanced / elapsed,
+        ended=launch.poll() is not None,
+    )
+
+
+def words_of(log):
+    """What roslaunch said of its nodes.
+
+    Returns:
+        died: (node, exit code); cannot: (package, type) of nodes that could not start; errors:
+        lines of errors.
+    """
+    with open(log, encoding="utf-8", errors="replace") as stream:
+        text = _COLOURS.sub("", stream.read())
+    lines = (line.strip() for line in text.splitlines())
+    errors = [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
+    invalid = re.search(r"RLException: (.*)", text)
+    return {
+        "died": [(name, int(code)) for name, code in _DIED.findall(text) if int(code) != 0],
+        "cannot": sorted(set(_CANNOT.findall(text))),
+        "errors": errors[:50],
+        "refused": invalid.group(1) if invalid else None,
+    }
+
+
+def main(result, log, port, seconds, *launch_words):
+    """Runs it all; the result is written even if the launch fails."""
+    with open(log, "w", encoding="utf-8") as stream:
+        launch = subprocess.Popen(
+            ["roslaunch", "-p", port, *launch_words],
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    found = {"simulator": False}
+    try:
+        deadline = time.monotonic() + START_LIMIT
+        while time.monotonic() < deadline and launch.poll() is None:
+            try:
+                rospy.get_master().getPid()
+                break
+            except OSError:
+                time.sleep(0.2)
+        if launch.poll() is None:
+            rospy.init_node("paddock_check", anonymous=True, disable_signals=True)
+            found = observe(launch, float(seconds))
+            rospy.signal_shutdown("the check is over")
+    finally:
+        stop(launch)
+        with open(result, "w", encoding="utf-8") as stream:
+            json.dump(dict(found, **words_of(log), exit_status=launch.returncode), stream)
+    return 0
+
+
+def stop(launch):
+    """Ends the launch and what it started."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        try:
+            if number == signal.SIGINT:
+                launch.send_signal(number)
+            else:
+                os.killpg(launch.pid, number)
+            launch.wait(STOP_LIMIT)
+            return
+        except (ProcessLookupError, subprocess.TimeoutExpired):
+            continue
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

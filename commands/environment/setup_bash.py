@@ -1,0 +1,132 @@
+"""What devel/setup.bash does to an environment, without running it each time.
+
+Once after a build it is sourced twice, in environments of our own: an empty one, and one in which
+each variable that it sets is there already. The difference tells for every variable whether
+setup.bash puts directories before or behind the value, sets it, or leaves a given one alone. These
+changes are kept in .cache (never a value of the caller's) and made to the caller's environment.
+"""
+
+import os
+
+from commands import signature
+from commands.errors import CommandError
+from commands.paths import CACHE, DEVEL, SYSTEM_PATH, read, write
+
+CHANGES = os.path.join(CACHE, "environment")
+SETUP = os.path.join(DEVEL, "setup.bash")
+GIVEN = CACHE  # the value given in the second environment: an existing directory, no workspace
+BASH = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
+
+
+def apply(environ):
+    """Makes the changes of devel/setup.bash to an environment.
+
+    The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it.
+
+    Args:
+        environ: Changed in place.
+
+    Raises:
+        CommandError: setup.bash cannot be sourced.
+    """
+    packages = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
+    if environ.get("CMAKE_PREFIX_PATH"):
+        packages = _leave_workspaces(environ, packages)
+    for how, name, value in changes():
+        given = environ.get(name, "")
+        if how == "default":
+            environ[name] = given or value
+        elif how == "set":
+            environ[name] = value
+        else:
+            there = given.split(":")
+            new = ":".join(path for path in value.split(":") if path not in there)
+            first, second = (new, given) if how == "before" else (given, new)
+            environ[name] = first + (":" if first and second else "") + second
+    ours = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
+    environ["ROS_PACKAGE_PATH"] = ":".join(ours + [path for path in packages if path not in ours])
+
+
+def changes():
+    """Lists what setup.bash changes: (how, name, value); how: before, behind, set or default."""
+    if signature.unchanged("environment", DEVEL):
+        fields = read(CHANGES).split("\0")
+        if fields[-1] == "end":
+            return [tuple(fields[at : at + 3]) for at in range(0, len(fields) - 1, 3)]
+    found = _measure()
+    write(CHANGES, "\0".join([*(field for change in found for field in change), "end"]))
+    signature.save("environment", DEVEL, _inputs(found))
+    return found
+
+
+def _measure():
+    empty = {"PATH": SYSTEM_PATH}
+    fresh = _sourced(empty)
+    given = {**dict.fromkeys(fresh, GIVEN), "PATH": f"{SYSTEM_PATH}:{GIVEN}"}
+    again = _sourced(given)
+    found = []
+    for name, value in again.items():
+        before = given.get(name, "")
+        if value == before:
+            if name != "PATH":
+                found.append(("default", name, fresh[name]))
+        elif before and value.endswith(f":{before}"):
+            found.append(("before", name, value[: -len(before) - 1]))
+        elif before and value.startswith(f"{before}:"):
+            found.append(("behind", name, value[len(before) + 1 :]))
+        else:
+            found.append(("set", name, value))
+    return found
+
+
+def _sourced(environ):
+    """Gives an environment after setup.bash."""
+    import subprocess
+
+    script = '. "$0" >&2 && exec /usr/bin/env -0'
+    done = subprocess.run(
+        ["/bin/bash", "-c", script, SETUP], env=environ, capture_output=True, check=False
+    )
+    if done.returncode != 0:
+        words = " ".join(os.fsdecode(done.stderr).split()) or f"exit status {done.returncode}"
+        raise CommandError(
+            f"devel/setup.bash cannot be sourced: {words}",
+            "To build from scratch: rm -rf build devel, then ./run setup",
+        )
+    entries = os.fsdecode(done.stdout).split("\0")[:-1]
+    variables = dict(entry.split("=", 1) for entry in entries)
+    return {name: value for name, value in variables.items() if name not in BASH}
+
+
+def _inputs(found):
+    """Lists the files and directories that decide what setup.bash does."""
+    workspaces = ["/"]
+    for how, name, value in found:
+        if name == "CMAKE_PREFIX_PATH" and how in ("before", "set"):
+            workspaces += value.split(":")
+    paths = [SETUP, os.path.join(DEVEL, "setup.sh"), os.path.join(DEVEL, "_setup_util.py")]
+    for workspace in workspaces:
+        hooks = os.path.join(workspace, "etc", "catkin", "profile.d")
+        paths.append(hooks)
+        if os.path.isdir(hooks):
+            paths += [os.path.join(hooks, name) for name in sorted(os.listdir(hooks))]
+        if workspace != "/":
+            paths += [os.path.join(workspace, name) for name in ("", ".catkin", "lib", "bin")]
+    return paths
+
+
+def _leave_workspaces(environ, packages):
+    """Takes workspaces that were sourced before out of an environment, as setup.sh does.
+
+    Returns:
+        The packages' directories that are not theirs.
+    """
+    theirs = []
+    for workspace in environ["CMAKE_PREFIX_PATH"].split(":"):
+        marker = os.path.join(workspace, ".catkin")
+        if workspace and os.path.isfile(marker):
+            theirs += (read(marker) or os.path.join(workspace, "share")).split(";")
+    catkin = {"__name__": "_setup_util", "__file__": os.path.join(DEVEL, "_setup_util.py")}
+    exec(compile(read(catkin["__file__"]), catkin["__file__"], "exec"), catkin)
+    catkin["rollback_env_variables"](environ, catkin["ENV_VAR_SUBFOLDERS"])
+    return [path for path in packages if path not in theirs]

@@ -1,0 +1,46 @@
+"""What is said to the user: lines of progress, and errors of one sentence."""
+
+import sys
+
+
+class CommandError(Exception):
+    """A command cannot go on.
+
+    Attributes:
+        advice: Lines printed below the sentence.
+        status: Exit status of ./run.
+    """
+
+    status = 1
+
+    def __init__(self, sentence, *advice):
+        super().__init__(sentence)
+        self.advice = advice
+
+
+class UsageError(CommandError):
+    """The arguments are wrong."""
+
+    status = 2
+
+
+class Interrupted(Exception):
+    """SIGINT, SIGTERM or SIGHUP ended what was going on.
+
+    Attributes:
+        status: Exit status of ./run, as a shell would give it.
+    """
+
+    def __init__(self, number):
+        super().__init__(f"signal {number}")
+        self.status = 128 + number
+
+
+def say(text, end="\n"):
+    """Prints at once, also into a pipe."""
+    print(text, end=end, flush=True)
+
+
+def print_error(error):
+    """Prints a CommandError and its advice to stderr."""
+    print(f"run: {error}", *(f"     {line}" for line in error.advice), sep="\n", file=sys.stderr)

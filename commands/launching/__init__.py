@@ -1,0 +1,1 @@
+"""What commands that start a launch file share: its arguments, its master, its results."""

@@ -1,0 +1,109 @@
+"""argparse for the commands: one parser each, errors of one sentence, help from docstrings."""
+
+import argparse
+
+from commands.errors import UsageError
+from commands.table import COMMANDS
+
+WELCOME = """\
+Without a command: the track, the car and the teleop window; without a display, the same as demo.
+With launch arguments (NAME:=VALUE, of deepracer_teleop/launch/drive.launch): the window, which
+needs a display, for example ./run track:=hard rviz:=true.
+"""
+CLOSING = """\
+./run COMMAND --help says more. Every command does what set-up is missing first: Debian packages
+as root or through sudo, Python packages into .venv, and the build of the workspace.
+
+completion in this shell: source <(./run completion)
+"""
+
+
+def formatter(prog):
+    """Makes the formatter of all helps: texts as they are, 100 columns."""
+    return argparse.RawDescriptionHelpFormatter(prog, width=100)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that raises UsageError where argparse would print its usage and exit."""
+
+    def error(self, message):
+        """Turns argparse's complaint into one sentence."""
+        message = message.removeprefix("argument ")
+        for theirs, ours in (
+            (": expected one argument", " needs a value"),
+            (": expected at least one argument", " needs a value"),
+        ):
+            if message.endswith(theirs):
+                message = message.removesuffix(theirs) + ours
+        raise self.usage_error(message)
+
+    def usage_error(self, sentence):
+        """Makes a UsageError that shows the usage."""
+        usage = " ".join(self.format_usage().split())
+        return UsageError(sentence, usage, f"{self.prog} --help says more")
+
+    def flags(self):
+        """Lists the long options that the help shows."""
+        return [
+            flag
+            for action in self._actions
+            for flag in action.option_strings
+            if action.help != argparse.SUPPRESS and flag.startswith("--")
+        ]
+
+    def option(self, flag):
+        """Gives the action of an option; None if there is no such option."""
+        return self._option_string_actions.get(flag)
+
+
+def parser_of(name, module):
+    """Builds the parser of a command.
+
+    Args:
+        name: The command; empty for none.
+        module: Its module: docstring, USAGE, add_arguments(parser) and LAUNCH where it has them.
+    """
+    launch = getattr(module, "LAUNCH", None)
+    prog = f"./run {name}".strip()
+    parser = Parser(
+        prog=prog,
+        usage=f"{prog} {getattr(module, 'USAGE', '')}".strip(),
+        description=module.__doc__,
+        epilog=launch and launch.help(),
+        formatter_class=formatter,
+        allow_abbrev=False,
+    )
+    if hasattr(module, "add_arguments"):
+        module.add_arguments(parser)
+    return parser
+
+
+def overview():
+    """Gives the help of ./run itself."""
+    width = max(map(len, COMMANDS))
+    table = "\n".join(f"  {name:{width}}  {summary}" for name, summary in COMMANDS.items())
+    return Parser(
+        prog="./run",
+        usage="./run [COMMAND] [ARGUMENTS]",
+        description=WELCOME,
+        epilog=f"commands:\n{table}\n\n{CLOSING}",
+        formatter_class=formatter,
+    ).format_help()
+
+
+def one_of(name, choices, aliases=None):
+    """Makes an argument type that takes one of some words.
+
+    Args:
+        name: What the argument is, for messages.
+        choices: The words.
+        aliases: Dict from other words to one of them.
+    """
+
+    def read(value):
+        value = (aliases or {}).get(value, value)
+        if value not in choices:
+            raise UsageError(f"{name} is {value!r}; there are {', '.join(choices)}")
+        return value
+
+    return read

@@ -1,0 +1,38 @@
+"""Where things are: the clone, what set-up makes in it, and Debian's Python."""
+
+import os
+
+ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+SOURCES = os.path.join(ROOT, "src")
+BUILD = os.path.join(ROOT, "build")
+DEVEL = os.path.join(ROOT, "devel")
+OUT = os.path.join(ROOT, "out")
+CACHE = os.path.join(ROOT, ".cache")
+LOGS = os.path.join(CACHE, "log")
+VENV = os.path.join(ROOT, ".venv")
+VENV_PYTHON = os.path.join(VENV, "bin", "python")
+PYTHON = "/usr/bin/python3"
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+def relative(path):
+    """Gives a path as seen from the clone, for messages."""
+    return path[len(ROOT) + 1 :] if path.startswith(ROOT + os.sep) else path
+
+
+def read(path):
+    """Gives a file's text; empty where there is no such file."""
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as stream:
+            return stream.read()
+    except FileNotFoundError:
+        return ""
+
+
+def write(path, text):
+    """Writes a file so that no reader ever sees half of it."""
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    part = f"{path}.{os.getpid()}.part"
+    with open(part, "w", encoding="utf-8", errors="surrogateescape") as stream:
+        stream.write(text)
+    os.replace(part, path)

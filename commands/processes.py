@@ -1,0 +1,133 @@
+"""Processes: children that are waited for, with signals handed on, and what ./run becomes."""
+
+import errno
+import os
+import sys
+
+from commands.errors import CommandError, Interrupted
+
+POLL = 0.2  # [s] between looks at signals, deadline and progress
+KILLED_AFTER = 30.0  # [s] from SIGINT to SIGKILL
+
+
+class DeadlineExceeded(Exception):
+    """A child did not end in time and was stopped."""
+
+
+def run_child(
+    argv, *, group=True, session=True, deadline=None, grace=KILLED_AFTER, tick=None, **popen
+):
+    """Runs a child to its end. Signals to ./run stop the child first.
+
+    Args:
+        argv: Program and arguments.
+        group: Whether to signal all of the child's processes, or the child alone.
+        session: Whether the child gets a session of its own, out of a terminal's reach.
+        deadline: Longest run [s]; None for no limit.
+        grace: Wait from SIGINT to SIGKILL [s]; None to wait for ever.
+        tick: Called with the seconds since the start, a few times a second.
+        **popen: For subprocess.Popen.
+
+    Returns:
+        Its exit status, as subprocess gives it.
+
+    Raises:
+        DeadlineExceeded: It did not end in time.
+        Interrupted: ./run was asked to stop.
+    """
+    import subprocess
+    import time
+
+    start = time.monotonic()
+    with _Signals() as signals:
+        process = subprocess.Popen(argv, start_new_session=session, **popen)
+        status = None
+        while status is None:
+            try:
+                status = process.wait(POLL)
+            except subprocess.TimeoutExpired:
+                seconds = time.monotonic() - start
+                late = deadline is not None and seconds > deadline
+                if signals.first is not None or late:
+                    _stop(process, group and session, grace)
+                    if signals.first is None:
+                        raise DeadlineExceeded from None
+                    break
+                if tick is not None:
+                    tick(seconds)
+        if signals.first is not None:
+            raise Interrupted(signals.first)
+        return status
+
+
+def become(argv, environ):
+    """Replaces ./run by a program; does not come back.
+
+    Raises:
+        CommandError: The program cannot be started; exit status as a shell would give it.
+    """
+    import signal
+
+    sys.stdout.flush()
+    sys.stderr.flush()
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # Python ignores it, and children would, too
+    try:
+        os.execvpe(argv[0], argv, environ)
+    except FileNotFoundError:
+        problem, status = "no such command", 127
+    except OSError as cause:
+        if cause.errno == errno.ENOEXEC:  # a script without #! is the shell's
+            os.execvpe("sh", ["sh", "-c", '"$0" "$@"', *argv], environ)
+        problem, status = cause.strerror, 126
+    error = CommandError(f"cannot run {argv[0]!r}: {problem}")
+    error.status = status
+    raise error
+
+
+class _Signals:
+    """Notes the first signal that asks ./run to stop, in place of ending it at once."""
+
+    def __init__(self):
+        self.first = None
+        self._before = {}
+
+    def __enter__(self):
+        import signal
+
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) != signal.SIG_IGN:
+                self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_):
+        import signal
+
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, number, _frame):
+        if self.first is None:
+            self.first = number
+
+
+def _stop(process, group, grace):
+    import signal
+    import subprocess
+
+    send = os.killpg if group else os.kill
+    for number, seconds in ((signal.SIGINT, grace), (signal.SIGKILL, None)):
+        _send(send, process.pid, number)
+        try:
+            process.wait(seconds)
+            break
+        except subprocess.TimeoutExpired:
+            continue
+    if group:
+        _send(send, process.pid, signal.SIGTERM)  # what the program left behind
+
+
+def _send(send, number, signal):
+    try:
+        send(number, signal)
+    except ProcessLookupError:
+        pass

@@ -1,0 +1,48 @@
+"""Measures what the simulator costs on this machine, and prints JSON and a table.
+
+bench.json, the log and one picture per curve go to out/bench/. Nothing else should run meanwhile.
+Ratios come from nine pairs of short turns and are told with their spread; all of it takes some 20
+minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON to a
+file; --sittings puts such files of several runs in one table and measures nothing.
+docs/performance.md says what the figures mean.
+"""
+
+import os
+
+from commands import environment, processes
+from commands.errors import CommandError
+from commands.paths import ROOT, VENV_PYTHON
+
+USAGE = "[--quick] [--only SECTION ...]"
+PASSES_ON = True
+SCRIPT = os.path.join(ROOT, "bench", "bench.py")
+
+
+def add_arguments(parser):
+    """Declares the benchmark's options, for help and completion."""
+    from commands import forwarded
+
+    forwarded.declare(parser, SCRIPT)
+    if parser.option("--only") is not None:
+        parser.option("--only").help = ", ".join(sections())
+
+
+def complete(words):
+    """Lists the sections, after --only."""
+    return sections() if "--only" in words else []
+
+
+def sections():
+    """Lists what can be measured."""
+    from commands import forwarded
+
+    return forwarded.keys(os.path.join(os.path.dirname(SCRIPT), "sections.py"), "SECTIONS")
+
+
+def run(arguments):
+    """Becomes the benchmark."""
+    if arguments[:1] == ["--"]:
+        arguments = arguments[1:]
+    if not os.path.exists(SCRIPT):
+        raise CommandError("bench/bench.py is missing from this checkout")
+    processes.become([VENV_PYTHON, SCRIPT, *arguments], environment.ready())

@@ -1,0 +1,63 @@
+"""Drives a whole lap without a display.
+
+Leaves in out/lap/: lap.mp4 (the camera with the window's overlay), lap.png, path.png (the path over
+the track), path.csv, referee.csv and result.json; out/lap/ is emptied first. With --starts above 1
+each start is at a random pose around the line. Launch arguments go to lap.launch, for example
+real_time_factor:=2 camera_width:=320 rviz:=true, or speed:=0.8 (line and pursuit only).
+LAP_DEADLINE=SECONDS changes the overall limit (300 and 300 a start).
+"""
+
+import os
+import shutil
+
+from commands import environment
+from commands.errors import UsageError
+from commands.launching import headless, tracks
+from commands.launching.launch_file import LaunchFile
+from commands.parsing import one_of
+from commands.paths import OUT
+
+LAUNCH = LaunchFile("deepracer_teleop", "lap.launch", fixed=("out_dir",), options=False)
+USAGE = "[--track TRACK] [--driver DRIVER] [--starts N] [ARG:=VALUE ...]"
+DRIVERS = ("slider", "buttons", "line", "pursuit")
+ALIASES = {"slider_driver": "slider", "follow_line": "line", "pure_pursuit": "pursuit"}
+
+
+def add_arguments(parser):
+    """Declares track, driver and starts."""
+    track = parser.add_argument(
+        "--track",
+        default="default",
+        type=tracks.resolve,
+        help="default, easy, medium, hard, or a file (YAML, .npy or .csv route)",
+    )
+    track.complete = tracks.names
+    driver = parser.add_argument(
+        "--driver",
+        default="slider",
+        type=one_of("driver", DRIVERS, ALIASES),
+        help="slider (the real window's slider under cruise control; the default), line (camera "
+        "alone), pursuit (odometry and centreline), buttons (roams with the window's buttons for "
+        "40 s)",
+    )
+    driver.complete = lambda: DRIVERS
+    parser.add_argument(
+        "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
+    )
+
+
+def run(options, rest):
+    """Runs the lap."""
+    arguments = LAUNCH.check(rest)
+    deadline = headless.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
+    environ = environment.ready()
+    out = os.path.join(OUT, "lap")
+    shutil.rmtree(out, ignore_errors=True)
+    given = [f"{name}:={getattr(options, name)}" for name in ("track", "driver", "starts")]
+    headless.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out)
+
+
+def _starts(value):
+    if not (value.isascii() and value.isdigit() and int(value) > 0):
+        raise UsageError(f"starts is {value!r}; it must be a number above 0")
+    return int(value)

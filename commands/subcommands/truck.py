@@ -1,0 +1,68 @@
+"""Starts the Cyber Truck in a yard, or backs its trailer.
+
+Without --back: a yard, the truck with lidar and trailer, controllers and the drive node, without a
+screen. trailer:=false leaves the trailer out, rviz:=true opens rviz. Options of roslaunch, such as
+--screen, are handed on.
+
+With --back the truck backs its trailer along a SHAPE on a ROS master of its own, without a screen,
+and ends; out/ then holds back_SHAPE.png (path, outlines every metre, errors), .csv and .json. Exits
+0 only if the trailer arrived. Launch arguments go to cybertruck/launch/back_demo.launch: size,
+speed, real_time_factor, odom_source, gui. DEMO_DEADLINE=SECONDS changes the overall limit (300).
+"""
+
+import glob
+import os
+
+from commands import environment, processes
+from commands.errors import CommandError, say
+from commands.launching import headless, master
+from commands.launching.launch_file import LaunchFile
+from commands.parsing import one_of
+from commands.paths import OUT, read
+
+LAUNCH = LaunchFile("cybertruck", "truck.launch")
+BACK = LaunchFile("cybertruck", "back_demo.launch", fixed=("shape", "out_dir"), options=False)
+USAGE = "[--back SHAPE] [ARG:=VALUE ...]"
+SHAPES = ("line", "arc", "s", "lane-change", "park")
+
+
+def add_arguments(parser):
+    """Declares --back."""
+    back = parser.add_argument(
+        "--back", metavar="SHAPE", type=one_of("shape", SHAPES), help=", ".join(SHAPES)
+    )
+    back.complete = lambda: SHAPES
+
+
+def run(options, rest):
+    """Becomes roslaunch, or backs the trailer."""
+    if options.back:
+        return back_up(options.back, BACK.check(rest))
+    arguments = LAUNCH.check(rest)
+    environ = environment.ready()
+    master.refuse_second_world(environ)
+    return processes.become(LAUNCH.command(arguments), environ)
+
+
+def back_up(shape, arguments):
+    """Backs the trailer along a shape and prints the figures.
+
+    Raises:
+        CommandError: It did not arrive.
+    """
+    deadline = headless.deadline_from("DEMO_DEADLINE", 300)
+    environ = environment.ready()
+    os.makedirs(OUT, exist_ok=True)
+    for path in glob.glob(os.path.join(OUT, f"back_{shape}.*")):
+        os.remove(path)
+    where = headless.where_to_look(environ)
+    given = [f"shape:={shape}", f"out_dir:={OUT}"]
+    try:
+        status = headless.start(BACK, environ, [*given, *arguments], deadline)
+    except processes.DeadlineExceeded:
+        raise CommandError(f"backing did not end within {deadline} s", where) from None
+    result = os.path.join(OUT, f"back_{shape}.json")
+    if status != 0 or not headless.is_ok(result):
+        raise CommandError("backing did not arrive", where)
+    say(read(result), end="")
+    say(f"pictures and figures: out/back_{shape}.png, .csv, .json")

@@ -1,0 +1,20 @@
+"""The commands of ./run: name and summary, in the order in which the help lists them.
+
+NAME is the module commands/subcommands/NAME.py. A new command is one line here and that file.
+On a machine without python3, ./run reads this table with sed, so each entry stays on one line.
+"""
+
+COMMANDS = {
+    "setup": "install and build what is missing, start nothing",
+    "demo": "drive through the real window without a display; pictures and path go to out/",
+    "lap": "a whole lap by one of the drivers; film, path and figures go to out/lap/",
+    "test": "all tests, or: unit, lint, ros, or part of a test's name",
+    "world": "the world and the car, without a window",
+    "teleop": "the teleop window alone, for a world that runs already",
+    "truck": "the Cyber Truck with its trailer in a yard, or backing its trailer",
+    "check": "start a launch file of yours and tell what came up",
+    "exec": "run a command with the environment and the workspace active",
+    "bench": "measure speed, latency and memory",
+    "completion": "print a script that completes these commands in bash",
+}
+DEFAULT = "drive"  # the module for no command, or launch arguments alone

@@ -1,0 +1,130 @@
+"""Point clouds and ranges from bundles of rays."""
+
+import numpy as np
+from bullet_sim.sensors.layers import LayeredLidar
+from geometry_msgs.msg import Point32
+from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField, Range
+
+from bullet_bridge.outputs.sensors import Output
+from bullet_bridge.transport import conversions
+
+# velodyne_gazebo_plugins' layout of a point, 22 bytes.
+_POINT = np.dtype(
+    {
+        "names": ["xyz", "intensity", "ring", "time"],
+        "formats": ["(3,)<f4", "<f4", "<u2", "<f4"],
+        "offsets": [0, 12, 16, 18],
+        "itemsize": 22,
+    }
+)
+_FIELDS = [
+    PointField(name=name, offset=offset, datatype=kind, count=1)
+    for name, offset, kind in (
+        ("x", 0, PointField.FLOAT32),
+        ("y", 4, PointField.FLOAT32),
+        ("z", 8, PointField.FLOAT32),
+        ("intensity", 12, PointField.FLOAT32),
+        ("ring", 16, PointField.UINT16),
+        ("time", 18, PointField.FLOAT32),
+    )
+]
+
+
+class _RaysOutput(Output):
+    """Casts the rays of a CloudSpec or RangeSpec."""
+
+    def __init__(self, world, model, spec, seed):
+        self._lidar = LayeredLidar(spec)
+        super().__init__(world, model, spec, seed)
+
+    def _scan(self):
+        pose, _, _ = self.model.link_state(self.spec.link)
+        return self._lidar.scan(
+            self.world.engine,
+            np.array(pose.position),
+            np.array(pose.orientation),
+            self.rng,
+            self.model.body,
+        )
+
+
+def velodyne_cloud(spec, points, rings):
+    """sensor_msgs/PointCloud2 of points (n, 3), without stamp.
+
+    Args:
+        spec: CloudSpec.
+        points: [m] in the sensor frame, the layers of one direction after each other; NaN: none.
+        rings: (n,) layer of each point.
+    """
+    data = np.zeros(len(points), _POINT)
+    data["xyz"], data["ring"] = points, rings
+    if spec.organized:  # rows are layers, highest first
+        data = data.reshape(-1, spec.layers).T[::-1]
+    else:
+        data = data[np.isfinite(points).all(axis=1)][None, :]
+    height, width = data.shape
+    return PointCloud2(
+        height=height,
+        width=width,
+        fields=_FIELDS,
+        is_bigendian=False,
+        point_step=_POINT.itemsize,
+        row_step=_POINT.itemsize * width,
+        data=np.ascontiguousarray(data).tobytes(),
+        is_dense=not spec.organized,
+    )
+
+
+class CloudOutput(_RaysOutput):
+    """sensor_msgs/PointCloud2 of a velodyne, intensities 0."""
+
+    message = PointCloud2
+    relayed = False
+
+    def update(self, time):
+        message = velodyne_cloud(self.spec, self._lidar.points(self._scan()), self._lidar.rings)
+        message.header.stamp = conversions.stamp(time)
+        message.header.frame_id = self.spec.frame_id
+        self.publisher.publish(message)
+
+
+class BlockLaserOutput(_RaysOutput):
+    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only, intensities 0."""
+
+    message = PointCloud
+    relayed = False
+
+    def update(self, time):
+        points = self._lidar.points(self._scan())
+        points = points[np.isfinite(points).all(axis=1)]
+        message = PointCloud(points=[Point32(*point) for point in points.tolist()])
+        message.channels = [ChannelFloat32(name="intensity", values=[0.0] * len(points))]
+        message.header.stamp = conversions.stamp(time)
+        message.header.frame_id = self.spec.frame_id
+        self.publisher.publish(message)
+
+
+def cloud_output(world, model, spec, seed):
+    """The output that fits a CloudSpec's layout."""
+    kind = BlockLaserOutput if spec.layout == "block" else CloudOutput
+    return kind(world, model, spec, seed)
+
+
+class RangeOutput(_RaysOutput):
+    """sensor_msgs/Range: the nearest hit, max_range where there is none."""
+
+    message = Range
+
+    def update(self, time):
+        spec, ranges = self.spec, self._scan()
+        nearest = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
+        message = Range(
+            radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
+            field_of_view=spec.field_of_view,
+            min_range=spec.range_min,
+            max_range=spec.range_max,
+            range=nearest,
+        )
+        message.header.stamp = conversions.stamp(time)
+        message.header.frame_id = spec.frame_id
+        self.publisher.publish(message)

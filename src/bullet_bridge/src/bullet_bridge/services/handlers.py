@@ -1,0 +1,54 @@
+"""Handlers of services and topics that log errors and return them to the caller."""
+
+import rospy
+from bullet_sim.errors import SimError
+from std_srvs.srv import EmptyResponse
+
+
+def service_handler(work, kind):
+    """Handler for a service with `success` and `status_message`.
+
+    Args:
+        work: function request -> response.
+        kind: service class.
+
+    Returns:
+        Function request -> response; an error is logged and becomes success=False with the text.
+    """
+
+    def handle(request):
+        try:
+            response = work(request)
+            response.success = True
+            return response
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s", error)
+            return kind._response_class(success=False, status_message=str(error))
+
+    return handle
+
+
+def empty_service_handler(work, response=EmptyResponse):
+    """Handler for a service with an empty response: an error is a failed call."""
+
+    def handle(request):
+        try:
+            work(request)
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s", error)
+            raise rospy.ServiceException(str(error)) from error
+        return response()
+
+    return handle
+
+
+def topic_callback(work):
+    """Callback of a topic: an error is logged, at most once a second."""
+
+    def handle(message):
+        try:
+            work(message)
+        except (SimError, TimeoutError) as error:
+            rospy.logerr_throttle(1.0, str(error))
+
+    return handle

@@ -1,0 +1,209 @@
+"""Messages of hector's, velodyne's and gazebo_ros's plugins, without a ROS master."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+from bullet_bridge.outputs import earth, planar, rays, sensors, wheels
+from bullet_bridge.outputs.table import OUTPUTS
+from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
+from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
+from bullet_sim.description.specs import WheelDriveSpec
+from bullet_sim.formats.sdf.world import ground_plane
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import PointCloud, Range
+from test_outputs import Topic
+
+WALL = (
+    '<model name="w"><static>true</static><link name="l"><collision name="c"><geometry><box><size>'
+    "0.2 20 20</size></box></geometry></collision></link></model>"
+)
+CART = (
+    '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02"'
+    ' izz="0.02"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision>'
+    "</link>"
+    + "".join(
+        f'<link name="{side}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" '
+        'izz="1e-3"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry><cylinder '
+        f'radius="0.1" length="0.04"/></geometry></collision></link><joint name="{side}" '
+        f'type="continuous"><parent link="base"/><child link="{side}_wheel"/><origin '
+        f'xyz="0.1 {y} 0"/><axis xyz="0 1 0"/></joint>'
+        for side, y in (("left", 0.15), ("right", -0.15))
+    )
+    + "</robot>"
+)
+
+
+@pytest.fixture(name="topics")
+def _topics(monkeypatch):
+    made = {}
+
+    def publisher(name, kind, **_):
+        return made.setdefault(name, Topic(name, kind))
+
+    for module in (sensors, wheels, earth, planar):
+        monkeypatch.setattr(module, "publisher", publisher)
+    return made
+
+
+@pytest.fixture(name="world")
+def _world():
+    world = World()
+    world.spawn(ground_plane())
+    world.spawn_sdf("wall", WALL, Pose((5.1, 0.0, 0.0)), str)
+    yield world
+    world.close()
+
+
+@pytest.fixture(name="cart")
+def _cart(world):
+    cart = world.spawn_urdf("cart", CART, Pose((0.0, 0.0, 0.1)), str)
+    world.step(1)
+    return cart
+
+
+def made(spec, world, model, seed=1):
+    """The output that the table gives for a spec."""
+    return OUTPUTS[type(spec)](world, model, spec, seed)
+
+
+SCAN = dict(samples=9, min_angle=-0.4, max_angle=0.4, range_min=0.2, range_max=10.0)
+
+
+def test_velodyne_cloud(topics, world, cart):
+    spec = CloudSpec("v", "base", layers=4, min_elevation=0.0, max_elevation=0.3, topic="/v",
+                     frame_id="velo", **SCAN)  # fmt: skip
+    made(spec, world, cart).update(0.5)
+    cloud = topics["/v"].messages[-1]
+    cloud.serialize(io.BytesIO())
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring", "time"]
+    assert (cloud.height, cloud.width, cloud.point_step) == (1, 36, 22) and cloud.is_dense
+    assert (cloud.header.frame_id, cloud.header.stamp.to_sec()) == ("velo", 0.5)
+    data = np.frombuffer(cloud.data, rays._POINT)
+    assert data["xyz"][:, 0] == pytest.approx(5.0, abs=0.01)
+    assert sorted(set(data["ring"].tolist())) == [0, 1, 2, 3]
+
+
+def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
+    spec = CloudSpec("v", "base", layers=2, min_elevation=0.0, max_elevation=0.1, topic="/v",
+                     organized=True, **dict(SCAN, range_max=5.2))  # fmt: skip
+    made(spec, world, cart).update(0.5)
+    cloud = topics["/v"].messages[-1]
+    assert (cloud.height, cloud.width) == (2, 9) and not cloud.is_dense
+    data = np.frombuffer(cloud.data, rays._POINT).reshape(2, 9)
+    assert (data["ring"][0] == 1).all() and (data["ring"][1] == 0).all()  # highest layer first
+    assert np.isnan(data["xyz"][:, 0]).all() and np.isfinite(data["xyz"][:, 4]).all()
+
+
+def test_block_laser(topics, world, cart):
+    made(CloudSpec("b", "base", topic="/b", layout="block", **SCAN), world, cart).update(0.1)
+    cloud = topics["/b"].messages[-1]
+    assert isinstance(cloud, PointCloud) and len(cloud.points) == 9
+    assert len(cloud.channels[0].values) == 9
+    assert cloud.points[4].x == pytest.approx(5.0, abs=0.01)
+
+
+@pytest.mark.parametrize("farthest, expected", [(10.0, 5.0), (3.0, 3.0)])
+def test_range_is_that_of_the_nearest_ray(topics, world, cart, farthest, expected):
+    spec = RangeSpec("s", "base", topic="/s", field_of_view=0.4, **dict(SCAN, range_max=farthest))
+    made(spec, world, cart).update(0.1)
+    message = topics["/s"].messages[-1]
+    assert message.range == pytest.approx(expected, abs=0.01)
+    assert (message.radiation_type, message.field_of_view) == (Range.ULTRASOUND, 0.4)
+    assert (message.min_range, message.max_range) == (pytest.approx(0.2), farthest)
+
+
+def test_gps(topics, world, cart):
+    cart.set_state(Pose((30.0, 40.0, 0.1)), (1.0, 2.0, 0.0))
+    spec = GpsSpec("g", "base", heading=math.pi / 2, altitude=100.0, noise_stddev=(0.0, 0.0, 0.3))
+    made(spec, world, cart).update(2.0)
+    fix, velocity = topics["/fix"].messages[-1], topics["/fix_velocity"].messages[-1]
+    # x to the east, y to the north
+    assert (fix.latitude - spec.latitude) * 111.2e3 == pytest.approx(40.0, rel=0.01)
+    assert (fix.longitude - spec.longitude) * 111.3e3 * math.cos(
+        math.radians(spec.latitude)
+    ) == pytest.approx(30.0, rel=0.01)
+    assert fix.altitude == pytest.approx(100.1, abs=1.5)
+    assert fix.position_covariance[8] == pytest.approx(0.09) and fix.status.service == 1
+    assert (velocity.vector.x, velocity.vector.y) == pytest.approx((2.0, -1.0))
+
+
+@pytest.mark.parametrize("field_message", [False, True])
+def test_magnetic(topics, world, cart, field_message):
+    cart.set_state(Pose.from_xyz_rpy((0, 0, 0.1), (0, 0, math.pi / 2)))
+    spec = MagneticSpec("m", "base", inclination=0.0, field_message=field_message)
+    made(spec, world, cart).update(0.1)
+    message = topics["/magnetic"].messages[-1]
+    vector = message.magnetic_field if field_message else message.vector
+    assert (vector.x, vector.y, vector.z) == pytest.approx((0.0, -0.44, 0.0), abs=1e-6)
+
+
+class Arrivals:
+    """Takes the place of the counting subscriber."""
+
+    def subscribe(self, topic, _kind, callback, **_options):
+        self.topic, self.take = topic, callback
+        return self
+
+    def unregister(self):
+        """End."""
+
+
+def test_planar_move(topics, world, cart):
+    output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart)
+    arrivals = Arrivals()
+    output.attach(arrivals)
+    assert arrivals.topic == "/cmd_vel" and output.has_subscribers()
+    command = Twist()
+    command.linear.x, command.linear.y, command.angular.z = 0.4, 0.2, 0.0
+    arrivals.take(command)
+    for _ in range(400):
+        output.update(world.time)
+        world.step(1)
+    x, y, _ = cart.pose.position
+    assert (x, y) == pytest.approx((0.16, 0.08), abs=6e-3)
+    odometry = topics["/odom"].messages[-1]
+    assert odometry.twist.twist.linear.y == pytest.approx(0.2, abs=0.01)
+    assert len(topics["/odom"].messages) == pytest.approx(8, abs=1)  # 20 Hz for 0.4 s
+    assert topics["/tf"].messages[-1].transforms[0].child_frame_id == "base_footprint"
+    for _ in range(400):  # beyond the timeout
+        output.update(world.time)
+        world.step(1)
+    assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
+    assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
+    command.linear.x = math.nan
+    arrivals.take(command)
+    output.update(world.time)
+    output.close()
+
+
+def test_diff_drive_tells_of_its_wheels(topics, world, cart):
+    spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
+                          wheel_states_topic="/joint_states", wheel_transforms=True)  # fmt: skip
+    output = made(spec, world, cart)
+    arrivals = Arrivals()
+    output.attach(arrivals)
+    command = Twist()
+    command.linear.x = 0.3
+    arrivals.take(command)
+    for _ in range(50):
+        output.update(world.time)
+        world.step(10)
+    output.update(world.time)
+    state = topics["/joint_states"].messages[-1]
+    assert state.name == ["left", "right"] and state.position[0] == pytest.approx(1.5, rel=0.1)
+    frames = [
+        transform
+        for message in topics["/tf"].messages[-2:]
+        for transform in message.transforms
+        if transform.header.frame_id == "base"
+    ]
+    assert [frame.child_frame_id for frame in frames] == ["left_wheel", "right_wheel"]
+    assert frames[0].transform.translation.y == pytest.approx(0.15, abs=1e-6)
+    turned = 2 * math.atan2(frames[0].transform.rotation.y, frames[0].transform.rotation.w)
+    assert math.remainder(turned - state.position[0], 2 * math.pi) == pytest.approx(0.0, abs=1e-6)
+    output.close()
+    assert topics["/joint_states"].closed

@@ -1,0 +1,87 @@
+"""Specifications of sensors that measure a link's place and attitude on the earth, and of plugins
+that move a whole model."""
+
+import math
+from dataclasses import dataclass
+
+from bullet_sim.description.specs import ZERO_POSE, PoseTuple
+
+
+@dataclass(frozen=True)
+class GpsSpec:
+    """A GPS receiver; x of the world points along reference_heading, y to the left of it.
+
+    Attributes:
+        rate: fixes per simulated second [Hz]; 0: one a physics step.
+        topic, velocity_topic: NavSatFix and Vector3Stamped.
+        latitude, longitude: of the world's origin [degrees]; altitude [m].
+        heading: of the world's x axis [rad], clockwise from north.
+        status, service: of NavSatStatus.
+        noise_stddev: of Gaussian noise on x, y, z [m].
+        velocity_noise_stddev: on the velocities [m/s].
+        offset: constant error [m].
+    """
+
+    name: str
+    link: str
+    pose: PoseTuple = ZERO_POSE
+    rate: float = 4.0
+    topic: str = "/fix"
+    velocity_topic: str = "/fix_velocity"
+    frame_id: str = "world"
+    latitude: float = 49.860246
+    longitude: float = 8.687077
+    altitude: float = 0.0
+    heading: float = 0.0
+    status: int = 0
+    service: int = 1
+    noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    velocity_noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class MagneticSpec:
+    """A magnetometer in the earth's field.
+
+    Attributes:
+        rate: messages per simulated second [Hz]; 0: one a physics step.
+        magnitude: of the field, in the message's unit.
+        heading: of the world's x axis [rad], clockwise from north.
+        declination, inclination: of the field [rad]; inclination positive downwards.
+        field_message: MagneticField instead of Vector3Stamped.
+        noise_stddev, offset: along the sensor's axes.
+    """
+
+    name: str
+    link: str
+    pose: PoseTuple = ZERO_POSE
+    rate: float = 0.0
+    topic: str = "/magnetic"
+    frame_id: str = "base_link"
+    magnitude: float = 0.44
+    heading: float = 0.0
+    declination: float = 0.0
+    inclination: float = math.radians(60.0)
+    field_message: bool = False
+    noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PlanarMoveSpec:
+    """libgazebo_ros_planar_move: a model that follows its velocity commands exactly.
+
+    Attributes:
+        rate: of odometry [Hz].
+        timeout: without a command after which it stops [s]; negative: never.
+    """
+
+    name: str
+    link: str
+    rate: float = 20.0
+    timeout: float = -1.0
+    command_topic: str = "/cmd_vel"
+    topic: str = "/odom"
+    frame_id: str = "odom"
+    child_frame_id: str = "base_footprint"

@@ -1,0 +1,110 @@
+"""Poses and velocities of links, positions of joints: read and set."""
+
+import numpy as np
+
+from bullet_sim.engine.client import Client
+from bullet_sim.engine.library import p
+
+
+class Motion(Client):
+    """How the bodies are placed and how they move."""
+
+    def base_pose(self, body):
+        """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""
+        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        return p.multiplyTransforms(position, orientation, *self._outward[body])
+
+    def set_base_pose(self, body, position, orientation):
+        """Move the root link's frame to a world pose; joints and velocities stay."""
+        pose = p.multiplyTransforms(position, orientation, *self._inertial[body])
+        p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
+
+    def set_base_velocity(self, body, linear, angular):
+        """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
+        centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
+        arm = np.subtract(centre, self.base_pose(body)[0])
+        linear = np.asarray(linear, float) + np.cross(angular, arm)
+        p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self._client)
+
+    def link_state(self, body, link):
+        """Pose and velocity of a link frame in the world.
+
+        Args:
+            link: index as link_indices gives it.
+
+        Returns:
+            position (3,) [m], quaternion (4,), linear (3,) [m/s] of the frame's origin, angular
+            (3,) [rad/s]; velocities along world axes.
+        """
+        return tuple(map(np.array, self.link_motion(body, link)))
+
+    def link_motion(self, body, link):
+        """As link_state, four tuples: several times as fast."""
+        if link < 0:
+            centre, axes = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            position, orientation = p.multiplyTransforms(centre, axes, *self._outward[body])
+            linear, angular = p.getBaseVelocity(body, physicsClientId=self._client)
+        else:
+            state = p.getLinkState(
+                body,
+                link,
+                computeLinkVelocity=1,
+                computeForwardKinematics=1,
+                physicsClientId=self._client,
+            )
+            centre, position, orientation = state[0], state[4], state[5]
+            linear, angular = state[6], state[7]
+        (u, v, w), (wx, wy, wz) = linear, angular
+        x, y, z = position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]
+        return (
+            position,
+            orientation,
+            (u + wy * z - wz * y, v + wz * x - wx * z, w + wx * y - wy * x),
+            angular,
+        )
+
+    def link_poses(self, body):
+        """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""
+        position, orientation = self.base_pose(body)
+        positions, orientations = [position], [orientation]
+        count = p.getNumJoints(body, physicsClientId=self._client)
+        if count:
+            for state in p.getLinkStates(
+                body, range(count), computeForwardKinematics=1, physicsClientId=self._client
+            ):
+                positions.append(state[4])
+                orientations.append(state[5])
+        return np.array(positions), np.array(orientations)
+
+    def link_centre(self, body, link):
+        """Centre of mass (3,) [m] of a link in the world."""
+        if link < 0:
+            return np.array(p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0])
+        return np.array(
+            p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self._client)[0]
+        )
+
+    def joint_states(self, body):
+        """(position, velocity, reaction forces, motor effort) of each movable joint."""
+        joints = self._movable[body]
+        return p.getJointStates(body, joints, physicsClientId=self._client) if joints else ()
+
+    def read_joints(self, body):
+        """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
+        states = self.joint_states(body)
+        return (
+            np.array([s[0] for s in states]),
+            np.array([s[1] for s in states]),
+            np.array([s[3] for s in states]),
+        )
+
+    def set_joint_positions(self, body, positions):
+        """Set the movable joints to positions (n,) [rad, m], at rest."""
+        for joint, position in zip(self._movable[body], positions):
+            p.resetJointState(body, joint, position, 0.0, physicsClientId=self._client)
+
+    def put_joint(self, body, joint, position):
+        """Set the movable joint number `joint` to a position [rad, m], at rest."""
+        p.resetJointState(
+            body, self._movable[body][joint], position, 0.0, physicsClientId=self._client
+        )

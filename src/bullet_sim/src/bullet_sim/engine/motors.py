@@ -1,0 +1,75 @@
+"""What drives bodies: the motors of joints, forces on links."""
+
+from bullet_sim.engine.client import Client
+from bullet_sim.engine.library import p
+
+
+class Motors(Client):
+    """Motors keep their command from step to step, forces and efforts last one step."""
+
+    def drive_velocity(self, body, joint, velocity, effort):
+        """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.VELOCITY_CONTROL,
+            targetVelocity=velocity,
+            force=effort,
+            physicsClientId=self._client,
+        )
+
+    def drive_position(self, body, joint, position, effort, velocity):
+        """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.POSITION_CONTROL,
+            targetPosition=position,
+            force=effort,
+            maxVelocity=velocity,
+            positionGain=0.1,
+            velocityGain=1.0,
+            physicsClientId=self._client,
+        )
+
+    def release(self, body, joint):
+        """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
+
+        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
+        """
+        index = self._movable[body][joint]
+        friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
+        p.setJointMotorControl2(
+            body,
+            index,
+            p.VELOCITY_CONTROL,
+            targetVelocity=0.0,
+            force=friction,
+            physicsClientId=self._client,
+        )
+
+    def drive_effort(self, body, joint, effort):
+        """Apply an effort [N m, N] to a joint for the next step only."""
+        p.setJointMotorControl2(
+            body,
+            self._movable[body][joint],
+            p.TORQUE_CONTROL,
+            force=effort,
+            physicsClientId=self._client,
+        )
+
+    def apply_wrench(self, body, link, force, torque):
+        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
+        axes, for the next step only; several add up."""
+        if link < 0:
+            centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
+        else:
+            centre = p.getLinkState(
+                body, link, computeForwardKinematics=1, physicsClientId=self._client
+            )[0]
+        p.applyExternalForce(
+            body, link, tuple(force), centre, p.WORLD_FRAME, physicsClientId=self._client
+        )
+        p.applyExternalTorque(
+            body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self._client
+        )

@@ -1,0 +1,122 @@
+"""What is spawned inside something else is pushed out gently.
+
+Bullet corrects an overlap within a few steps, which throws a robot that was spawned in the ground
+metres high. Gazebo bounds the speed of that correction. Here the links that overlap pass through
+each other for the time being, and the model moves out at a bounded speed: upwards where it stands
+in the ground or in a slab, else along the contact's normal, or away from the other model.
+"""
+
+import math
+
+TOLERANCE = 5e-4  # [m] of overlap that the solver may correct by itself
+SPEED = 0.3  # [m/s] at most, where no maxVel is given
+RATE = 20.0  # [1/s]: speed per depth near the end
+SLOWEST = 0.005  # [m/s]
+SLACK = 0.5  # [m] beyond the first depth that a model may have to move before it is given up
+_UPRIGHT = 0.5  # vertical part of a normal from which on the way out is upwards
+
+
+class Release:
+    """Pushes overlapping models apart.
+
+    Args:
+        engine: the Engine.
+    """
+
+    def __init__(self, engine):
+        self._engine = engine
+        self._unchecked = []  # models to be looked at before the next step
+        self._moving = {}  # body -> _Release
+
+    @property
+    def active(self):
+        """Whether a model is on its way out, or has to be looked at."""
+        return bool(self._moving or self._unchecked)
+
+    def check_later(self, model):
+        """Look at a model before the next step: it was put somewhere."""
+        if not model.is_static and not model.source.fixed_base and model not in self._unchecked:
+            self._unchecked.append(model)
+
+    def remove(self, model):
+        """The model goes; what it passes through goes with it."""
+        self._unchecked = [other for other in self._unchecked if other is not model]
+        self._moving.pop(model.body, None)
+        for release in self._moving.values():
+            release.pairs = [pair for pair in release.pairs if pair[1] != model.body]
+
+    def clear(self):
+        """All models were loaded anew."""
+        self._unchecked, self._moving = [], {}
+
+    def move(self):
+        """Set velocities for the next step."""
+        for model in self._unchecked:
+            self._check(model)
+        self._unchecked = []
+        for body, release in list(self._moving.items()):
+            if not release.move(self._engine):
+                del self._moving[body]
+
+    def _check(self, model):
+        before = self._moving.pop(model.body, None)
+        if before is not None:
+            before.restore_collisions(self._engine)
+        limit = max([TOLERANCE] + [link.surface.min_depth for link in model.rigid_parts.values()])
+        found = self._engine.overlaps(model.body, limit)
+        if found:
+            self._moving[model.body] = _Release(self._engine, model, found, limit)
+
+
+class _Release:
+    """A model on its way out of what it overlaps."""
+
+    def __init__(self, engine, model, found, limit):
+        self._model, self._limit = model, limit
+        self.pairs = sorted({(link, other, its) for link, other, its, _, _ in found})
+        depth, normal = max((depth, normal) for _, _, _, depth, normal in found)
+        moving = [other for _, other, _ in self.pairs if engine.is_free(other)]
+        if any(abs(normal[2]) > _UPRIGHT for *_, normal in found) and len(moving) < len(self.pairs):
+            self._way = (0.0, 0.0, 1.0)
+        elif moving:
+            self._way = _apart(engine.base_pose(model.body)[0], engine.base_pose(moving[0])[0])
+        else:
+            self._way = normal
+        speeds = [link.surface.max_speed for link in model.rigid_parts.values()]
+        given = [speed for speed in speeds if speed]
+        self._speed = max(SLOWEST, min(given)) if given else SPEED
+        self._left = SLACK + 3.0 * depth
+        for link, other, its in self.pairs:
+            engine.set_pair_collision(model.body, link, other, its, False)
+
+    def move(self, engine):
+        """Set the velocity for the coming step; returns whether it has still to move."""
+        body = self._model.body
+        depth = max((engine.pair_depth(body, *pair) for pair in self.pairs), default=0.0)
+        if depth <= self._limit or self._left <= 0.0:
+            if depth > self._limit:
+                self._model.description.warn(
+                    f"model '{self._model.name}' is {depth:.3f} m deep in another and could not "
+                    "be moved out of it"
+                )
+            self.restore_collisions(engine)
+            engine.set_base_velocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            return False
+        speed = min(self._speed, max(SLOWEST, RATE * depth))
+        self._left -= speed * engine.time_step
+        # gravity acts within the step
+        velocity = [speed * w - g * engine.time_step for w, g in zip(self._way, engine.gravity)]
+        engine.set_base_velocity(body, velocity, (0.0, 0.0, 0.0))
+        return True
+
+    def restore_collisions(self, engine):
+        """End the passing through."""
+        for link, other, its in self.pairs:
+            engine.set_pair_collision(self._model.body, link, other, its, True)
+
+
+def _apart(mine, other):
+    """Horizontal unit vector from the other model to mine; to the left where both are one."""
+    x, y = mine[0] - other[0], mine[1] - other[1]
+    length = math.hypot(x, y)
+    return (x / length, y / length, 0.0) if length > 1e-3 else (0.0, 1.0, 0.0)

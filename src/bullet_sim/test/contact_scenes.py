@@ -1,0 +1,89 @@
+"""Bodies and worlds of the contact tests."""
+
+from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+HALF_PI = 1.5707963267948966
+
+
+def nowhere(uri):
+    raise OSError(f"{uri} is not there")
+
+
+def sdf_box(name, size, mass=1.0, surface="", static=False, more=""):
+    """ModelDescription of a box; `surface` is what stands in its <surface>."""
+    x, y, z = size
+    i = [mass / 12.0 * (a * a + b * b) for a, b in ((y, z), (x, z), (x, y))]
+    text = (
+        f'<sdf version="1.6"><model name="{name}"><static>{str(static).lower()}</static>'
+        f'<link name="l">{more}<inertial><mass>{mass}</mass><inertia><ixx>{i[0]}</ixx>'
+        f"<iyy>{i[1]}</iyy><izz>{i[2]}</izz></inertia></inertial>"
+        f'<collision name="c"><geometry><box><size>{x} {y} {z}</size></box></geometry>'
+        f"<surface>{surface}</surface></collision></link></model></sdf>"
+    )
+    return parse_model(text, nowhere, name)[0]
+
+
+def friction(mu, mu2=None, fdir1=None):
+    """<friction> of SDF."""
+    text = f"<mu>{mu}</mu><mu2>{mu if mu2 is None else mu2}</mu2>"
+    text += "" if fdir1 is None else f"<fdir1>{fdir1}</fdir1>"
+    return f"<friction><ode>{text}</ode></friction>"
+
+
+def ground(mu=1.0):
+    """ModelDescription of an endless floor at z = 0."""
+    text = (
+        '<sdf version="1.6"><model name="floor"><static>true</static><link name="l">'
+        '<collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>'
+        f"<surface>{friction(mu)}</surface></collision></link></model></sdf>"
+    )
+    return parse_model(text, nowhere, "floor")[0]
+
+
+def skid_base(mass, half_base, half_track, radius, wheel_mass, mu=0.8, round_wheels=True, effort=0):
+    """ModelDescription of a base with four driven wheels.
+
+    Args:
+        mass, wheel_mass: [kg].
+        half_base, half_track: wheels stand at (+-half_base, +-half_track) [m].
+        radius: of the wheels [m].
+        round_wheels: spheres, else cylinders 4 cm wide.
+        effort: limit of each wheel [N m].
+    """
+    x, y, z = 2 * half_base, 1.9 * half_track, 0.1
+    i = [mass / 12.0 * (a * a + b * b) for a, b in ((y, z), (x, z), (x, y))]
+    shape = f'<sphere radius="{radius}"/>'
+    if not round_wheels:
+        shape = f'<cylinder radius="{radius}" length="0.04"/>'
+    spin = wheel_mass * radius**2 / 2
+    text = (
+        f'<robot name="skid"><link name="base"><inertial><mass value="{mass}"/><inertia '
+        f'ixx="{i[0]}" iyy="{i[1]}" izz="{i[2]}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    for name, ax, ay in (
+        ("fl", half_base, half_track),
+        ("fr", half_base, -half_track),
+        ("rl", -half_base, half_track),
+        ("rr", -half_base, -half_track),
+    ):
+        text += (
+            f'<link name="{name}"><inertial><mass value="{wheel_mass}"/><inertia ixx="{spin / 2}" '
+            f'iyy="{spin}" izz="{spin / 2}" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin '
+            f'rpy="{HALF_PI} 0 0"/><geometry>{shape}</geometry></collision></link>'
+            f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}"/>'
+            f'<origin xyz="{ax} {ay} 0"/><axis xyz="0 1 0"/><limit effort="{effort}" '
+            f'velocity="0"/></joint><gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2>'
+            "</gazebo>"
+        )
+    return parse_urdf(text + "</robot>", nowhere, "skid")
+
+
+def world_of(*models, gravity=(0.0, 0.0, -9.81), step=0.001):
+    """A World with (description, Pose) pairs in it."""
+    world = World(step, gravity)
+    for description, pose in models:
+        world.spawn(description, pose or Pose())
+    return world

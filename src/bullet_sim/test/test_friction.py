@@ -1,0 +1,132 @@
+"""Friction of pairs against closed forms: a box on an incline, the smaller coefficient, fdir1."""
+
+import math
+
+import pytest
+from bullet_sim.pose import Pose
+from contact_scenes import friction, ground, sdf_box, world_of
+
+TIME = 0.6  # [s]
+STEP = 0.001  # [s]
+
+
+def slid(box_surface, ground_mu, slope, along, yaw=0.0):
+    """How far [m] a box slides in TIME on a floor that is inclined by atan(slope)."""
+    angle = math.atan(slope)
+    down = 9.81 * math.sin(angle)
+    gravity = (down if along == "x" else 0.0, down if along == "y" else 0.0)
+    box = sdf_box("box", (0.4, 0.4, 0.04), surface=box_surface)
+    pose = Pose.from_xyz_rpy((0, 0, 0.02), (0, 0, yaw))
+    world = world_of(
+        (ground(ground_mu), None), (box, pose), gravity=(*gravity, -9.81 * math.cos(angle))
+    )
+    world.step(round(TIME / STEP))
+    x, y, _ = world.models["box"].pose.position
+    world.close()
+    return math.hypot(x, y)
+
+
+def expected(mu, slope):
+    """Closed form of the same: a = g (sin - mu cos), 0 where it sticks."""
+    angle = math.atan(slope)
+    return max(0.0, 0.5 * 9.81 * (math.sin(angle) - mu * math.cos(angle)) * TIME**2)
+
+
+@pytest.mark.parametrize("along", ["x", "y"])
+@pytest.mark.parametrize(
+    "box_mu, ground_mu, mu",
+    [
+        (0.5, 100.0, 0.5),
+        (0.5, 1.0, 0.5),
+        (0.5, 0.3, 0.3),
+        (1.0, 0.3, 0.3),
+        (100.0, 1.0, 1.0),
+        (0.3, 0.3, 0.3),
+        (0.0, 1.0, 0.0),
+    ],
+)
+def test_a_box_slides_beyond_the_smaller_coefficient(box_mu, ground_mu, mu, along):
+    if mu:
+        assert slid(friction(box_mu), ground_mu, 0.97 * mu, along) < 0.002
+    assert slid(friction(box_mu), ground_mu, 1.03 * mu + 0.01, along) > 0.5 * expected(
+        mu, 1.03 * mu + 0.01
+    )
+    for slope in (1.5 * mu + 0.1, 2.5 * mu + 0.1):
+        assert slid(friction(box_mu), ground_mu, slope, along) == pytest.approx(
+            expected(mu, slope), rel=0.03
+        )
+
+
+@pytest.mark.parametrize(
+    "surface, yaw, along, mu",
+    [
+        (friction(0.8, 0.3, "1 0 0"), 0.0, "x", 0.8),
+        (friction(0.8, 0.3, "1 0 0"), 0.0, "y", 0.3),
+        (friction(0.8, 0.3, "0 1 0"), 0.0, "x", 0.3),
+        (friction(0.8, 0.3, "0 1 0"), 0.0, "y", 0.8),
+        (friction(0.8, 0.3, "1 0 0"), math.pi / 2, "x", 0.3),
+        (friction(0.8, 0.3, "1 0 0"), math.pi / 2, "y", 0.8),
+        # none given: what ODE derives from an upward normal, across the world's x
+        (friction(0.8, 0.3), 0.0, "y", 0.8),
+        (friction(0.8, 0.3), 0.0, "x", 0.3),
+        (friction(0.8, 0.3), math.pi / 2, "y", 0.8),
+    ],
+)
+def test_two_directions(surface, yaw, along, mu):
+    assert slid(surface, 100.0, 0.97 * mu, along, yaw) < 0.002
+    slope = 1.3 * mu
+    assert slid(surface, 100.0, slope, along, yaw) == pytest.approx(expected(mu, slope), rel=0.03)
+
+
+def test_what_stands_on_two_grounds_in_turn_has_the_friction_of_each():
+    """A box slides from a floor of 0.1 onto a slab of 0.6 and stops there."""
+    slab = sdf_box("slab", (4.0, 4.0, 0.1), surface=friction(0.6), static=True)
+    box = sdf_box("box", (0.2, 0.2, 0.1), surface=friction(0.9))
+    world = world_of((slab, Pose((3.0, 0.0, -0.05))), (box, Pose((0.5, 0.0, 0.05))))
+    slick = sdf_box("slick", (2.0, 4.0, 0.1), surface=friction(0.1), static=True)
+    world.spawn(slick, Pose((0.0, 0.0, -0.05)))
+    world.models["box"].set_state(Pose((-0.5, 0.0, 0.05)), (3.0, 0.0, 0.0))
+    world.step(5000)
+    x = world.models["box"].pose.position[0]
+    world.close()
+    # 1.5 m at 0.1 g, then v^2 / (2 0.6 g); the box is between both for its own length
+    rest = (9.0 - 2 * 0.1 * 9.81 * 1.5) / (2 * 0.6 * 9.81)
+    assert x == pytest.approx(1.0 + rest, abs=0.08)
+
+
+def test_boxes_on_each_other_have_the_smaller_coefficient_too():
+    """The upper of two slides off beyond its 0.5 only, though Bullet's product would be 0.25."""
+    found = []
+    for slope in (0.47, 0.6):
+        angle = math.atan(slope)
+        gravity = (9.81 * math.sin(angle), 0.0, -9.81 * math.cos(angle))
+        lower = sdf_box("lower", (0.6, 0.6, 0.1), mass=5.0, surface=friction(0.7))
+        upper = sdf_box("upper", (0.1, 0.1, 0.02), surface=friction(0.5))
+        world = world_of(
+            (ground(100.0), None),
+            (lower, Pose((0, 0, 0.05))),
+            (upper, Pose((0, 0, 0.11))),
+            gravity=gravity,
+        )
+        world.step(500)
+        x = [world.models[name].pose.position[0] for name in ("lower", "upper")]
+        world.close()
+        found.append(x)
+    assert abs(found[0][0]) < 0.003 and abs(found[0][1]) < 0.003
+    assert abs(found[1][0]) < 0.003 and found[1][1] > 0.05
+
+
+def test_results_do_not_depend_on_the_size_of_batches():
+    places = []
+    for batches in ([700], [1] * 700, [3] * 233 + [1]):
+        world = world_of(
+            (ground(0.3), None),
+            (sdf_box("slab", (1, 1, 0.1), surface=friction(0.8), static=True), Pose((1.5, 0, 0))),
+            (sdf_box("box", (0.2, 0.2, 0.1), surface=friction(0.6)), Pose((0, 0, 0.05))),
+            gravity=(4.0, 0.0, -9.0),
+        )
+        for count in batches:
+            world.step(count)
+        places.append(world.models["box"].pose)
+        world.close()
+    assert places[0] == places[1] == places[2]

@@ -1,0 +1,51 @@
+"""Inertias that joints move."""
+
+import pytest
+from bullet_sim.controllers.inertias import joint_inertias
+from bullet_sim.description.lump import lump
+from bullet_sim.formats.urdf import parse_urdf
+
+
+def link(name, mass, inertia, centre="0 0 0"):
+    """A <link> with the same inertia about all axes."""
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/><inertia '
+        f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        "</link>"
+    )
+
+
+def joint(name, parent, kind, xyz="0 0 0", rpy="0 0 0", axis="0 0 1"):
+    """A <joint> to the link of its own name."""
+    return (
+        f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}" rpy="{rpy}"/><parent '
+        f'link="{parent}"/><child link="{name}_link"/><axis xyz="{axis}"/>'
+        '<limit lower="-3" upper="3" effort="10" velocity="300"/></joint>'
+    )
+
+
+# A fork with a wheel 0.5 m ahead of its axis, and a slider, on a body of 8 kg.
+URDF = (
+    '<robot name="bot">'
+    + link("body", 8, 0.6)
+    + link("fork_link", 1, 0.02, "0.2 0 0")
+    + joint("fork", "body", "revolute", "1 0 0")
+    + link("wheel_link", 2, 0.004)
+    + joint("wheel", "fork_link", "continuous", "0.5 0 0", "1.5707963 0 0")
+    + link("slider_link", 2, 0.1)
+    + joint("slider", "body", "prismatic", axis="1 0 0")
+    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
+FORK = 0.02 + 1 * 0.2**2 + 0.004 + 2 * 0.5**2  # [kg m^2] about its own axis
+
+
+def test_inertias_of_a_held_robot_are_those_beyond_the_joint():
+    inertias = joint_inertias(lump(parse_urdf(URDF, str)), True)
+    assert inertias == pytest.approx({"fork": FORK, "wheel": 0.004, "slider": 2.0})
+
+
+def test_inertias_of_a_free_robot_are_the_reduced_ones():
+    inertias = joint_inertias(lump(parse_urdf(URDF, str)), False)
+    rest = 0.6 + 8 * 1.0 + 0.1 + 2 * 1.0  # body and slider about the fork's axis
+    assert inertias["fork"] == pytest.approx(FORK * rest / (FORK + rest))
+    assert inertias["slider"] == pytest.approx(2.0 * 11.0 / 13.0)

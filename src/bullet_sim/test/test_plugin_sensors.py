@@ -1,0 +1,192 @@
+"""Plugins of hector, velodyne and gazebo_ros: what is read of them, and what they compute."""
+
+import math
+
+import numpy as np
+import pytest
+from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
+from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
+from bullet_sim.description.specs import ImuSpec, WheelDriveSpec
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.sensors import earth
+from bullet_sim.sensors.layers import LayeredLidar
+
+LINKS = (
+    '<link name="base"/><link name="left"/><link name="right"/>'
+    '<joint name="l" type="continuous"><parent link="base"/><child link="left"/></joint>'
+    '<joint name="r" type="continuous"><parent link="base"/><child link="right"/></joint>'
+)
+
+
+def one(gazebo):
+    """The one sensor of a robot, which must not warn."""
+    model = parse_urdf(f'<robot name="r">{LINKS}<gazebo>{gazebo}</gazebo></robot>', str, "bot")
+    assert model.warnings == []
+    (spec,) = model.sensors
+    return spec
+
+
+def plugin(name, tags=""):
+    return f'<plugin name="p" filename="lib{name}.so">{tags}</plugin>'
+
+
+def ray(name, tags="", vertical="", width=(-1.0, 1.0)):
+    return (
+        '</gazebo><gazebo reference="base"><sensor type="ray" name="eye"><update_rate>10'
+        "</update_rate><ray><scan><horizontal><samples>5</samples>"
+        f"<min_angle>{width[0]}</min_angle><max_angle>{width[1]}</max_angle></horizontal>{vertical}"
+        "</scan><range><min>0.1</min><max>20</max></range></ray>" + plugin(name, tags) + "</sensor>"
+    )
+
+
+VERTICAL = (
+    "<vertical><samples>3</samples><min_angle>-0.2</min_angle><max_angle>0.1</max_angle></vertical>"
+)
+
+
+@pytest.mark.parametrize(
+    "gazebo, kind, values",
+    [
+        (
+            plugin("hector_gazebo_ros_imu", "<updateRate>50</updateRate><bodyName>left</bodyName>"
+                   "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>"),
+            ImuSpec,
+            {"topic": "/imu", "rate": 50.0, "link": "left", "frame_id": "left",
+             "accel_noise_stddev": 0.2},
+        ),
+        (
+            plugin("hector_gazebo_ros_gps", "<robotNamespace>car</robotNamespace>"
+                   "<referenceLatitude>10</referenceLatitude><referenceHeading>90</referenceHeading>"
+                   "<gaussianNoise>0.5</gaussianNoise>"),
+            GpsSpec,
+            {"topic": "/car/fix", "velocity_topic": "/car/fix_velocity", "rate": 4.0,
+             "latitude": 10.0, "longitude": 8.687077, "heading": math.pi / 2, "frame_id": "world",
+             "noise_stddev": (0.5, 0.5, 0.5)},
+        ),
+        (
+            plugin("hector_gazebo_ros_magnetic", "<inclination>45</inclination>"),
+            MagneticSpec,
+            {"topic": "/magnetic", "magnitude": 0.44, "inclination": math.pi / 4,
+             "frame_id": "base", "field_message": False},
+        ),
+        (
+            plugin("gazebo_ros_planar_move", "<odometryRate>5</odometryRate>"),
+            PlanarMoveSpec,
+            {"rate": 5.0, "command_topic": "/cmd_vel", "topic": "/odom", "timeout": -1.0},
+        ),
+        (
+            ray("gazebo_ros_velodyne_laser", "<topicName>points</topicName><min_range>0.5"
+                "</min_range><frameName>velo</frameName>", VERTICAL),
+            CloudSpec,
+            {"topic": "/points", "layers": 3, "min_elevation": -0.2, "max_elevation": 0.1,
+             "range_min": 0.5, "range_max": 20.0, "layout": "velodyne", "frame_id": "velo"},
+        ),
+        (
+            ray("gazebo_ros_block_laser", vertical=VERTICAL),
+            CloudSpec,
+            {"layout": "block", "layers": 3, "rate": 10.0},
+        ),
+        (
+            ray("gazebo_ros_range", "<radiation>ultrasound</radiation><fov>0.3</fov>"),
+            RangeSpec,
+            {"infrared": False, "field_of_view": 0.3, "topic": "/range"},
+        ),
+        (
+            ray("hector_gazebo_ros_sonar", vertical=VERTICAL),
+            RangeSpec,
+            {"infrared": False, "field_of_view": pytest.approx(0.3), "topic": "/sonar",
+             "frame_id": "base"},
+        ),
+        (
+            plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"
+                   "<legacyMode>false</legacyMode><robotNamespace>car</robotNamespace>"
+                   "<publishWheelTF>true</publishWheelTF>"
+                   "<publishWheelJointState>true</publishWheelJointState>"),
+            WheelDriveSpec,
+            {"wheel_states_topic": "/car/joint_states", "wheel_transforms": True},
+        ),
+        (
+            plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"),
+            WheelDriveSpec,
+            {"wheel_states_topic": "", "wheel_transforms": False},
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_read(gazebo, kind, values):
+    spec = one(gazebo)
+    assert type(spec) is kind
+    assert {name: getattr(spec, name) for name in values} == values
+
+
+def test_a_bodyname_that_is_no_link_costs_its_plugin_only():
+    text = plugin("hector_gazebo_ros_gps", "<bodyName>nose</bodyName>")
+    model = parse_urdf(f'<robot name="r">{LINKS}<gazebo>{text}</gazebo></robot>', str, "bot")
+    assert model.sensors == [] and len(model.warnings) == 1 and "'nose'" in model.warnings[0]
+
+
+def test_a_degree_of_latitude_is_that_of_the_ellipsoid():
+    """Table values of WGS 84: 110.574 and 111.320 km at the equator, 111.132 and 78.847 at 45."""
+    for latitude, north, east in ((0.0, 110574.0, 111320.0), (45.0, 111132.0, 78847.0)):
+        found = [math.radians(1.0) * radius for radius in earth.radii(latitude)]
+        assert found == pytest.approx((north, east), abs=1.0)
+
+
+@pytest.mark.parametrize(
+    "heading, position, north, east",
+    [
+        (0.0, (100.0, 0.0, 5.0), 100.0, 0.0),
+        (0.0, (0.0, 100.0, 5.0), 0.0, -100.0),  # y to the left of north is west
+        (math.pi / 2, (100.0, 0.0, 5.0), 0.0, 100.0),
+        (math.pi / 2, (0.0, 100.0, 5.0), 100.0, 0.0),
+    ],
+)
+def test_a_fix(heading, position, north, east):
+    latitude, longitude, altitude = earth.fix(position, 45.0, 10.0, 300.0, heading)
+    per_north, per_east = earth.radii(45.0)
+    assert math.radians(latitude - 45.0) * per_north == pytest.approx(north, abs=1e-6)
+    assert math.radians(longitude - 10.0) * per_east == pytest.approx(east, abs=1e-6)
+    assert altitude == 305.0
+
+
+def test_the_magnetic_field_points_north_and_down():
+    level, dip = earth.field(0.5, 0.0, 0.0, 0.0), earth.field(0.5, 0.0, 0.0, math.radians(60))
+    assert level == pytest.approx((0.5, 0.0, 0.0))
+    assert dip == pytest.approx((0.25, 0.0, -0.5 * math.sin(math.radians(60))))
+    # x to the east: north is to the left
+    assert earth.field(0.5, math.pi / 2, 0.0, 0.0) == pytest.approx((0.0, 0.5, 0.0))
+
+
+class Walls:
+    """An engine with walls at x = 4 m and x = -2 m only."""
+
+    def ray_batch(self, origins, targets):
+        step = targets - origins
+        with np.errstate(divide="ignore", invalid="ignore"):
+            there = np.stack([(x - origins[:, 0]) / step[:, 0] for x in (4.0, -2.0)])
+        there = np.where((there >= 0.0) & (there <= 1.0), there, 2.0).min(axis=0)
+        return np.minimum(there, 1.0), np.where(there <= 1.0, 0, -1)
+
+    def bodies_in_box(self, low, high):
+        return set()
+
+
+def test_points_of_all_layers_lie_on_the_wall():
+    spec = one(ray("gazebo_ros_velodyne_laser", vertical=VERTICAL))
+    lidar = LayeredLidar(spec)
+    ranges = lidar.scan(Walls(), np.zeros(3), np.array((0, 0, 0, 1.0)))
+    points = lidar.points(ranges)
+    assert points.shape == (15, 3) and points[:, 0] == pytest.approx(4.0, abs=1e-5)
+    assert lidar.rings.tolist() == [0, 1, 2] * 5
+    elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
+    assert elevation == pytest.approx(np.tile((-0.2, -0.05, 0.1), 5), abs=1e-6)
+    azimuth = np.arctan2(points[:, 1], points[:, 0])
+    assert azimuth == pytest.approx(np.repeat(np.linspace(-1, 1, 5), 3), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "vertical, word",
+    [(VERTICAL.replace("0.1", "-0.5"), "vertical min_angle")],
+)
+def test_wrong_layers(vertical, word):
+    with pytest.raises(ValueError, match=word):
+        LayeredLidar(one(ray("gazebo_ros_block_laser", vertical=vertical)))

@@ -1,0 +1,127 @@
+"""Skid steering against the balance of Coulomb friction."""
+
+import math
+
+import pytest
+from bullet_sim.models.slip import skid_wheels
+from bullet_sim.pose import Pose
+from contact_scenes import ground, skid_base, world_of
+from scipy.optimize import fsolve
+
+WHEEL_MASS = 0.05  # of the base's mass
+
+
+def drive(world, left, right, radius, effort=1e4):
+    """Let the wheels of the two sides turn at rim speeds [m/s]."""
+    model = world.models["skid"]
+    for name, speed in (("fl", left), ("rl", left), ("fr", right), ("rr", right)):
+        number = model.joints.names.index(name)
+        world.engine.drive_velocity(model.body, number, speed / radius, effort)
+
+
+def turned(mass, half_base, half_track, left, right, radius=0.1, round_wheels=True, time=3.0):
+    """Rate of turn [rad/s] and speed [m/s], means over the last second."""
+    base = skid_base(
+        mass, half_base, half_track, radius, WHEEL_MASS * mass, round_wheels=round_wheels
+    )
+    world = world_of((ground(), None), (base, Pose((0, 0, radius))))
+    drive(world, left, right, radius)
+    world.step(round((time - 1.0) * 1000))
+    rates, speeds = [], []
+    for _ in range(100):
+        world.step(10)
+        _, _, linear, angular = world.models["skid"].link_motion("base")
+        rates.append(angular[2])
+        speeds.append(math.hypot(linear[0], linear[1]))
+    world.close()
+    return sum(rates) / 100, sum(speeds) / 100
+
+
+def balance(mass, half_base, half_track, left, right, height, mu=0.8, gravity=9.81):
+    """Steady turn of a base on four wheels: forces, moment and shift of load, solved numerically.
+
+    Returns:
+        Rate of turn [rad/s] and speed [m/s].
+    """
+    a, b = half_base, half_track
+
+    def left_over(state):
+        forward, sideways, rate = state
+        ax, ay = -sideways * rate, forward * rate
+        force_x = force_y = moment = 0.0
+        for x, y, rim in ((a, b, left), (a, -b, right), (-a, b, left), (-a, -b, right)):
+            load = mass * (
+                gravity / 4
+                - math.copysign(ay * height / (4 * b), y)
+                - math.copysign(ax * height / (4 * a), x)
+            )
+            slip = (forward - rate * y - rim, sideways + rate * x)
+            size = math.hypot(*slip) + 1e-9
+            fx, fy = (-mu * load * s / size for s in slip)
+            force_x, force_y, moment = force_x + fx, force_y + fy, moment + x * fy - y * fx
+        return force_x - mass * ax, force_y - mass * ay, moment
+
+    start = ((left + right) / 2, 0.0, (right - left) / 2 * b / (a * a + b * b))
+    forward, sideways, rate = fsolve(left_over, start)
+    return rate, math.hypot(forward, sideways)
+
+
+@pytest.mark.parametrize(
+    "mass, ratio, speed",
+    [
+        (20.0, 0.5, 0.3),
+        (20.0, 1.0, 0.1),
+        (20.0, 1.0, 0.3),
+        (20.0, 1.0, 2.0),
+        (20.0, 1.5, 0.3),
+        (2.0, 0.5, 0.1),
+        (2.0, 1.5, 1.0),
+        (60.0, 1.0, 0.5),
+        (60.0, 1.5, 2.0),
+    ],
+)
+@pytest.mark.parametrize("round_wheels", [True, False])
+def test_turning_on_the_spot(mass, ratio, speed, round_wheels):
+    """omega = b v / (a^2 + b^2), whatever mass and friction are."""
+    b = 0.2
+    a = ratio * b
+    rate, _ = turned(mass, a, b, -speed, speed, round_wheels=round_wheels)
+    assert rate == pytest.approx(b * speed / (a * a + b * b), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "mass, ratio, left, right",
+    [(20.0, 1.0, 0.3, 0.6), (20.0, 1.0, 1.0, 2.0), (60.0, 1.0, 0.0, 0.5), (2.0, 1.5, 0.4, 1.2)],
+)
+def test_arcs(mass, ratio, left, right):
+    b, radius = 0.2, 0.1
+    rate, speed = turned(mass, ratio * b, b, left, right, time=4.0)
+    wanted, wanted_speed = balance(
+        mass * (1 + 4 * WHEEL_MASS), ratio * b, b, left, right, height=radius
+    )
+    assert rate == pytest.approx(wanted, rel=0.1)
+    assert speed == pytest.approx(wanted_speed, rel=0.1)
+
+
+def test_acceleration_straight_ahead_is_what_the_efforts_allow():
+    """a = 4 tau / r / (m + 4 I / r^2) below the friction limit."""
+    mass, radius, effort = 20.0, 0.1, 1.0
+    base = skid_base(mass, 0.2, 0.2, radius, 1.0)
+    world = world_of((ground(), None), (base, Pose((0, 0, radius))))
+    world.step(200)
+    drive(world, 50.0, 50.0, radius, effort)
+    world.step(1000)
+    speed = world.models["skid"].link_motion("base")[2][0]
+    world.close()
+    inertia = 1.0 * radius**2 / 2
+    expected = 4 * effort / radius / (mass + 4 + 4 * inertia / radius**2)
+    assert speed == pytest.approx(expected, rel=0.1)
+
+
+def test_wheels_of_a_skid_steered_base_are_found_and_others_are_not():
+    base = skid_base(20.0, 0.2, 0.2, 0.1, 1.0)
+    joints = list(base.joints.values())
+    assert skid_wheels(joints, base.links) == ["fl", "fr", "rl", "rr"]
+    assert skid_wheels(joints[:2], base.links) == []  # one axle
+    steered = [j for j in joints if j.child.startswith("r")]  # the front axle hangs elsewhere
+    assert skid_wheels(steered, base.links) == []

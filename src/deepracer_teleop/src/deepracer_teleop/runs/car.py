@@ -1,0 +1,99 @@
+"""The car of the demo: the window's widgets, the odometry, and waits with deadlines."""
+
+import time
+
+import rospy
+from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
+from nav_msgs.msg import Odometry
+from PyQt5.QtTest import QTest
+
+from deepracer_teleop.drivers.mouse import Mouse
+from deepracer_teleop.runs.recorder import Recorder
+
+STILL = 0.01  # speed below which the car counts as stopped [m/s]
+
+
+class DemoError(RuntimeError):
+    """The demo cannot continue; the message says why."""
+
+
+class Car:
+    """The car behind a window.
+
+    Attributes:
+        window: InterfaceWindow.
+        mouse: Mouse on its widgets.
+        recorder: Recorder of the odometry.
+    """
+
+    def __init__(self, window, patience):
+        """Records nothing yet; wait_for_car() subscribes.
+
+        Args:
+            window: InterfaceWindow.
+            patience: Longest wall time of any wait [s].
+        """
+        self.window, self._patience = window, patience
+        self.mouse = Mouse(window)
+        self.recorder = Recorder()
+
+    @property
+    def last(self):
+        """The newest Sample of the odometry, or None."""
+        return self.recorder.last
+
+    def wait(self, what, done, seconds=None):
+        """Runs Qt's event loop until done() is true.
+
+        Args:
+            what: Awaited event, for the error.
+            done: Function without arguments.
+            seconds: Limit in ROS time [s]; reaching it is no error. None: only done() ends it.
+
+        Raises:
+            DemoError: The window was closed, or `patience` of wall time has passed.
+        """
+        begin, deadline = rospy.get_time(), time.monotonic() + self._patience
+        while not done():
+            if seconds is not None and rospy.get_time() - begin >= seconds:
+                return
+            if not self.window.isVisible() or rospy.is_shutdown():
+                raise DemoError(f"interrupted while waiting for {what}")
+            if self.window.exitCode:
+                raise DemoError(self.window.troubleLabel.text())
+            if time.monotonic() > deadline:
+                raise DemoError(f"no {what} within {self._patience:g} s")
+            QTest.qWait(5)
+
+    def run_for(self, seconds):
+        """Waits for a ROS time [s] to pass."""
+        self.wait(f"{seconds:g} s of ROS time (does /clock run?)", lambda: False, seconds)
+
+    def settle(self, limit=3.0):
+        """Waits, within ROS time, until timed moves are over and the car has stopped."""
+        self.wait("end of the timed move", lambda: not self.window.isMoving())
+        self.run_for(0.1)
+        self.wait("standing car", lambda: abs(self.last.v) < STILL, limit)
+        return self.last
+
+    def click(self, name):
+        """Clicks a button with the mouse; returns the car's state just before."""
+        before = self.last
+        self.recorder.phase = name
+        self.mouse.click(name)
+        return before
+
+    def wait_for_car(self):
+        """Waits for the first picture in the window, for odometry, and until the car stands."""
+        rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=100)
+        self.recorder.phase = "start"
+        self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.last is not None)
+        self.wait(
+            f"picture on {CAMERA_TOPIC}", lambda: self.window.cameraLabel.pixmap() is not None
+        )
+        self.wait(f"car on {ODOMETRY_TOPIC} that stands still", lambda: abs(self.last.v) < STILL)
+        self.wait(
+            "subscriber of the window's commands",
+            lambda: self.window.publisher().get_num_connections() > 0,
+        )
+        self.run_for(0.5)

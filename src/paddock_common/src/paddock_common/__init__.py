@@ -1,0 +1,1 @@
+"""What several of Paddock's packages need; it imports none of them."""

@@ -1,0 +1,1 @@
+"""Meshes made by scripts: solids of flat faces, written as Wavefront OBJ with one colour each."""

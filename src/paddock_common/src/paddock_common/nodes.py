@@ -1,0 +1,32 @@
+"""The life of a node: it starts, or says in one sentence why it cannot."""
+
+import sys
+
+import rospy
+
+
+def start(name, make, errors=ValueError):
+    """Starts a node.
+
+    Args:
+        name: Of the node.
+        make: Class or function without arguments that connects.
+        errors: Exceptions that tell what keeps it from starting: they are logged, and the process
+            ends with exit status 1.
+
+    Returns:
+        What `make` gave.
+    """
+    rospy.init_node(name)
+    try:
+        return make()
+    except errors as error:
+        rospy.logfatal("%s cannot start: %s", name, error)
+        sys.exit(1)
+
+
+def run(name, make, errors=ValueError):
+    """Starts a node and waits until ROS shuts down; arguments as those of start."""
+    node = start(name, make, errors)
+    rospy.spin()
+    return node

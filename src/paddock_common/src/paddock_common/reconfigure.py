@@ -1,0 +1,47 @@
+"""Configuration types for dynamic_reconfigure, as a .cfg generator would write them."""
+
+
+def describe(parameters):
+    """Returns the names that a configuration's module has to hold.
+
+    Args:
+        parameters: (name, type, default, least, greatest, description) of each; all of level 1.
+
+    Returns:
+        Dict of config_description, min, max, defaults, level, type and all_level.
+    """
+    rows = [
+        {
+            "name": name,
+            "type": kind,
+            "default": default,
+            "min": least,
+            "max": greatest,
+            "description": description,
+            "level": 1,
+            "edit_method": "",
+        }
+        for name, kind, default, least, greatest, description in parameters
+    ]
+    group = {
+        "name": "Default",
+        "type": "",
+        "state": True,
+        "cstate": "true",
+        "id": 0,
+        "parent": 0,
+        "class": "DEFAULT",
+        "parentclass": "",
+        "parentname": "Default",
+        "field": "default",
+        "upper": "DEFAULT",
+        "lower": "groups",
+        "groups": [],
+        "parameters": rows,
+    }
+    columns = {"min": "min", "max": "max", "defaults": "default", "level": "level", "type": "type"}
+    return {
+        "config_description": group,
+        "all_level": 1,
+        **{name: {row["name"]: row[key] for row in rows} for name, key in columns.items()},
+    }

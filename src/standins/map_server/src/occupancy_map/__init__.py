@@ -1,0 +1,1 @@
+"""Occupancy grids: map file and picture <-> cells <-> messages."""

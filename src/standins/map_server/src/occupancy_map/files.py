@@ -1,0 +1,149 @@
+"""Map files: a YAML file that names a picture and says what it means."""
+
+import math
+import os
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import yaml
+
+from occupancy_map.cells import MODES, from_pixels, to_pixels
+
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196  # the usual ones
+
+
+@dataclass(frozen=True)
+class Map:
+    """An occupancy grid.
+
+    Attributes:
+        cells: (H, W) int8, row 0 lowest: 0 free .. 100 occupied, -1 unknown.
+        resolution: Size of a cell [m].
+        origin: Pose of the lowest left corner (x [m], y [m], yaw [rad]).
+    """
+
+    cells: np.ndarray
+    resolution: float
+    origin: tuple
+
+
+def load(path):
+    """Reads a map file.
+
+    Raises:
+        ValueError: Names the file, the item, its value and what is valid.
+    """
+    try:
+        with open(path, encoding="utf-8-sig") as stream:
+            content = yaml.safe_load(stream)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"map file {path} cannot be read: {error}") from None
+    except yaml.YAMLError as error:
+        raise ValueError(f"map file {path} is no YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(content, dict):
+        raise ValueError(f"map file {path} must be a map of image, resolution, origin and so on")
+    try:
+        return _map(content, os.path.dirname(os.path.abspath(path)))
+    except ValueError as error:
+        raise ValueError(f"map file {path}: {error}") from None
+
+
+def _map(content, folder):
+    missing = [
+        key
+        for key in (
+            "image",
+            "resolution",
+            "origin",
+            "negate",
+            "occupied_thresh",
+            "free_thresh",
+        )
+        if key not in content
+    ]
+    if missing:
+        raise ValueError(f"it has no {', '.join(missing)}")
+    origin = content["origin"]
+    if not isinstance(origin, list) or len(origin) < 3:
+        raise ValueError(f"origin is {origin!r}, must be [x, y, yaw]")
+    mode = content.get("mode", "trinary")
+    if mode not in MODES:
+        raise ValueError(f"mode is {mode!r}, must be one of {', '.join(MODES)}")
+    return from_picture(
+        os.path.join(folder, str(content["image"])),
+        _number("resolution", content["resolution"]),
+        tuple(_number("origin", value) for value in origin[:3]),
+        bool(_number("negate", content["negate"])),
+        _number("occupied_thresh", content["occupied_thresh"]),
+        _number("free_thresh", content["free_thresh"]),
+        mode,
+    )
+
+
+def from_picture(
+    path,
+    resolution,
+    origin=(0.0, 0.0, 0.0),
+    negate=False,
+    occupied_thresh=OCCUPIED_THRESH,
+    free_thresh=FREE_THRESH,
+    mode="trinary",
+):
+    """Reads a picture as a map.
+
+    Raises:
+        ValueError: The picture cannot be read, or the resolution is no size.
+    """
+    if not resolution > 0.0:
+        raise ValueError(f"resolution is {resolution:g} m, must be above 0")
+    if not os.path.isfile(path):
+        raise ValueError(f"image {path} does not exist")
+    pixels = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+    if pixels is None:
+        raise ValueError(f"image {path} is no picture that can be read")
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    cells = from_pixels(pixels, occupied_thresh, free_thresh, negate, mode)
+    return Map(cells, resolution, tuple(origin))
+
+
+def _number(name, value):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {value!r}, must be a number") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} is {value!r}, must be finite")
+    return number
+
+
+def save(name, grid, occupied=65, free=25):
+    """Writes NAME.pgm and NAME.yaml.
+
+    Args:
+        name: Path without suffix.
+        grid: Map.
+        occupied: See to_pixels.
+        free: See to_pixels.
+
+    Returns:
+        Paths of picture and map file.
+
+    Raises:
+        OSError: A file cannot be written.
+    """
+    picture, path = f"{name}.pgm", f"{name}.yaml"
+    done, data = cv2.imencode(".pgm", to_pixels(grid.cells, occupied, free))
+    if not done:
+        raise OSError(f"{picture} cannot be drawn")
+    with open(picture, "wb") as stream:
+        stream.write(data.tobytes())
+    with open(path, "w", encoding="utf-8") as stream:
+        stream.write(
+            f"image: {os.path.basename(picture)}\n"
+            f"resolution: {grid.resolution:f}\n"
+            "origin: [{:f}, {:f}, {:f}]\n".format(*grid.origin)
+            + f"negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
+        )
+    return picture, path

@@ -1,0 +1,92 @@
+"""The node map_server."""
+
+import sys
+import threading
+
+import rospy
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from nav_msgs.srv import (
+    GetMap,
+    GetMapResponse,
+    LoadMap,
+    LoadMapResponse,
+)
+
+from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, from_picture, load
+from occupancy_map.messages import to_message, valid_now
+
+USAGE = "usage: map_server MAP.yaml, or (old) map_server PICTURE RESOLUTION"
+
+
+class MapServer:
+    """Publishes a map and hands it out.
+
+    Args:
+        grid: Map.
+        frame: Its frame.
+    """
+
+    def __init__(self, grid, frame):
+        self._frame, self._lock = frame, threading.Lock()
+        self._map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+        self._info = rospy.Publisher("map_metadata", MapMetaData, queue_size=1, latch=True)
+        self._publish(grid)
+        self._services = [
+            rospy.Service("static_map", GetMap, lambda _: GetMapResponse(self._message)),
+            rospy.Service("change_map", LoadMap, self._change),
+        ]
+
+    def _publish(self, grid):
+        self._message = to_message(grid, self._frame, valid_now() or rospy.Time())
+        info = self._message.info
+        rospy.loginfo(
+            "map_server: map of %d x %d cells of %.3f m", info.width, info.height, info.resolution
+        )
+        self._info.publish(info)
+        self._map.publish(self._message)
+
+    def _change(self, request):
+        try:
+            grid = load(request.map_url)
+        except ValueError as error:
+            rospy.logerr("map_server: %s", error)
+            return LoadMapResponse(
+                map=self._message, result=LoadMapResponse.RESULT_UNDEFINED_FAILURE
+            )
+        with self._lock:
+            self._publish(grid)
+            return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
+
+
+def _read(arguments):
+    if len(arguments) == 1:
+        return load(arguments[0])
+    rospy.logwarn("map_server: a picture and a resolution: better a map file")
+    try:
+        resolution = float(arguments[1])
+    except ValueError:
+        raise ValueError(f"resolution is '{arguments[1]}', must be a number") from None
+    return from_picture(
+        arguments[0],
+        resolution,
+        negate=bool(rospy.get_param("~negate", 0)),
+        occupied_thresh=float(rospy.get_param("~occupied_thresh", OCCUPIED_THRESH)),
+        free_thresh=float(rospy.get_param("~free_thresh", FREE_THRESH)),
+    )
+
+
+def main():
+    """Runs the node; returns 1 when the map cannot be read, 2 for a wrong command line."""
+    arguments = rospy.myargv(sys.argv)[1:]
+    if len(arguments) not in (1, 2):
+        print(USAGE, file=sys.stderr)
+        return 2
+    rospy.init_node("map_server", anonymous=True)
+    try:
+        grid = _read(arguments)
+    except ValueError as error:
+        rospy.logfatal("map_server: %s", error)
+        return 1
+    MapServer(grid, str(rospy.get_param("~frame_id", "map")))
+    rospy.spin()
+    return 0

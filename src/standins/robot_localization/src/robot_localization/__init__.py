@@ -1,0 +1,1 @@
+"""State estimation: measurements -> an extended Kalman filter -> odometry and frames."""

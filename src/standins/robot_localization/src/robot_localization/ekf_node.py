@@ -1,0 +1,242 @@
+"""The node ekf_localization_node."""
+
+import threading
+
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import (
+    AccelWithCovarianceStamped,
+    PoseWithCovarianceStamped,
+    TwistWithCovarianceStamped,
+)
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from std_srvs.srv import Empty, EmptyResponse
+
+from robot_localization import messages, options
+from robot_localization.diagnostics import Diagnostics
+from robot_localization.estimate.ekf import Ekf
+from robot_localization.estimate.fusion import Fusion
+from robot_localization.frames import Frames, to_message
+from robot_localization.inputs import sensors
+from robot_localization.inputs.reader import Reader
+from robot_localization.srv import (
+    SetPose,
+    SetPoseResponse,
+    ToggleFilterProcessing,
+    ToggleFilterProcessingResponse,
+)
+
+TYPES = {
+    "odom": Odometry,
+    "pose": PoseWithCovarianceStamped,
+    "twist": TwistWithCovarianceStamped,
+    "imu": Imu,
+}
+WARN_PERIOD = 5.0  # between two warnings of a kind [s]
+
+
+class EkfNode:
+    """Subscribes to the sensors, publishes the estimate.
+
+    Args:
+        name: Of the node, for its words.
+
+    Raises:
+        ValueError: A parameter that it cannot do without is wrong.
+    """
+
+    def __init__(self, name):
+        parameters = rospy.get_param("~", {})
+        prefix_at = rospy.search_param("tf_prefix")
+        self._options, notes = options.read(
+            parameters, str(rospy.get_param(prefix_at)) if prefix_at else ""
+        )
+        arrays, more = options.read_arrays(parameters)
+        inputs, notes_of_sensors = sensors.read(parameters)
+        for note in notes + more + notes_of_sensors:
+            rospy.logwarn("%s: %s", name, note)
+        if not inputs:
+            rospy.logwarn("%s: no sensor is given; nothing will be published", name)
+        option, self._name = self._options, name
+        self._lock = threading.RLock()
+        self._ekf = Ekf(scaled_noise=option.dynamic_process_noise_covariance, **arrays)
+        self._ekf.time = rospy.get_time()
+        self._fusion = Fusion(
+            self._ekf,
+            option.sensor_timeout,
+            option.predict_to_current_time,
+            option.history_length if option.smooth_lagged_data else None,
+        )
+        self._frames = Frames(option.transform_timeout)
+        self._reader = Reader(option, self._frames, self._ekf, self._fusion.add)
+        self._enabled, self._on = not option.disabled_at_startup, True
+        self._published = rospy.Time()
+        self._last_stamp, self._ignore_until = {}, rospy.Time()
+        self._last_rates, self._last_update = np.zeros(3), None
+        self._diagnostics = Diagnostics(option, inputs) if option.print_diagnostics else None
+
+        self._odometry = rospy.Publisher("odometry/filtered", Odometry, queue_size=20)
+        self._acceleration = (
+            rospy.Publisher("accel/filtered", AccelWithCovarianceStamped, queue_size=20)
+            if option.publish_acceleration
+            else None
+        )
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._ends = [
+            rospy.Subscriber("set_pose", PoseWithCovarianceStamped, self._set_pose, queue_size=1),
+            rospy.Service("set_pose", SetPose, self._set_pose_service),
+            rospy.Service("~enable", Empty, self._enable),
+            rospy.Service("~toggle", ToggleFilterProcessing, self._toggle),
+        ] + [
+            rospy.Subscriber(
+                sensor.topic,
+                TYPES[sensor.kind],
+                self._take,
+                sensor,
+                queue_size=sensor.queue_size,
+                tcp_nodelay=sensor.nodelay,
+            )
+            for sensor in inputs
+        ]
+        # reset: a clock that is set back must not end the timer.
+        self._timer = rospy.Timer(
+            rospy.Duration(1.0 / option.frequency), lambda _: self.update(), reset=True
+        )
+
+    def _take(self, message, sensor):
+        stamp = message.header.stamp
+        if stamp <= self._ignore_until:
+            return
+        last = self._last_stamp.get(sensor.name)
+        if last is not None and stamp < last:
+            if self._options.reset_on_time_jump:
+                self._reset()
+            else:
+                rospy.logwarn_throttle(
+                    WARN_PERIOD,
+                    f"{self._name}: a message of {sensor.name} is older than the one before and is "
+                    "ignored; was the clock set back? reset_on_time_jump starts the filter anew",
+                )
+                return
+        self._last_stamp[sensor.name] = stamp
+        with self._lock:
+            self._reader.take(sensor, message)
+
+    def _reset(self):
+        with self._lock:
+            self._fusion.clear()
+            self._ekf.reset()
+            self._reader.clear()
+            self._frames.clear()
+            self._last_stamp.clear()
+            self._ignore_until = self._published = rospy.Time()
+            self._last_update = None
+        rospy.logwarn("%s: the clock was set back; the filter starts anew", self._name)
+
+    def _set_pose(self, message):
+        with self._lock:
+            self._fusion.clear()
+            self._reader.clear()
+            self._ignore_until = message.header.stamp
+            measured = self._reader.pose_in_world(message)
+            if measured is None:
+                rospy.logerr("%s: set_pose: its frame is not known; nothing is set", self._name)
+                return
+            self._ekf.state = measured.value.copy()
+            self._ekf.covariance = 1e-6 * np.eye(len(measured.value))
+            self._ekf.covariance[:6, :6] = measured.covariance[:6, :6]
+            self._ekf.time = rospy.get_time()
+        rospy.loginfo("%s: set to the pose (%.3f, %.3f)", self._name, *measured.value[:2])
+
+    def _set_pose_service(self, request):
+        self._set_pose(request.pose)
+        return SetPoseResponse()
+
+    def _enable(self, _):
+        self._enabled = True
+        return EmptyResponse()
+
+    def _toggle(self, request):
+        changed, self._on = request.on != self._on, request.on
+        return ToggleFilterProcessingResponse(status=changed)
+
+    def update(self):
+        """Takes what came and publishes the estimate."""
+        if not self._enabled:
+            rospy.loginfo_once(f"{self._name}: waits for its service enable")
+            return
+        now = rospy.get_time()
+        with self._lock:
+            if self._on:
+                self._fusion.advance(now)
+                self._differentiate(now)
+            else:
+                self._fusion.clear()
+                if self._ekf.initialized:
+                    self._ekf.time = now
+            if self._ekf.initialized:
+                self._publish()
+            if self._diagnostics:
+                self._diagnostics.update(self._ekf, self._fusion.outliers())
+
+    def _differentiate(self, now):
+        if not self._ekf.initialized:
+            return
+        rates = self._ekf.state[9:12].copy()
+        if self._last_update is not None and now > self._last_update:
+            self._reader.rates_step = now - self._last_update
+            self._reader.rates_change = (rates - self._last_rates) / self._reader.rates_step
+        if self._last_update is None or now != self._last_update:
+            self._last_rates, self._last_update = rates, now
+
+    def _publish(self):
+        option, ekf = self._options, self._ekf
+        stamp = rospy.Time.from_sec(ekf.time)
+        if not np.isfinite(ekf.state).all():
+            rospy.logerr_throttle(
+                WARN_PERIOD, f"{self._name}: the estimate is not finite; look at the covariances"
+            )
+        if stamp <= self._published and not option.permit_corrected_publication:
+            return
+        self._published = stamp
+        robot = option.base_link_frame_output
+        self._odometry.publish(messages.odometry(ekf, option.world_frame, robot, stamp))
+        if self._acceleration:
+            self._acceleration.publish(
+                messages.acceleration(
+                    ekf, robot, stamp, self._reader.rates_change, self._reader.rates_step
+                )
+            )
+        if option.publish_tf:
+            self._publish_frames(stamp)
+
+    def _publish_frames(self, stamp):
+        option = self._options
+        pose, later = messages.pose(self._ekf), stamp + rospy.Duration(option.transform_time_offset)
+        world, robot = option.world_frame, option.base_link_frame_output
+        if option.invert_tf:
+            message = to_message(pose.inverse(), robot, world, later)
+        elif world == option.odom_frame:
+            message = to_message(pose, world, robot, later)
+        else:
+            odom = self._frames.find(option.base_link_frame, option.odom_frame, stamp)
+            if odom is None:
+                return
+            message = to_message(pose.of(odom), world, option.odom_frame, later)
+        self._broadcaster.sendTransform(message)
+
+
+def main(name="ekf_localization_node"):
+    """Runs the node; returns 1 when a parameter is wrong."""
+    rospy.init_node(name)
+    if name.startswith("ukf"):
+        rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
+    try:
+        EkfNode(name)
+    except ValueError as error:
+        rospy.logfatal("%s: %s", name, error)
+        return 1
+    rospy.spin()
+    return 0

@@ -1,0 +1,211 @@
+"""Data of sensors in the filter's frames, as measurements of its state.
+
+A sensor's `used` truth values are about the sensor's own axes. They are turned like its data: a
+number of the state counts as measured when a used axis has a part in it.
+"""
+
+import numpy as np
+
+from robot_localization.estimate.state import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
+from robot_localization.rotation import IDENTITY, Transform, angles, matrix, twice
+
+LEAST_PART = 1e-6  # of a used axis in a number of the state
+PLANE_VARIANCE = 1e-6  # of what is 0 in the plane
+
+
+class Numbers:
+    """Measured numbers of the state.
+
+    Attributes:
+        used: (15,) bool.
+        value: (15,).
+        covariance: (15, 15).
+    """
+
+    def __init__(self):
+        self.used = np.zeros(SIZE, bool)
+        self.value = np.zeros(SIZE)
+        self.covariance = np.zeros((SIZE, SIZE))
+
+    def set(self, part, used, value, covariance):
+        """Sets POSE, TWIST or ACCELERATION."""
+        self.used[part], self.value[part], self.covariance[part, part] = used, value, covariance
+        return self
+
+    def flatten(self):
+        """Makes them those of a robot in the plane."""
+        for place in OUT_OF_PLANE:
+            self.used[place], self.value[place] = True, 0.0
+            self.covariance[place, place] = PLANE_VARIANCE
+        return self
+
+    def pick(self):
+        """(index, value, covariance) of what is used."""
+        index = np.flatnonzero(self.used)
+        return index, self.value[index], self.covariance[np.ix_(index, index)]
+
+
+def turned(rotation, used):
+    """Which numbers a turned sensor's used axes have a part in; for three or six of them."""
+    used = np.asarray(used, float)
+    return np.concatenate(
+        [
+            np.linalg.norm(rotation * used[start : start + 3], axis=1) >= LEAST_PART
+            for start in range(0, len(used), 3)
+        ]
+    )
+
+
+class PoseInput:
+    """Poses of one sensor; remembers the first and the last one.
+
+    Args:
+        used: Six truth values.
+        differential: Whether to make velocities of them.
+        relative: Whether to take them from the first one.
+    """
+
+    def __init__(self, used, differential=False, relative=False):
+        self._used = tuple(used)
+        self.differential, self._relative = differential, relative
+        self.clear()
+
+    def clear(self):
+        """Forgets the first and the last one."""
+        self._first = self._last = None
+
+    def take(self, time, pose, covariance, frame=IDENTITY, base=IDENTITY, used=None):
+        """Poses of the robot.
+
+        Args:
+            time: [s].
+            pose: Transform: the sensor's pose in its frame.
+            covariance: (6, 6) of position and angles, about the frame's axes.
+            frame: Transform: the frame in the world; a differential sensor needs none.
+            base: Transform: the robot in what the pose is of.
+            used: Six truth values instead of the sensor's.
+
+        Returns:
+            Numbers, or None: the first pose of a differential sensor.
+        """
+        used = self._used if used is None else used
+        covariance = np.array(covariance, float)
+        if self.differential:
+            return self._velocity(time, pose, covariance, base, used)
+        if base is not IDENTITY:
+            pose = pose.of(base)
+            back = twice(base.rotation)
+            covariance = back.T @ covariance @ back
+        if self._relative:
+            self._first = pose if self._first is None else self._first
+            pose = self._first.inverse().of(pose)
+        pose, both = frame.of(pose), twice(frame.rotation)
+        return Numbers().set(
+            POSE,
+            turned(frame.rotation, used),
+            np.concatenate((pose.translation, angles(pose.rotation))),
+            both @ covariance @ both.T,
+        )
+
+    def take_attitude(self, time, rotation, covariance, mount=IDENTITY):
+        """Attitudes of an IMU.
+
+        Its frame is how it is mounted, and not what its attitude is about: the mounting is taken
+        off, and what is used and how sure it is turn with the mounting's yaw alone.
+
+        Args:
+            time: [s].
+            rotation: (3, 3) attitude of the IMU in the world.
+            covariance: (3, 3) of its angles.
+            mount: Transform: the IMU in the robot.
+
+        Returns:
+            Numbers, or None: the first attitude of a differential sensor.
+        """
+        pose = Transform(rotation @ mount.rotation.T, np.zeros(3))
+        both = twice(matrix(0.0, 0.0, angles(mount.rotation)[2]))
+        full = np.zeros((6, 6))
+        full[3:, 3:] = covariance
+        used = turned(both[:3, :3], self._used)
+        return self.take(time, pose, both @ full @ both.T, used=used)
+
+    def _velocity(self, time, pose, covariance, base, used):
+        last, self._last = self._last, (time, pose, covariance)
+        if last is None or not time > last[0]:
+            return None
+        step = time - last[0]
+        change = last[1].inverse().of(pose)
+        # Upstream's rule: with the variances of two poses apart by 1 s the velocity is as sure as
+        # they are, and surer the closer they are.
+        return twist(
+            change.translation / step,
+            angles(change.rotation) / step,
+            (covariance + last[2]) * step,
+            used,
+            base.inverse() if base is not IDENTITY else IDENTITY,
+        )
+
+
+def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
+    """Velocities of the robot.
+
+    Args:
+        linear: (3,) of the sensor, about its axes [m/s].
+        angular: (3,) [rad/s].
+        covariance: (6, 6).
+        used: Six truth values.
+        mount: Transform: the sensor in the robot.
+        rates: (3,) turn rates of the robot, for a sensor off its centre [rad/s]; None: `angular`.
+
+    Returns:
+        Numbers.
+    """
+    both = twice(mount.rotation)
+    angular = mount.rotation @ angular
+    rates = angular if rates is None else rates
+    linear = mount.rotation @ linear + np.cross(mount.translation, rates)
+    return Numbers().set(
+        TWIST,
+        turned(mount.rotation, used),
+        np.concatenate((linear, angular)),
+        both @ np.asarray(covariance, float) @ both.T,
+    )
+
+
+def acceleration(measured, covariance, used, mount, rates, rates_change):
+    """Acceleration of the robot.
+
+    Args:
+        measured: (3,) of the sensor, about its axes, without gravity [m/s^2].
+        covariance: (3, 3).
+        used: Three truth values.
+        mount: Transform: the sensor in the robot.
+        rates: (3,) turn rates of the robot [rad/s].
+        rates_change: (3,) their change [rad/s^2].
+
+    Returns:
+        Numbers.
+    """
+    arm, rotation = mount.translation, mount.rotation
+    value = rotation @ measured
+    if arm.any():
+        value = value - np.cross(rates_change, arm) - np.cross(rates, np.cross(rates, arm))
+    return Numbers().set(
+        ACCELERATION,
+        turned(rotation, used),
+        value,
+        rotation @ np.asarray(covariance, float) @ rotation.T,
+    )
+
+
+def gravity_of(attitude, strength):
+    """What an accelerometer at rest reads.
+
+    Args:
+        attitude: (3, 3) of the sensor in the world.
+        strength: Of gravity [m/s^2].
+
+    Returns:
+        (3,) about the sensor's axes [m/s^2].
+    """
+    return attitude.T @ (0.0, 0.0, strength)

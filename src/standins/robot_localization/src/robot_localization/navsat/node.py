@@ -1,0 +1,282 @@
+"""The node navsat_transform_node."""
+
+import math
+import threading
+
+import numpy as np
+import rospy
+import tf2_ros
+from geographic_msgs.msg import GeoPoint
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
+
+from robot_localization.frames import Frames, to_message, to_transform
+from robot_localization.navsat.alignment import Alignment, NotAligned
+from robot_localization.rotation import from_quaternion, matrix
+from robot_localization.srv import (
+    FromLL,
+    FromLLResponse,
+    SetDatum,
+    SetDatumResponse,
+    SetUTMZone,
+    SetUTMZoneResponse,
+    ToLL,
+    ToLLResponse,
+)
+from robot_localization.values import number, truth
+
+WARN_PERIOD = 5.0  # between two warnings of a kind [s]
+BROADCAST = "broadcast_cartesian_transform"
+AS_PARENT = "broadcast_cartesian_transform_as_parent_frame"
+OLD_NAMES = {
+    "broadcast_utm_transform": BROADCAST,
+    "broadcast_utm_transform_as_parent_frame": AS_PARENT,
+}
+
+
+class NavsatNode:
+    """Subscribes to fixes, headings and odometry, publishes the fixes as odometry.
+
+    Raises:
+        ValueError: A parameter is wrong.
+    """
+
+    def __init__(self):
+        given = rospy.get_param("~", {})
+        for old, new in OLD_NAMES.items():
+            if old in given:
+                given.setdefault(new, given[old])
+
+        def true(name):
+            return truth(name, given.get(name, False))
+
+        def value(name, default=0.0):
+            return number(name, given.get(name, default))
+
+        self._lock = threading.RLock()
+        self._alignment = Alignment(
+            value("magnetic_declination_radians"),
+            value("yaw_offset"),
+            true("use_local_cartesian"),
+            true("zero_altitude"),
+        )
+        self._own_yaw = true("use_odometry_yaw")
+        self._broadcast, self._as_parent = true(BROADCAST), true(AS_PARENT)
+        self._grid_frame = given.get("cartesian_frame_id")
+        self._frames = Frames(value("transform_timeout"))
+        self._world, self._robot = "odom", "base_link"
+        self._fix = None  # the latest, until it is used
+        self._odometry, self._odometry_is_new = None, False
+        self._begin = rospy.get_time() + value("delay")
+        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+        waits = true("wait_for_datum")
+        if waits and "datum" in given:
+            self._datum_of(given["datum"])
+        self._alignment.manual = waits
+
+        self._positions = rospy.Publisher("odometry/gps", Odometry, queue_size=10)
+        self._places = None
+        if true("publish_filtered_gps"):
+            self._places = rospy.Publisher("gps/filtered", NavSatFix, queue_size=10)
+        self._ends = [
+            rospy.Service("datum", SetDatum, self._set_datum),
+            rospy.Service("toLL", ToLL, self._to_place),
+            rospy.Service("fromLL", FromLL, self._to_world),
+            rospy.Service("setUTMZone", SetUTMZone, self._set_zone),
+            rospy.Subscriber("odometry/filtered", Odometry, self._take_odometry, queue_size=1),
+            rospy.Subscriber("gps/fix", NavSatFix, self._take_fix, queue_size=1),
+        ]
+        self._imu = None
+        if not waits:
+            self._listen_to_heading()
+        rate = value("frequency", 10.0)
+        if not rate > 0.0:
+            raise ValueError(f"frequency is {rate:g} Hz, must be above 0")
+        self._timer = rospy.Timer(rospy.Duration(1.0 / rate), lambda _: self.update(), reset=True)
+
+    def _listen_to_heading(self):
+        if not self._own_yaw and self._imu is None:
+            self._imu = rospy.Subscriber("imu/data", Imu, self._take_imu, queue_size=1)
+
+    def _datum_of(self, values):
+        if not isinstance(values, list) or len(values) < 3:
+            raise ValueError(f"datum is {values!r}, must be [latitude, longitude, heading]")
+        latitude, longitude, heading = (number("datum", item) for item in values[:3])
+        self._alignment.set_datum(latitude, longitude, 0.0, matrix(0.0, 0.0, heading))
+
+    def _set_datum(self, request):
+        place, turned = request.geo_pose.position, request.geo_pose.orientation
+        with self._lock:
+            try:
+                self._alignment.set_datum(
+                    place.latitude,
+                    place.longitude,
+                    place.altitude,
+                    from_quaternion(turned.x, turned.y, turned.z, turned.w),
+                )
+            except ValueError as error:
+                raise rospy.ServiceException(str(error)) from None
+        return SetDatumResponse()
+
+    def _set_zone(self, request):
+        with self._lock:
+            try:
+                self._alignment.set_zone(request.utm_zone)
+            except ValueError as error:
+                raise rospy.ServiceException(str(error)) from None
+            self._listen_to_heading()
+        return SetUTMZoneResponse()
+
+    def _to_place(self, request):
+        point = request.map_point
+        with self._lock:
+            try:
+                return ToLLResponse(
+                    GeoPoint(*self._alignment.to_place(np.array((point.x, point.y, point.z))))
+                )
+            except (NotAligned, ValueError) as error:
+                raise rospy.ServiceException(str(error)) from None
+
+    def _to_world(self, request):
+        place = request.ll_point
+        with self._lock:
+            try:
+                return FromLLResponse(
+                    Point(
+                        *self._alignment.to_world(
+                            place.latitude, place.longitude, place.altitude
+                        ).tolist()
+                    )
+                )
+            except (NotAligned, ValueError) as error:
+                raise rospy.ServiceException(str(error)) from None
+
+    def _take_odometry(self, message):
+        pose = to_transform(message.pose.pose.position, message.pose.pose.orientation)
+        with self._lock:
+            self._world = message.header.frame_id.lstrip("/")
+            self._robot = message.child_frame_id.lstrip("/") or self._robot
+            self._odometry, self._odometry_is_new = (message, pose), True
+            self._alignment.take_pose(pose)
+            if self._own_yaw and not self._alignment.manual:
+                self._alignment.take_attitude(pose.rotation)
+
+    def _take_imu(self, message):
+        with self._lock:
+            if self._odometry is None:  # the robot's frame is not known yet
+                return
+            mount = self._frames.find(self._robot, message.header.frame_id, message.header.stamp)
+            if mount is not None and not self._alignment.manual:
+                turned = message.orientation
+                attitude = from_quaternion(turned.x, turned.y, turned.z, turned.w)
+                self._alignment.take_attitude(attitude @ mount.rotation.T)
+
+    def _take_fix(self, message):
+        place = message.latitude, message.longitude, message.altitude
+        if message.status.status == NavSatStatus.STATUS_NO_FIX or not all(
+            math.isfinite(item) for item in place
+        ):
+            return
+        with self._lock:
+            try:
+                self._alignment.take_fix(*place)
+            except ValueError as error:
+                rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
+                return
+            self._fix = message, place
+
+    def _antenna(self, stamp):
+        """(3,) place of the receiver on the robot [m], or None when its frame is not known."""
+        found = self._frames.find(self._robot, self._fix[0].header.frame_id, stamp)
+        return None if found is None else found.translation
+
+    def update(self):
+        """Aligns, or publishes what is new."""
+        if rospy.get_time() < self._begin:
+            return
+        with self._lock:
+            if self._alignment.grid_in_world is None:
+                antenna = self._antenna(rospy.Time()) if self._fix else None
+                if self._alignment.align(antenna):
+                    self._aligned()
+                return
+            if self._fix and self._odometry:
+                self._publish_position()
+            if self._places and self._odometry_is_new:
+                self._odometry_is_new = False
+                self._publish_place()
+
+    def _aligned(self):
+        transform = self._alignment.grid_in_world
+        rospy.loginfo(
+            "navsat_transform_node: the grid's origin is at (%.3f, %.3f, %.3f) in '%s'",
+            *transform.translation,
+            self._world,
+        )
+        if self._imu is not None:
+            self._imu.unregister()
+            self._imu = None
+        if not self._broadcast:
+            return
+        grid = str(self._grid_frame or self._alignment.grid.name)
+        parent, child = (grid, self._world) if self._as_parent else (self._world, grid)
+        message = to_message(
+            transform.inverse() if self._as_parent else transform, parent, child, rospy.Time.now()
+        )
+        message.transform.translation.z = float(
+            self._alignment.flat(np.array((0.0, 0.0, message.transform.translation.z)))[2]
+        )
+        self._broadcaster.sendTransform(message)
+
+    def _publish_position(self):
+        (fix, place), antenna = self._fix, self._antenna(self._fix[0].header.stamp)
+        self._fix, stamp = None, fix.header.stamp
+        try:
+            position = self._alignment.to_world(*place)
+        except ValueError as error:
+            rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
+            return
+        if antenna is not None and antenna.any():
+            robot = self._frames.find(self._world, self._robot, stamp)
+            if robot is not None:
+                position = self._alignment.flat(position - robot.rotation @ antenna)
+        message = Odometry()
+        message.header.stamp, message.header.frame_id = stamp, self._world
+        message.pose.pose.position = Point(*position.tolist())
+        message.pose.pose.orientation.w = 1.0
+        turn = self._alignment.grid_in_world.rotation
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = turn @ np.array(fix.position_covariance, float).reshape(3, 3) @ turn.T
+        message.pose.covariance = covariance.ravel().tolist()
+        self._positions.publish(message)
+
+    def _publish_place(self):
+        odometry, pose = self._odometry
+        message = NavSatFix()
+        message.header.stamp, message.header.frame_id = odometry.header.stamp, self._robot
+        try:
+            message.latitude, message.longitude, message.altitude = self._alignment.to_place(
+                pose.translation
+            )
+        except ValueError as error:
+            rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
+            return
+        turn = self._alignment.grid_in_world.rotation.T
+        covariance = np.array(odometry.pose.covariance, float).reshape(6, 6)[:3, :3]
+        message.position_covariance = (turn @ covariance @ turn.T).ravel().tolist()
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
+        message.status.status = NavSatStatus.STATUS_GBAS_FIX
+        self._places.publish(message)
+
+
+def main():
+    """Runs the node; returns 1 when a parameter is wrong."""
+    rospy.init_node("navsat_transform_node")
+    try:
+        NavsatNode()
+    except ValueError as error:
+        rospy.logfatal("navsat_transform_node: %s", error)
+        return 1
+    rospy.spin()
+    return 0

@@ -1,0 +1,1 @@
+"""The multiplexer of velocity commands: parameters -> sources and locks -> who passes."""

@@ -1,0 +1,161 @@
+"""Every section of the bench has its shape; efficiency refuses turns that prove nothing."""
+
+import importlib
+import inspect
+import json
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+BENCH = Path(__file__).resolve().parents[2] / "bench"
+sys.path.insert(0, str(BENCH))
+
+from figures import BenchError  # noqa: E402
+from pairs import QUICK_PAIRS, Turn, alternate  # noqa: E402
+from report import Row, table  # noqa: E402
+from sections import SECTIONS, efficiency, section  # noqa: E402
+from usage import summarise  # noqa: E402
+from worlds.car_description import describe  # noqa: E402
+
+import bench  # noqa: E402
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_section_measures_and_tells(name):
+    module = section(name)
+    assert list(inspect.signature(module.measure).parameters)[0] == "quick"
+    assert len(inspect.signature(module.measure).parameters) == 2
+    assert list(inspect.signature(module.rows).parameters) == ["figures"]
+    assert module.__doc__
+
+
+def test_the_table_of_sections_is_that_of_the_folder():
+    files = {path.stem for path in (BENCH / "sections").glob("*.py")} - {"__init__"}
+    assert files == set(SECTIONS)
+
+
+@pytest.mark.parametrize("path", sorted((BENCH / "observers").glob("*.py")), ids=lambda p: p.stem)
+def test_an_observer_can_be_imported(path):
+    importlib.import_module(f"observers.{path.stem}")
+
+
+def spent(cpu, observer=1.0):
+    """What usage.between gives for a turn."""
+    return {
+        "seconds": 2.0,
+        "cpu": {"bridge": cpu, "observer": observer},
+        "others": 0.0,
+        "stolen": 0.0,
+        "threads": {
+            name: {"cpu": value, "waited": 0.0, "switched_off": 0.0, "gave_up": 0.0}
+            for name, value in (("simulation", cpu), ("reference", observer))
+        },
+    }
+
+
+def bare(pace=40.0, speed=0.6, cpu=0.01):
+    """A turn of the reference; cpu: what the paused bridge took."""
+    return {"pace": pace, "speeds": [speed], "spent": spent(cpu)}
+
+
+def free(pace=20.0, speed=0.6, received=100, cpu=0.8):
+    """A turn of the bridge."""
+    return {"pace": pace, "sim": 40.0, "speeds": [speed], "received": {"/clock": received},
+            "spent": spent(cpu, 0.1)}  # fmt: skip
+
+
+def test_cars_that_do_not_drive_alike_are_no_figure():
+    assert efficiency._same_speeds([bare()], [free(speed=0.55)]) == [0.55]
+    for its, mine in ((0.6, 0.3), (0.6, 0.9), (0.0, 0.0)):
+        with pytest.raises(BenchError, match="not the same work"):
+            efficiency._same_speeds([bare(speed=its)], [free(speed=mine)])
+
+
+def test_a_silent_topic_is_no_figure():
+    assert efficiency._received([free(received=100), free(received=60)]) == {"/clock": 2.0}
+    with pytest.raises(BenchError, match="/clock"):
+        efficiency._received([free(received=0)])
+
+
+def test_a_graph_that_works_while_it_is_paused_is_no_figure():
+    assert efficiency._paused([bare(cpu=0.02)]) == 0.02
+    with pytest.raises(BenchError, match="paused graph took 0.50"):
+        efficiency._paused([bare(cpu=0.5)])
+
+
+def test_own_time_counts_the_processor_time_of_both_threads():
+    """20 simulated s in 0.8 of a processor against 40 in one whole: 25 / 40."""
+    assert efficiency._own_time([bare()], [free()])["median"] == pytest.approx(25 / 40)
+
+
+def test_the_rows_of_efficiency_tell_ratio_processors_and_comparison():
+    figures = {}
+    for name, pace in (("as_launched", 20.0), ("bridge_alone", 30.0)):
+        turns = [free(pace=pace)] * 3
+        measured = alternate(
+            lambda: Turn(40.0, bare()), {"x": iter([Turn(pace, t) for t in turns]).__next__}, 3
+        )["x"]
+        figures[name] = {
+            **measured.figures(),
+            "own_time_ratio": efficiency._own_time([bare()], turns[:1]),
+            "spent": summarise([turn["spent"] for turn in turns]),
+            "reference_spent": summarise([bare()["spent"]]),
+            "paused_graph": 0.01,
+        }
+    rows = {row.label: row for row in efficiency.rows(json.loads(json.dumps(figures)))}
+    assert all(isinstance(row, Row) for row in rows.values())
+    assert rows["free, as_launched"].value.median == 0.5
+    assert "higher than as_launched" in rows["free, bridge_alone"].text
+    assert "bridge 0.80" in rows["  processors"].text
+    assert "paused graph 0.010" in rows["  beside the reference"].text
+
+
+def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
+    class Failing:
+        @staticmethod
+        def measure(quick, log):
+            raise BenchError("nothing came")
+
+    class Half:
+        @staticmethod
+        def measure(quick, log):
+            return {"quick_was": quick, "errors": {"part": "broke"}}
+
+    modules = {"start": Failing, "growth": Half}
+    monkeypatch.setattr(bench, "section", modules.__getitem__)
+    with (tmp_path / "log").open("w") as log:
+        result = bench.run(["start", "growth"], True, log)
+    assert result["errors"] == {"start": "nothing came", "growth part": "broke"}
+    assert result["growth"] == {"quick_was": True} and "start" not in result
+    assert json.dumps(result)
+    assert "start FAILED" in table({**result, "growth": {}})
+
+
+def test_far_triangles_are_measured_in_turns(monkeypatch):
+    meshes = section("meshes")
+    monkeypatch.setattr(meshes, "SECONDS", 1e-6)  # one call of steps a turn
+    figures = meshes.measure(True, None)
+    assert figures["pairs"] == len(figures["ratios"]) == QUICK_PAIRS
+    assert figures["triangles"] == [2048, 20000]
+    (row,) = meshes.rows(figures)
+    assert f"{QUICK_PAIRS} pairs" in row.text
+
+
+def test_the_car_of_the_bench_worlds():
+    robot = ElementTree.fromstring(
+        describe(namespace="/a/b", topic="/a/scan", lidar_samples=1081, lidar_rate=40.0,
+                 camera=False, efforts=True)
+    )  # fmt: skip
+    lidar = robot.find("gazebo/sensor[@type='ray']")
+    assert lidar.findtext("update_rate") == "40.0"
+    assert lidar.findtext("ray/scan/horizontal/samples") == "1081"
+    assert lidar.findtext("plugin/topicName") == "/a/scan"
+    assert robot.find("gazebo/sensor[@type='camera']") is None
+    interfaces = {item.text for item in robot.iter("hardwareInterface")}
+    assert interfaces == {"hardware_interface/EffortJointInterface"}
+    assert len(robot.findall("transmission")) == 6
+    plain = ElementTree.fromstring(describe(lidar=False))
+    assert plain.find("gazebo/sensor[@type='ray']") is None
+    assert plain.find("gazebo/sensor[@type='camera']") is not None

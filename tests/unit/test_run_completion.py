@@ -1,0 +1,123 @@
+"""Completion of ./run in a real bash: by its function, and by TAB in an interactive shell."""
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import time
+
+from run_rig import PATIENCE, ROOT, run
+
+from commands.completion.candidates import candidates
+from commands.table import COMMANDS
+
+# Splits lines as bash does, calls the function that `complete -p run` names, prints its answers.
+ASK = r"""
+source <("$ROOT/run" completion) || exit 3
+function_name=$(complete -p run | sed 's/.* -F \([^ ]*\) .*/\1/')
+for line in "$@"; do
+  COMP_LINE=$line COMP_POINT=${#line} COMPREPLY=(nothing)
+  read -ra COMP_WORDS <<<"$line"
+  case $line in *' ') COMP_WORDS+=('') ;; esac
+  COMP_CWORD=$((${#COMP_WORDS[@]} - 1))
+  "$function_name" "${COMP_WORDS[0]}" "${COMP_WORDS[COMP_CWORD]}" ''
+  printf '%s\n' "${COMPREPLY[*]}"
+done
+"""
+OFFERED = {
+    "./run ": sorted(COMMANDS),
+    "./run l": ["lap", "lockstep:="],
+    "./run tr": ["track:=", "truck"],
+    "./run lap --": ["--driver", "--help", "--starts", "--track"],
+    "./run lap --driver ": ["buttons", "line", "pursuit", "slider"],
+    "./run lap --driver p": ["pursuit"],
+    "./run lap --track ": ["default", "easy", "hard", "medium"],
+    "./run lap --driver line --track m": ["medium"],
+    "./run world track:=ha": ["hard"],
+    "./run world gui:=": ["false", "true"],
+    "./run world renderer:=e": ["egl"],
+    "./run world track:=hard ren": ["renderer:="],
+    "./run track:=hard ren": ["renderer:="],
+    "./run truck --back l": ["lane-change", "line"],
+    "./run truck --back line sp": ["speed:="],
+    "./run test circ": ["circle"],
+    "./run test bullet_": ["bullet_bridge", "bullet_sim", "bullet_viewer"],
+    "./run test --li": ["--list"],
+    "./run bench --only eff": ["efficiency"],
+    "./run exec catkin_mak": ["catkin_make", "catkin_make_isolated"],
+    "./run exec catkin_make --he": [],
+    "./run nosuch ": [],
+}
+
+
+def completed(*lines):
+    """Asks bash what it offers for some lines."""
+    done = subprocess.run(
+        ["bash", "-c", ASK, "bash", *lines],
+        env={**os.environ, "ROOT": str(ROOT)},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=True,
+    )
+    assert done.stderr == ""
+    return [line.split() for line in done.stdout.splitlines()]
+
+
+def test_offers():
+    assert dict(zip(OFFERED, completed(*OFFERED), strict=True)) == OFFERED
+
+
+def test_another_program_called_run_is_left_alone(tmp_path):
+    other = tmp_path / "run"
+    other.write_text("#!/bin/sh\necho started\n")
+    other.chmod(0o755)
+    assert completed(f"{other} ") == [[]]
+
+
+def test_every_filter_that_is_offered_selects_a_test():
+    offered = candidates("./run test ")
+    assert {"unit", "lint", "ros", "project", "circle", "track_model"} <= set(offered)
+    done = run("test", "--list", *offered)
+    assert done.returncode == 0
+    listed = done.stdout
+    stages = {line.split()[0] for line in listed.splitlines()}
+    assert stages == {"unit", "lint", "ros"}
+    assert [word for word in offered if word not in stages and word not in listed] == []
+
+
+def test_without_word_breaks_the_whole_word_is_given():
+    assert candidates("./run world track:=ha", breaks=" \t\n") == ["track:=hard"]
+    assert candidates("./run world track:=ha", breaks=" =") == ["hard"]
+
+
+def test_tab_in_an_interactive_shell():
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(ROOT)
+        os.execvpe("bash", ["bash", "--norc", "--noprofile", "-i"],
+                   {**os.environ, "PS1": "ready> ", "TERM": "dumb"})  # fmt: skip
+    try:
+        read_until(terminal, "ready> ")
+        os.write(terminal, b"source <(./run completion); echo sou''rced\n")
+        read_until(terminal, "sourced")
+        os.write(terminal, b": ; ./run world track:=ha\t")
+        read_until(terminal, "track:=hard")
+        os.write(terminal, b"\x15./run lap --driver pu\t--sta\t")
+        read_until(terminal, "--driver pursuit --starts")
+    finally:
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+        os.close(terminal)
+
+
+def read_until(terminal, text):
+    """Reads what a terminal shows until some text is there."""
+    shown, end = "", time.monotonic() + PATIENCE
+    while text not in shown:
+        assert time.monotonic() < end, shown
+        if select.select([terminal], [], [], 1.0)[0]:
+            shown += os.read(terminal, 4096).decode(errors="replace")
+    return shown

@@ -1,0 +1,185 @@
+"""The environment of ./run exec: as by sourcing devel/setup.bash, with the caller's values kept."""
+
+import subprocess
+import time
+
+import pytest
+from run_rig import NOISE, PATIENCE, ROOT, run
+
+# What ./run exec promises, by hand.
+BY_HAND = r"""
+set -e
+unset PYTHONHOME CONDA_PREFIX PYENV_VERSION
+export VIRTUAL_ENV=$root/.venv PYTHONNOUSERSITE=1 PYTHONUNBUFFERED=1
+export LANG=${LANG:-C.UTF-8} HOME=${HOME:-$root/.cache/home}
+master=${ROS_MASTER_URI:-}
+PATH="/usr/bin:$PATH"
+. "$root/devel/setup.bash" >/dev/null
+export PATH="$root/src/standins/xacro:$root/.venv/bin:$PATH" PADDOCK_ROOT=$root
+export ROS_LOG_DIR=${ROS_LOG_DIR:-$root/.cache/ros}
+if [ -z "$ROS_IP$ROS_HOSTNAME" ]; then export ROS_IP=127.0.0.1; fi
+if [ -n "$master" ]; then export ROS_MASTER_URI=$master; fi
+unset root
+exec /usr/bin/env -0
+"""
+PLAIN = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": "/tmp"}
+
+
+def variables(done):
+    """The variables that env -0 printed."""
+    assert done.returncode == 0, done.stderr
+    entries = [entry.split("=", 1) for entry in done.stdout.split("\0")[:-1]]
+    return {name: value for name, value in entries if name not in NOISE}
+
+
+def by_hand(root, environ):
+    script = ["/bin/bash", "-c", BY_HAND]
+    return variables(subprocess.run(script, env={**environ, "root": str(root)}, timeout=PATIENCE,
+                                    capture_output=True, text=True, check=False))  # fmt: skip
+
+
+def by_run(root, environ):
+    return variables(run("exec", "/usr/bin/env", "-0", root=root, env=environ))
+
+
+def other_workspace(folder):
+    """Variables as somebody else's workspace leaves them, and that workspace."""
+    for name in ("devel/lib/python3/dist-packages", "src"):
+        (folder / name).mkdir(parents=True)
+    (folder / "devel" / ".catkin").write_text(str(folder / "src"))
+    return {
+        "CMAKE_PREFIX_PATH": f"{folder}/devel:/usr",
+        "LD_LIBRARY_PATH": f"{folder}/devel/lib:/opt/lib",
+        "PYTHONPATH": f"{folder}/devel/lib/python3/dist-packages:/opt/python",
+        "ROS_PACKAGE_PATH": f"{folder}/src:/opt/packages",
+        "ROS_DISTRO": "noetic",
+    }
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        {},
+        {"PATH": "/opt/mine:/usr/bin:/bin", "PYTHONHOME": "/opt", "CONDA_PREFIX": "/opt"},
+        {"LD_LIBRARY_PATH": "/opt/lib:", "PYTHONPATH": "/opt/a:/opt/b", "PKG_CONFIG_PATH": "/opt"},
+        {"CMAKE_PREFIX_PATH": "/usr", "ROS_PACKAGE_PATH": ""},
+        {"CMAKE_PREFIX_PATH": "/nonexistent", "LD_LIBRARY_PATH": "/nonexistent/lib:/opt/lib"},
+        {"ROS_MASTER_URI": "http://somewhere:1234", "ROS_IP": "10.0.0.1", "ROS_LOG_DIR": "/tmp/x"},
+        {"ROS_HOSTNAME": "somewhere", "LANG": "C"},
+        {"LC_ALL": "C", "LANG": "C"},
+        {"LC_CTYPE": "C.UTF-8"},
+    ],
+)  # fmt: skip
+def test_as_by_hand(extra):
+    environ = {**PLAIN, **extra}
+    assert by_run(ROOT, environ) == by_hand(ROOT, environ)
+
+
+def test_as_by_hand_in_a_clone(clone):
+    assert by_run(clone, PLAIN) == by_hand(clone, PLAIN)
+
+
+def test_as_by_hand_after_another_workspace(tmp_path):
+    environ = {**PLAIN, **other_workspace(tmp_path)}
+    found, expected = by_run(ROOT, environ), by_hand(ROOT, environ)
+    assert found.pop("ROS_PACKAGE_PATH") == f"{ROOT}/src:/opt/packages"
+    expected.pop("ROS_PACKAGE_PATH")
+    assert found == expected
+    assert found["PYTHONPATH"].endswith("dist-packages:/opt/python")
+    assert str(tmp_path) not in " ".join(found.values())
+
+
+def test_within_its_own_shell():
+    once = by_run(ROOT, PLAIN)
+    assert by_run(ROOT, once) == by_hand(ROOT, once)
+
+
+def test_the_callers_paths_stay_behind_ours():
+    environ = {**PLAIN, "PATH": "/opt/first:/usr/bin:/bin", "ROS_PACKAGE_PATH": "/opt/a:/opt/b"}
+    found = by_run(ROOT, environ)
+    assert found["PATH"].startswith(f"{ROOT}/src/standins/xacro:{ROOT}/.venv/bin:")
+    assert found["PATH"].endswith(":/opt/first:/usr/bin:/bin")
+    assert found["ROS_PACKAGE_PATH"] == f"{ROOT}/src:/opt/a:/opt/b"
+
+
+def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):
+    wrong = tmp_path / "python3"
+    wrong.write_text("#!/bin/sh\nexit 9\n")
+    wrong.chmod(0o755)
+    environ = {**PLAIN, "PATH": f"{tmp_path}:{PLAIN['PATH']}"}
+    done = run("exec", "python3", "-c", "import rospy, sys; print(sys.executable)", env=environ)
+    assert done.stdout == f"{ROOT}/.venv/bin/python3\n", done.stderr
+
+
+def test_a_home_that_is_missing_is_replaced():
+    for environ in ({"PATH": PLAIN["PATH"]}, {**PLAIN, "HOME": "/nonexistent"}):
+        assert by_run(ROOT, environ)["HOME"] == f"{ROOT}/.cache/home"
+
+
+def test_nothing_of_the_callers_is_kept(clone):
+    environ = {"PATH": f"/opt/marker:{PLAIN['PATH']}", "HOME": "/tmp", "LD_LIBRARY_PATH": "/marker",
+               "ROS_PACKAGE_PATH": "/marker", "CMAKE_PREFIX_PATH": "/marker"}  # fmt: skip
+    (clone / ".cache" / "environment").unlink(missing_ok=True)
+    (clone / ".cache" / "signatures" / "environment").unlink(missing_ok=True)
+    assert by_run(clone, environ)["LD_LIBRARY_PATH"].endswith(":/marker")
+    assert "marker" not in (clone / ".cache" / "environment").read_text()
+    assert "marker" not in by_run(clone, PLAIN).get("LD_LIBRARY_PATH", "")
+
+
+def test_a_hook_that_comes_and_goes_is_noticed(clone):
+    hooks = clone / "devel" / "etc" / "catkin" / "profile.d"
+    hooks.mkdir(parents=True)
+    hook = hooks / "50.probe.sh"
+    hook.write_text(
+        'export PROBE=1 PROBE_PATH="/probe:$PROBE_PATH" PROBE_LAST="${PROBE_LAST:-x}"\n'
+    )
+    environ = {**PLAIN, "PROBE_PATH": "/mine", "PROBE_LAST": "mine"}
+    found = by_run(clone, environ)
+    assert (found["PROBE"], found["PROBE_PATH"], found["PROBE_LAST"]) == (
+        "1",
+        "/probe:/mine",
+        "mine",
+    )
+    assert by_run(clone, PLAIN)["PROBE_LAST"] == "x"
+    hook.write_text("export PROBE=2\n")
+    assert by_run(clone, environ)["PROBE"] == "2"
+    hook.unlink()
+    assert "PROBE" not in by_run(clone, PLAIN)
+
+
+def test_setup_bash_is_not_run_each_time(clone):
+    cached, signature = clone / ".cache" / "environment", clone / ".cache/signatures/environment"
+    end = time.monotonic() + PATIENCE
+    by_run(clone, PLAIN)
+    while not signature.exists():  # files have to be seconds old
+        assert time.monotonic() < end
+        by_run(clone, PLAIN)
+    cached.write_text("\0".join(["set", "PROBE", "cached", cached.read_text()]))
+    assert by_run(clone, PLAIN)["PROBE"] == "cached"
+    (clone / "devel" / "setup.sh").touch()
+    assert "PROBE" not in by_run(clone, PLAIN)
+
+
+def test_output_is_the_commands_alone():
+    done = run("exec", "sh", "-c", "echo out; echo err >&2; exit 7")
+    assert (done.returncode, done.stdout, done.stderr) == (7, "out\n", "err\n")
+
+
+@pytest.mark.parametrize("command, status", [(["no-such-command"], 127), (["/etc/passwd"], 126)])
+def test_a_command_that_cannot_be_started(command, status):
+    done = run("exec", *command)
+    assert done.returncode == status and done.stderr.startswith(f"run: cannot run {command[0]!r}")
+
+
+def test_a_script_without_a_first_line_is_the_shells(tmp_path):
+    script = tmp_path / "script"
+    script.write_text('echo "$1"\n')
+    script.chmod(0o755)
+    assert run("exec", str(script), "a b").stdout == "a b\n"
+
+
+def test_a_closed_pipe_ends_a_command_silently():
+    line = f"{ROOT}/run exec yes | head -n 1"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=PATIENCE,
+                          check=False)  # fmt: skip
+    assert (done.stdout, done.stderr) == ("y\n", "")

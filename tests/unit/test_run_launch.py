@@ -1,0 +1,206 @@
+"""How commands start launch files: arguments, tracks, deadlines, results."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from roslaunch import arg_dump
+from run_rig import PATIENCE, ROOT
+
+from commands import processes
+from commands.environment import logs
+from commands.errors import CommandError, UsageError
+from commands.launching import headless, tracks
+from commands.launching.launch_file import LaunchFile
+
+FILES = [
+    ("deepracer_teleop", "drive.launch"),
+    ("deepracer_teleop", "demo.launch"),
+    ("deepracer_teleop", "lap.launch"),
+    ("deepracer_teleop", "teleop.launch"),
+    ("track_model", "world.launch"),
+    ("cybertruck", "truck.launch"),
+    ("cybertruck", "back_demo.launch"),
+]
+
+
+@pytest.mark.parametrize("package, name", FILES)
+def test_arguments_are_those_that_roslaunch_knows(package, name):
+    launch = LaunchFile(package, name)
+    assert set(launch.arguments()) == set(arg_dump.get_args([launch.path]))
+
+
+def test_arguments_of_groups_and_descriptions(tmp_path):
+    launch = LaunchFile("track_model", "world.launch")
+    launch.path = str(tmp_path / "probe.launch")
+    (tmp_path / "probe.launch").write_text(
+        '<launch>\n  <arg name="a" default="1"/>  <!-- first -->\n  <!-- not about it -->\n'
+        '  <arg name="b"/>\n  <!-- nor this -->\n  <arg name="c" value="3"/>\n'
+        '  <group><arg name="d" default="4" doc="fourth"/></group>\n'
+        '  <include file="x"><arg name="e" value="$(arg a)"/><arg name="f"/></include>\n</launch>\n'
+    )
+    assert launch.arguments() == {"a": ("1", "first"), "b": (None, ""), "d": ("4", "fourth")}
+
+
+def test_a_launch_file_that_is_not_xml(tmp_path):
+    launch = LaunchFile("track_model", "world.launch")
+    launch.path = str(tmp_path / "probe.launch")
+    (tmp_path / "probe.launch").write_text("<launch>\n<arg")
+    with pytest.raises(CommandError, match=r"probe\.launch is not XML: .*line 2"):
+        launch.check(["gui:=true"])
+
+
+def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
+    arguments = ["--screen", "-p", "11312", "gui:=true"]
+    assert LaunchFile("track_model", "world.launch").check(arguments) == arguments
+    with pytest.raises(UsageError, match="unknown argument '--screen'"):
+        LaunchFile("track_model", "world.launch", options=False).check(arguments)
+
+
+def test_tracks(tmp_path, monkeypatch):
+    assert tracks.names() == ["default", "easy", "hard", "medium"]
+    assert tracks.resolve("hard") == "hard"
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.yaml", "b.yml", "c.npy", "d.CSV"):
+        (tmp_path / name).write_text("")
+        assert tracks.resolve(name) == str(tmp_path / name)
+    (tmp_path / "e.txt").write_text("")
+    (tmp_path / "f.yaml").mkdir()
+    for name in ("e.txt", "f.yaml", "absent.yaml", ""):
+        with pytest.raises(UsageError, match=f"^track is '{name}'; "):
+            tracks.resolve(name)
+    launch = LaunchFile("track_model", "world.launch")
+    assert launch.check(["track:=a.yaml"]) == [f"track:={tmp_path}/a.yaml"]
+
+
+# In place of roslaunch: writes down how it was called, then does what PROBE says.
+ROSLAUNCH = f"""#!{sys.executable}
+import json, os, pathlib, signal, sys, time
+out = pathlib.Path(next(a for a in sys.argv if a.startswith("out_dir:=")).partition(":=")[2])
+asked = []
+signal.signal(signal.SIGINT, lambda *_: asked.append("SIGINT"))
+(out / "called.json").write_text(json.dumps([sys.argv[1:], os.environ["ROS_MASTER_URI"],
+                                             os.environ["QT_QPA_PLATFORM"]]))
+exec(os.environ["PROBE"])
+"""
+
+
+@pytest.fixture
+def launched(tmp_path):
+    """Calls headless.run with a stand-in for roslaunch; gives the folder of its results."""
+    (tmp_path / "roslaunch").write_text(ROSLAUNCH)
+    (tmp_path / "roslaunch").chmod(0o755)
+    out = tmp_path / "out"
+
+    def call(probe, deadline="0"):
+        environ = {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PROBE": probe}
+        launch = LaunchFile("track_model", "world.launch")
+        headless.run("probe", launch, environ, ["gui:=false"], deadline, str(out))
+        return out
+
+    return call
+
+
+def result(text):
+    return f"(out / 'result.json').write_text({text!r})"
+
+
+def test_a_result_that_is_ok(launched, capsys):
+    out = launched(result('{"ok": true}'))
+    called, master, platform = json.loads((out / "called.json").read_text())
+    port = master.removeprefix("http://127.0.0.1:")
+    assert called == ["-p", port, "track_model", "world.launch", f"out_dir:={out}", "gui:=false"]
+    assert int(port) > 1023 and platform == "offscreen"
+    assert capsys.readouterr().out.endswith("/: called.json result.json\nprobe: ok\n")
+
+
+@pytest.mark.parametrize("probe, sentence", [
+    (result('{"ok": false}'), "the probe was not content"),
+    (result('{"ok": 1}'), "the probe was not content"),
+    (result("[]"), "the probe was not content"),
+    (result('{"ok": tr'), "the probe ended without result.json"),
+    ("pass", "the probe ended without result.json"),
+    (result('{"ok": true}') + "; sys.exit(3)", "roslaunch ended with exit status 3"),
+])  # fmt: skip
+def test_a_result_that_is_not(launched, probe, sentence):
+    with pytest.raises(CommandError) as caught:
+        launched(probe)
+    assert str(caught.value) == sentence
+    assert caught.value.advice == ("Its own words are above; logs in .cache/ros-probe/",)
+
+
+def test_a_deadline_ends_it_with_sigint(launched, tmp_path):
+    wait = "\nwhile not asked: time.sleep(0.01)\n(out / 'asked').write_text(asked[0])"
+    with pytest.raises(CommandError, match=r"^the probe did not end within 1s s$"):
+        launched(wait, deadline="1s")
+    assert (tmp_path / "out" / "asked").read_text() == "SIGINT"
+
+
+def test_a_child_that_ignores_sigint_is_killed(tmp_path):
+    deaf = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(1e4)"
+    begin = time.monotonic()
+    with pytest.raises(processes.DeadlineExceeded):
+        processes.run_child([sys.executable, "-c", deaf], deadline=2.0, grace=0.5)
+    assert time.monotonic() - begin < PATIENCE
+
+
+@pytest.mark.parametrize("variable, default, text, seconds", [
+    (None, 300, "300", 300.0), ("20", 300, "20", 20.0), ("1.5m", 300, "1.5m", 90.0),
+    ("0", 300, "0", 0.0), ("", 7, "7", 7.0),
+])  # fmt: skip
+def test_deadlines(monkeypatch, variable, default, text, seconds):
+    monkeypatch.delenv("DEMO_DEADLINE", raising=False)
+    if variable is not None:
+        monkeypatch.setenv("DEMO_DEADLINE", variable)
+    assert headless.deadline_from("DEMO_DEADLINE", default) == text
+    assert headless._seconds(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["soon", "-1", "nan", "s"])
+def test_a_deadline_that_is_none(monkeypatch, text):
+    monkeypatch.setenv("DEMO_DEADLINE", text)
+    with pytest.raises(UsageError, match="DEMO_DEADLINE is"):
+        headless.deadline_from("DEMO_DEADLINE", 300)
+
+
+# Runs a child that waits for SIGINT, and tells the exit status that ./run would have.
+WAITING = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from commands import errors, processes
+child = "import signal, time; print('here', flush=True); time.sleep(1e4)"
+try:
+    processes.run_child([sys.executable, "-c", child], group=False)
+except errors.Interrupted as signal:
+    sys.exit(signal.status)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_reach_the_child(number):
+    with subprocess.Popen(
+        [sys.executable, "-c", WAITING, str(ROOT)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as process:  # fmt: skip
+        assert process.stdout.readline() == "here\n"
+        process.send_signal(number)
+        _, said = process.communicate(timeout=PATIENCE)  # ends with the child, which has the pipe
+    assert process.returncode == 128 + number
+    assert "KeyboardInterrupt" in said  # the child's
+
+
+def test_old_logs_go(tmp_path, monkeypatch):
+    monkeypatch.setattr(logs, "FOLDER", str(tmp_path))
+    for name, days in (("new", 6), ("old", 8), ("old-file", 8)):
+        path = tmp_path / name
+        path.write_text("") if name == "old-file" else path.mkdir()
+        os.utime(path, (time.time() - days * 86400,) * 2)
+    (tmp_path / "latest").symlink_to("nowhere")
+    logs.clean_up()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["latest", "new"]
+    monkeypatch.setattr(logs, "FOLDER", str(tmp_path / "absent"))
+    logs.clean_up()
