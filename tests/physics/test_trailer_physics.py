@@ -64,8 +64,8 @@ def test_links_agree_with_the_geometry(rig):
     assert rig.state()[3] == pytest.approx(0.6, abs=0.01)
 
 
-def test_line_from_beside_and_with_a_bent_hitch(rig):
-    rows, tracker = back_up(rig, make_shape("line", (12.0,)), 0.5, 0.0, math.radians(20.0))
+def test_line_from_beside_and_with_a_bent_hitch(coarse_rig):
+    rows, tracker = back_up(coarse_rig, make_shape("line", (12.0,)), 0.5, 0.0, math.radians(20.0))
     assert rows[0, LATERAL] == pytest.approx(0.5, abs=0.01)
     assert math.degrees(rows[0, HITCH]) == pytest.approx(20.0, abs=1.0)
     assert rows[-1, MODE] == ARRIVED and tracker.recoveries == 0
@@ -81,8 +81,8 @@ def test_circle_has_its_radius(rig):
 
 
 @pytest.mark.parametrize("name", ("s", "lane-change"))
-def test_bends(rig, name):
-    rows, _ = back_up(rig, make_shape(name))
+def test_bends(coarse_rig, name):
+    rows, _ = back_up(coarse_rig, make_shape(name))
     assert rows[-1, MODE] == ARRIVED
     assert np.max(np.abs(rows[:, LATERAL])) < 0.10
 
@@ -155,7 +155,8 @@ def test_a_start_beyond_the_jackknife_angle_pulls_forward_first(rig, hitch):
     assert abs(rows[-1, LATERAL]) < 0.03
 
 
-def test_figure_eight_bends_the_hitch_as_kinematics_says(rig):
+def test_figure_eight_bends_the_hitch_as_kinematics_says(coarse_rig):
+    rig = coarse_rig
     radius, speed, period = 1.5, 0.5, 0.04
     steering = math.atan(rig.geometry.wheelbase / radius)
     rig.place(0.0, 0.0, 0.0, 0.0)

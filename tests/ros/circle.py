@@ -17,7 +17,8 @@ from stepping import Time
 
 WHEELBASE = 0.164  # [m]
 REAR_AXLE = -0.081663  # x in base_link [m]
-SPEED = 0.5  # [m/s]
+SPEED, FAST = 0.5, 1.0  # on circles up to WIDE and on larger ones [m/s]
+WIDE = 0.7  # radius [m]
 STEERING = (5, 10, 15, 20, 25, 30)  # [deg]
 SETTLE = 1.0  # left out at the start, simulated time [s]
 LAPS = 2
@@ -58,8 +59,9 @@ class Circle(unittest.TestCase):
     def laps(self, steering):
         """Drives LAPS laps at a steering angle [rad] and returns the fits, one a lap."""
         command = Twist()
-        command.linear.x = SPEED
-        command.angular.z = SPEED * math.tan(steering) / WHEELBASE
+        curvature = math.tan(steering) / WHEELBASE
+        command.linear.x = SPEED if abs(curvature) > 1.0 / WIDE else FAST
+        command.angular.z = command.linear.x * curvature
         self.publisher.publish(command)
         self.time.go(SETTLE, commands=1)
         begin = self.time.now

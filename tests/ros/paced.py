@@ -3,7 +3,7 @@
 import os
 
 
-def paced(*topics, lag=0.04):
+def paced(*topics, lag=0.048):
     """Gives the words that start pacer.py beside a launch file; for roslaunch, after that file.
 
     Args:

@@ -13,11 +13,11 @@ Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
 import time
 
 import rospy
+from gazebo_msgs.srv import GetPhysicsProperties
 from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
 
-PHYSICS_STEP = 0.001  # [s]
 START_LIMIT = 180.0  # wall time for the world to come up [s]
 
 
@@ -42,22 +42,23 @@ class Pacer:
 
     def __init__(self):
         self._made = 0
-        self._period = rospy.get_param("~period", 0.008)
-        self._lag = max(1, round(rospy.get_param("~lag", 0.04) / self._period))
+        self._period = rospy.get_param("~period", 0.016)
+        self._lag = max(1, round(rospy.get_param("~lag", 0.048) / self._period))
         self._patience = rospy.get_param("~patience", 1.0)
         self._topics = [Topic(name, lambda: self._made) for name in rospy.get_param("~topics")]
-        for name in ("pause_physics", "step"):
+        for name in ("pause_physics", "step", "get_physics_properties"):
             rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
+        physics = rospy.ServiceProxy("/gazebo/get_physics_properties", GetPhysicsProperties)
+        self._steps = round(self._period / physics().time_step)
         self._pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
         self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
 
     def run(self):
         """Makes periods; ends with the world."""
-        steps = round(self._period / PHYSICS_STEP)
         self._pause()
         while not rospy.is_shutdown():
             self._wait()
-            answer = self._step(steps, [], [])
+            answer = self._step(self._steps, [], [])
             if not answer.success:  # somebody let the world run
                 rospy.logwarn(answer.status_message)
                 self._pause()

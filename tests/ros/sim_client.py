@@ -62,7 +62,7 @@ def sleep_sim(seconds, limit=WALL_LIMIT):
                 f"/clock moved by less than {seconds:g} s "
                 f"in {10.0 * seconds + limit:g} s of wall time"
             )
-        time.sleep(0.001)
+        time.sleep(0.004)
 
 
 class Recorder:

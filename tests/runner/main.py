@@ -58,9 +58,16 @@ def arguments():
     """Reads the command line."""
     parser = argparse.ArgumentParser(prog="./run test")
     parser.add_argument("filters", nargs="*", metavar="FILTER")
-    parser.add_argument("-j", "--jobs", type=count, default=cores(), metavar="N")
-    parser.add_argument("--failed", action="store_true")
-    parser.add_argument("--list", action="store_true")
+    parser.add_argument(
+        "-j",
+        "--jobs",
+        type=count,
+        default=cores(),
+        metavar="N",
+        help="how many jobs run side by side; by default as many as there are cores",
+    )
+    parser.add_argument("--failed", action="store_true", help="run what failed when it last ran")
+    parser.add_argument("--list", action="store_true", help="only print the names")
     return parser.parse_intermixed_args()
 
 

@@ -119,8 +119,10 @@ def environment_of(job, folder):
         MARK: folder.name,
         "TMPDIR": str(folder),
         "ROS_HOME": str(job.directory / "ros_home"),
+        "PYTHONPYCACHEPREFIX": str(ROOT / ".cache" / "pycache"),  # compiled once, not in src
     }
-    return dict(os.environ, **own, **job.environment)
+    inherited = {key: os.environ[key] for key in os.environ if key != "PYTHONDONTWRITEBYTECODE"}
+    return {**inherited, **own, **job.environment}
 
 
 def judge(job, status, deadline):

@@ -87,16 +87,22 @@ def test_without_pulling_forward_such_a_start_is_lost():
     assert state[3] > TIGHT.hitch_stop
 
 
-@pytest.mark.parametrize("offset, tongue", ((0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)))
-def test_wrong_lengths_stay_stable_and_at_most_double_the_errors(offset, tongue):
-    believed = Geometry(hitch_offset=0.3 * offset, tongue_length=0.7 * tongue)
+@pytest.fixture(name="fifty", scope="module")
+def _fifty():
+    """Fifty random starts, and how they are driven with the right lengths."""
     random = np.random.default_rng(13)
     starts = (
         random.uniform(-1.0, 1.0, 50),
         np.radians(random.uniform(-30.0, 30.0, 50)),
         np.radians(random.uniform(-45.0, 45.0, 50)),
     )
-    exact, _ = back_up(LINE, DEFAULT, *starts)
+    return starts, back_up(LINE, DEFAULT, *starts)[0]
+
+
+@pytest.mark.parametrize("offset, tongue", ((0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)))
+def test_wrong_lengths_stay_stable_and_at_most_double_the_errors(fifty, offset, tongue):
+    believed = Geometry(hitch_offset=0.3 * offset, tongue_length=0.7 * tongue)
+    starts, exact = fifty
     wrong, _ = back_up(LINE, DEFAULT, *starts, believed, Tuning(steering_gain=1.15))
     assert np.all(wrong.mode[-1] == ARRIVED) and not wrong.struck.any()
     rms = [np.sqrt(np.mean(run.lateral**2, axis=0)) for run in (exact, wrong)]

@@ -6,7 +6,7 @@ import rospy
 
 from controller_manager.client import ManagerClient, ManagerError
 
-TIMEOUT = 5.0  # [s], wall clock
+TIMEOUT = 30.0  # [s], wall clock; launch files start it beside the simulator
 
 
 def format_controller(state):
