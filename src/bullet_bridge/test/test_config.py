@@ -21,6 +21,7 @@ def test_defaults():
         ("world_file", "worlds/empty.world", "world_file", "worlds/empty.world"),
         ("paused", True, "paused", True),
         ("real_time_factor", 0, "real_time_factor", 0.0),
+        ("real_time_factor", None, "real_time_factor", None),
         ("real_time_factor", 2.5, "real_time_factor", 2.5),
         ("lockstep", True, "lockstep", True),
         ("renderer", "tiny", "renderer", "tiny"),

@@ -54,7 +54,7 @@ CAMERAS = {
     "a negative height": (picture("<height>-48</height>"), "height", 240, "must be at least 1"),
     "a height of a word": (picture("<height>low</height>"), "height", 240, "'low'"),
     "left by xacro": (picture("<height>${h}</height>"), "height", 240, "process the file"),
-    "half a circle": (fov("3.14159"), "horizontal_fov", WIDEST, "at most 2.967"),
+    "half a circle": (fov("3.14159"), "horizontal_fov", WIDEST, "at most 3.054"),
     "a negative angle": (fov("-1"), "horizontal_fov", 1.047, "is -1"),
     "an angle of a word": (fov("wide"), "horizontal_fov", 1.047, "'wide'"),
     "nearest 0": (clip(0, 50), "near", 0.1, "<clip>"),

@@ -110,11 +110,11 @@ class World:
         return list(warnings)
 
     def spawn_urdf(self, name, text, pose, resolve):
-        """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
+        """Spawn a robot from URDF text (or its root); returns the Model (see its description)."""
         return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
 
     def spawn_sdf(self, name, text, pose, resolve):
-        """Spawn an SDF model; its own <pose> applies within the given one."""
+        """Spawn an SDF model from text (or its root); its own <pose> applies within the given."""
         description, own = sdf.parse_model(text, resolve, f"SDF of '{name}'")
         description.name = name
         return self.spawn(description, pose * own)

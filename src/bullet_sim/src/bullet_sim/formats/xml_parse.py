@@ -61,13 +61,15 @@ def parse(text, name, warnings=None):
     """Root element (a Node) of an XML text.
 
     Args:
-        text: str or bytes.
+        text: str or bytes, or a root from this function, which gets the name and the warnings.
         name: of the document, for messages.
         warnings: list that takes the warnings of this document; None: a new one.
 
     Raises:
         ModelError: TinyXML would refuse it, too; names the document, line and column.
     """
+    if isinstance(text, Node):
+        return _adopted(text, name, warnings)
     document = Document(name, warnings)
     text = decoded(text, document)
     try:
@@ -84,6 +86,15 @@ def parse(text, name, warnings=None):
         "files are not well-formed XML and are read as Gazebo's reader takes them",
         name,
     )
+    return root
+
+
+def _adopted(root, name, warnings):
+    document = root.document
+    document.name = name
+    if warnings is not None:
+        warnings += [found for found in document.warnings if found not in warnings]
+        document.warnings = warnings
     return root
 
 

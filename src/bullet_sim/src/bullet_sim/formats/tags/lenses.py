@@ -4,7 +4,7 @@ import math
 
 from bullet_sim.formats.xml_read import child_number, child_text, replace
 
-WIDEST = math.radians(170.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
+WIDEST = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
 FIELD_OF_VIEW = 1.047  # [rad] where none is given
 CLIP = (0.1, 100.0)  # [m] nearest and furthest that is drawn, where none is given
 FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
