@@ -29,23 +29,6 @@ class RefuseStart(unittest.TestCase):
         )
         return done.stdout
 
-    def test_a_world_file_that_is_missing(self):
-        output = self.launch(
-            "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=/no/such.world"
-        )
-        self.assertIn("/no/such.world", output)
-        self.assertNotIn("Traceback", output)
-
-    def test_a_world_file_that_is_no_world(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
-            stream.write("<sdf version='1.6'><world")
-            stream.flush()
-            output = self.launch(
-                "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=" + stream.name
-            )
-        self.assertIn(stream.name, output)
-        self.assertNotIn("Traceback", output)
-
     def test_a_track_of_two_points(self):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as stream:
             stream.write("points: [[0, 0], [1, 0]]\nwidth: 0.76\n")

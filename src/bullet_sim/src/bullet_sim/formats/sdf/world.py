@@ -85,7 +85,7 @@ def parse_world(text, resolve, what="world"):
     if world is None:
         raise ModelError(f"{what} has no <world> in an <sdf>")
     described.name = world.get("name") or "default"
-    _physics(world, described, what)
+    _physics(world, described, f"world '{described.name}'")
     states = {model.get("name"): model for model in world.findall("state/model")}
     for element in world:
         if element.tag == "include":
