@@ -108,7 +108,7 @@ class Nodes(unittest.TestCase):
             subprocess.run(
                 ["rosrun", "map_server", "map_saver", "-f", name, "__name:=saver"],
                 check=True,
-                timeout=START_LIMIT,
+                timeout=2.0 * START_LIMIT,
             )
             change = rospy.ServiceProxy("/change_map", LoadMap)
             self.assertEqual(change(name + ".yaml").result, 0)
@@ -126,7 +126,12 @@ class Nodes(unittest.TestCase):
         picture = Image(height=1, width=2, encoding="mono8", step=2, data=b"ab")
         publisher("/picture", Image).publish(picture)
         self.assertEqual(pictures.wait_count(1)[0].data, b"ab")
-        mount = [t for m in frames.wait_count(1) for t in m.transforms][0]
+
+        def moved():
+            self.clock.time += 0.01  # tf's publisher sends in periods of the clock
+            return frames.last
+
+        mount = wait_until(moved, "tf's static_transform_publisher").transforms[0]
         self.assertEqual((mount.header.frame_id, mount.child_frame_id), ("world", "camera"))
         self.assertEqual(mount.transform.translation.y, 2.0)
 

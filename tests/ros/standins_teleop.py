@@ -13,7 +13,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
-from sim_client import Recorder, wait_until
+from sim_client import START_LIMIT, Recorder, wait_until
 from standins_rig import SetClock, publisher
 from terminal_rig import Terminal
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit
@@ -71,7 +71,7 @@ class Teleops(unittest.TestCase):
         terminal.type(
             "rosrun teleop_twist_keyboard teleop_twist_keyboard.py __ns:=keys _key_timeout:=0"
         )
-        terminal.wait_screen("Ctrl-C ends", "speed 0.5 m/s")
+        wait_until(lambda: "speed 0.5 m/s" in terminal.screen(), "the keys", 2.0 * START_LIMIT)
         for keys, expected in (("i", (0.5, 0.0)), ("wu", (0.55, 1.0)), ("k", (0.0, 0.0))):
             terminal.keys(*keys)
             wait_until(
