@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Stages of sending that can be switched off in a running bridge, and windows that alternate."""
 
 import gc

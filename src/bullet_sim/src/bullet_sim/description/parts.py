@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bullet_sim.description.read_warning import add_warning
+from bullet_sim.description.read_warning import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
@@ -153,7 +153,7 @@ class ModelDescription:
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text, cause="", item=""):
         """Note something that was ignored or mended, once: see ReadWarning."""
