@@ -173,8 +173,10 @@ SUITES = {
     "track_model": (
         "msg",
         "spec",
+        "track_file",
         "routes",
         "source",
+        "curves",
         "geometry",
         "region",
         "files",

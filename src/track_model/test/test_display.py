@@ -6,7 +6,7 @@ from shapely.geometry import Polygon
 from test_referee import circle
 from track_model.referee.display import lane_marker
 
-from track_model import geometry, spec
+from track_model import geometry, track_file
 
 
 def area(marker):
@@ -23,7 +23,9 @@ def area(marker):
     [
         (circle(), True),
         (
-            spec.parse("points: [[0, 0], [1, 0], [2, 1], [3, 1]]\nclosed: false\n", "open.yaml"),
+            track_file.parse(
+                "points: [[0, 0], [1, 0], [2, 1], [3, 1]]\nclosed: false\n", "open.yaml"
+            ),
             False,
         ),
     ],

@@ -8,7 +8,7 @@ from track_model.referee.course import Course
 from track_model.referee.referee import Referee, wall_polygons
 from track_model.referee.rules import Car, Rules
 
-from track_model import geometry, region, source, spec
+from track_model import geometry, region, source, track_file
 
 RADIUS = 2.0  # [m]
 LAP = 2.0 * np.pi * RADIUS
@@ -18,7 +18,7 @@ def circle(extra=""):
     """A track whose centreline is a circle driven counter-clockwise; its centre is (0, 2)."""
     at = 2.0 * np.pi * np.arange(36) / 36 - np.pi / 2
     points = [[round(RADIUS * np.cos(a), 6), round(RADIUS * np.sin(a), 6)] for a in at]
-    return spec.parse(f"points: {points}\n{extra}", "circle.yaml")
+    return track_file.parse(f"points: {points}\n{extra}", "circle.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def test_walls():
 
 def test_open_course_from_start_to_finish():
     points = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.5], [6.0, 0.5]]
-    lane = geometry.lane(spec.parse(f"closed: false\npoints: {points}", "open.yaml"))
+    lane = geometry.lane(track_file.parse(f"closed: false\npoints: {points}", "open.yaml"))
     course = Course(lane)
     referee = Referee(course)
     events = []

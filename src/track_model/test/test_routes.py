@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Point
 
-from track_model import geometry, region, source, spec, track
+from track_model import curves, geometry, region, source, spec, track
 
 
 def wavy(count, seed, closed=True, scale=3.0):
@@ -55,7 +55,7 @@ def test_community_routes_become_tracks(number, tmp_path):
     loaded = track.load_track(str(path))
     assert loaded.closed == closed
     assert loaded.centreline[0] == pytest.approx((0, 0), abs=1e-9)
-    assert geometry.tangents(loaded.centreline, closed)[0] == pytest.approx((1, 0), abs=1e-9)
+    assert curves.tangents(loaded.centreline, closed)[0] == pytest.approx((1, 0), abs=1e-9)
     x, y, yaw = loaded.lane.origin
     turn = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
     there = loaded.centreline @ turn.T + (x, y)
@@ -88,7 +88,7 @@ def test_centreline_csv():
     lane = geometry.lane(source.load("a.csv", "\n".join(rows).encode()))
     assert lane.closed
     assert lane.left == pytest.approx(0.9) and lane.right == pytest.approx(1.1)
-    assert lane.length == pytest.approx(geometry.closed_length(centre), rel=2e-3)
+    assert lane.length == pytest.approx(curves.closed_length(centre), rel=2e-3)
 
 
 def test_header_without_hash_and_semicolons():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from track_model import geometry, source, spec
+from track_model import curves, geometry, source, spec, track_file
 
 SQUARE = "points: [[0, 0], [3, 0], [3, 3], [0, 3]]\n"
 
@@ -10,16 +10,16 @@ SQUARE = "points: [[0, 0], [3, 0], [3, 3], [0, 3]]\n"
 @pytest.mark.parametrize("name", ["default", "easy", "medium", "hard"])
 def test_tracks_of_the_package(name):
     path = source.find(name)
-    track = spec.parse(source.read(path), path)
+    track = track_file.parse(source.read(path), path)
     curve = geometry.centreline(track)
     size = curve.max(axis=0) - curve.min(axis=0) + track.width
     assert track.name == name and track.width >= 0.7
     assert size[0] <= 10.0 and size[1] <= 8.0
-    assert abs(geometry.radii(curve)).min() >= (0.44 if name == "hard" else 0.8)
+    assert abs(curves.radii(curve)).min() >= (0.44 if name == "hard" else 0.8)
 
 
 def test_values_are_read():
-    track = spec.parse(
+    track = track_file.parse(
         SQUARE + "width: 0.5\nwalls: {enabled: true}\ncolours: {grass: [1, 2, 3]}\n"
         "friction: 2\nstart_line: false",
         "some/where/mine.yaml",
@@ -30,7 +30,9 @@ def test_values_are_read():
 
 
 def test_repeated_first_point_closes():
-    assert len(spec.parse("points: [[0, 0], [3, 0], [3, 3], [0, 3], [0, 0]]", "a").points) == 4
+    assert (
+        len(track_file.parse("points: [[0, 0], [3, 0], [3, 3], [0, 3], [0, 0]]", "a").points) == 4
+    )
 
 
 @pytest.mark.parametrize(
@@ -69,7 +71,7 @@ def test_repeated_first_point_closes():
 )
 def test_mistakes_in_the_file(text, words):
     with pytest.raises(spec.TrackError) as caught:
-        spec.parse(text, "file.yaml")
+        track_file.parse(text, "file.yaml")
     message = str(caught.value)
     assert isinstance(caught.value, ValueError) and message.startswith("file.yaml: ")
     assert "\n" not in message
@@ -92,7 +94,7 @@ def test_mistakes_in_the_file(text, words):
 )
 def test_mistakes_in_the_geometry(text, words):
     with pytest.raises(spec.TrackError) as caught:
-        geometry.centreline(spec.parse(text, "file.yaml"))
+        geometry.centreline(track_file.parse(text, "file.yaml"))
     for word in ["file.yaml", "valid:", *words]:
         assert word in str(caught.value)
 

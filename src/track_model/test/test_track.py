@@ -10,7 +10,7 @@ import pytest
 from track_model.files import cache, texture
 from track_model.files import writer as files
 
-from track_model import geometry, source, spec, track
+from track_model import curves, geometry, source, spec, track, track_file
 
 cv2 = pytest.importorskip("cv2")
 SMALL = "points: [[0, 0], [2, 0], [2, 1.6], [0, 1.6]]\nwidth: 0.5\n"
@@ -54,34 +54,35 @@ def test_spline_of_a_circle_is_a_circle():
     """A closed cubic spline errs by the fourth power of the knot spacing (here 0.26 rad)."""
     angles = 2.0 * np.pi * np.arange(24) / 24
     knots = 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    curve = geometry.resample(geometry.spline(knots, True)[0])
+    curve = curves.resample(curves.spline(knots, True)[0])
     assert np.linalg.norm(curve, axis=1) == pytest.approx(2.0, abs=1e-4)  # [m]
-    assert geometry.closed_length(curve) == pytest.approx(4.0 * np.pi, abs=1e-2)
-    assert geometry.radii(curve) == pytest.approx(2.0, rel=0.02)
-    assert np.linalg.norm(geometry.offset(curve, 0.5), axis=1) == pytest.approx(1.5, abs=1e-3)
+    assert curves.closed_length(curve) == pytest.approx(4.0 * np.pi, abs=1e-2)
+    assert curves.radii(curve) == pytest.approx(2.0, rel=0.02)
+    assert np.linalg.norm(curves.offset(curve, 0.5), axis=1) == pytest.approx(1.5, abs=1e-3)
 
 
 def test_start_pose_is_the_origin(made):
     assert made.centreline[0] == pytest.approx((0, 0), abs=1e-9)
-    assert geometry.tangents(made.centreline)[0] == pytest.approx((1, 0), abs=1e-9)
+    assert curves.tangents(made.centreline)[0] == pytest.approx((1, 0), abs=1e-9)
 
 
 def test_start_distance_moves_the_start():
     here, there = (
-        geometry.centreline(spec.parse(SMALL + f"start_distance: {d:g}", "a")) for d in (0.0, 1.0)
+        geometry.centreline(track_file.parse(SMALL + f"start_distance: {d:g}", "a"))
+        for d in (0.0, 1.0)
     )
     assert there[0] == pytest.approx((0, 0), abs=1e-9)
-    assert geometry.tangents(there)[0] == pytest.approx((1, 0), abs=1e-9)
+    assert curves.tangents(there)[0] == pytest.approx((1, 0), abs=1e-9)
     # The old start lies 1 m of track behind: at most 1 m away, and behind.
     distance = np.linalg.norm(there + 0.0, axis=1)
-    assert geometry.closed_length(here) == pytest.approx(geometry.closed_length(there), rel=1e-4)
+    assert curves.closed_length(here) == pytest.approx(curves.closed_length(there), rel=1e-4)
     assert distance[len(there) // 2] > 1.0
 
 
 def test_edges(made):
     for edge in (made.inner, made.outer):
         assert np.linalg.norm(edge - made.centreline, axis=1) == pytest.approx(made.width / 2)
-    assert geometry.closed_length(made.inner) < made.length < geometry.closed_length(made.outer)
+    assert curves.closed_length(made.inner) < made.length < curves.closed_length(made.outer)
 
 
 def colour_at(made, points):
@@ -97,7 +98,7 @@ def colour_at(made, points):
 def test_texture_shows_borders_and_grass_where_they_are(made):
     half, line = made.width / 2.0, made.spec.border_width / 2.0
     curve = made.centreline[5:-5]  # without the start line
-    normal = geometry.left_normals(made.centreline)[5:-5]
+    normal = curves.left_normals(made.centreline)[5:-5]
     for side in (-1.0, 1.0):
         for distance, name in (
             (half - line, "border"),
@@ -173,7 +174,7 @@ def test_walls_keep_clear_of_the_lane(small):
 @pytest.mark.parametrize("gap", [0.4, 0.8, 1.5, 3.0])
 def test_walls_with_a_wide_gap_leave_out_what_has_no_room(gap):
     path = source.find("hard")
-    parsed = spec.parse(
+    parsed = track_file.parse(
         source.read(path).decode() + f"walls: {{enabled: true, gap: {gap:g}}}", path
     )
     lane = geometry.lane(parsed)

@@ -5,8 +5,9 @@ import os
 
 import rospy
 from bullet_sim.description.read_warning import grouped
+from bullet_sim.description.world import empty_world
 from bullet_sim.errors import WorldError
-from bullet_sim.formats.sdf.world import empty_world, parse_world
+from bullet_sim.formats.sdf.world import parse_world
 
 from bullet_bridge.resolve import GAZEBO_WORLDS
 

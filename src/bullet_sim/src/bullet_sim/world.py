@@ -6,14 +6,15 @@ from collections.abc import Callable
 
 from bullet_sim.description.parts import ModelDescription
 from bullet_sim.description.read_warning import add_warning
+from bullet_sim.description.world import MIN_STEP, WorldDescription
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.formats.sdf.world import WorldDescription
 from bullet_sim.models.contacts import PERIOD, Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
+from bullet_sim.models.order import ModelOrder
 from bullet_sim.pose import PLACEABLE, Point, Pose
 from bullet_sim.snapshot import BodySource, Snapshot
 
@@ -44,9 +45,7 @@ class World:
         self.contacts = Contacts(self._engine)
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
-        self._loaded_names: tuple[str, ...] = ()  # models of the world file, in file order
-        self._fresh = True  # no step since the start or the last reset
-        self._changed = self._deleted = False  # models were spawned or deleted; deleted
+        self._order = ModelOrder()
 
     @property
     def time_step(self) -> float:
@@ -74,10 +73,8 @@ class World:
         Raises:
             WorldError: out of bounds, or a period is counted in steps of the present length.
         """
-        if not sdf.MIN_STEP <= time_step < 1:
-            raise WorldError(
-                f"time_step is {time_step} s, must be from {sdf.MIN_STEP:g} to below 1"
-            )
+        if not MIN_STEP <= time_step < 1:
+            raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
         busy = [
             name
             for name, model in self.models.items()
@@ -117,7 +114,7 @@ class World:
                 described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
             for warning in list(model.warnings):
                 add_warning(warnings, warning, warning.cause, warning.item)
-        self._loaded_names += tuple(
+        self._order.add_of_file(
             model.name for model, _ in described.models if model.name in self.models
         )
         return list(warnings)
@@ -153,7 +150,7 @@ class World:
         self.models[description.name] = model
         self.contacts.model_added(model)
         model.on_moved = self.contacts.model_moved
-        self._changed = True
+        self._order.spawned()
         return model
 
     def model(self, name: str) -> Model:
@@ -174,7 +171,7 @@ class World:
         self.contacts.model_removed(self.model(name))
         self.model(name).remove()
         del self.models[name]
-        self._changed = self._deleted = True
+        self._order.deleted()
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
@@ -197,7 +194,7 @@ class World:
             self._engine.step(stride)
             self.step_count += stride
             self.contacts.update(self.step_count)
-        self._fresh = False
+        self._order.stepped()
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD
             self.contacts.check()
@@ -211,21 +208,19 @@ class World:
         self.forces.clear()
         self._reload()
         self._next_check = 0.0
-        self._fresh, self._changed, self._deleted = True, False, False
+        self._order.reset()
         if time:
             self.step_count = 0
 
     def sort_models(self) -> bool:
         """Sort the models: those of the world file in file order, then the others by name.
 
-        The last bits of the engine's results depend on the order in which bodies were loaded, and
-        programs that spawn models at the same time do so in any order. A reset keeps the order.
+        A reset keeps the order (see ModelOrder).
 
         Returns:
             Whether the order has changed.
         """
-        first = {name: number for number, name in enumerate(self._loaded_names)}
-        ordered = sorted(self.models, key=lambda name: (first.get(name, len(first)), name))
+        ordered = self._order.sorted(self.models)
         changed = ordered != list(self.models)
         self.models = {name: self.models[name] for name in ordered}
         return changed
@@ -240,12 +235,9 @@ class World:
         Returns:
             Whether models were reloaded.
         """
-        if not (self._fresh and self._changed):
+        changed, deleted = self._order.take_change()
+        if not changed or not (self.sort_models() or deleted):
             return False
-        self._changed = False
-        if not self.sort_models() and not self._deleted:
-            return False
-        self._deleted = False
         saved = [model.save_state() for model in self.models.values()]
         self._reload()
         for model, state in zip(self.models.values(), saved):

@@ -2,7 +2,7 @@
 
 import os
 
-from track_model import spec
+from track_model import track_file
 from track_model.spec import TrackError, TrackSpec
 
 
@@ -65,7 +65,7 @@ def load(path: str, content: bytes | None = None) -> TrackSpec:
         from track_model import routes  # numpy only when there is a route to read
 
         return routes.parse(content, path)
-    return spec.parse(content, path)
+    return track_file.parse(content, path)
 
 
 def read(path: str) -> bytes:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from track_model import geometry, source, spec
+from track_model import curves, geometry, source, spec
 from track_model.files import cache, texture
 from track_model.spec import TrackError  # noqa: F401  (part of this module's interface)
 
@@ -60,7 +60,7 @@ def load_track(name_or_path: str) -> Track:
     lane = geometry.lane(parsed)
     inner, outer = sorted(
         (lane.edge(side) for side in (-1.0, 1.0)),
-        key=lambda edge: geometry.length(edge, lane.closed),
+        key=lambda edge: curves.length(edge, lane.closed),
     )
     return Track(
         name=parsed.name,

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 
+from bullet_sim.description.world import MIN_STEP
 from bullet_sim.errors import WorldError
-from bullet_sim.formats.sdf.world import MIN_STEP
 
 MAX_ITERATIONS = 1000
 # ODE settings that are fixed in Bullet: reported, and requests to change them are ignored.

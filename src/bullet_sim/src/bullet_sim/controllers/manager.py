@@ -108,7 +108,22 @@ class Manager:
         """
         left_out = []
         stopping = self._fitting(stop, strict, left_out, self.is_running, "is not running")
-        staying = {
+        starting = self._startable(start, stopping, strict, left_out)
+        for name in stopping:
+            self._states[name] = STOPPED
+            self._loaded[name].stop()
+        for name in starting:
+            self._states[name] = RUNNING
+            self._loaded[name].start(self.time)
+        self._running_periodic = any(
+            controller.periodic and self.is_running(name)
+            for name, controller in self._loaded.items()
+        )
+        return left_out
+
+    def _startable(self, start, stopping, strict, left_out):
+        """The controllers of `start` whose joints are free once those of `stopping` stop."""
+        claimed = {
             joint: name
             for name in self._loaded
             if self.is_running(name) and name not in stopping
@@ -122,33 +137,17 @@ class Manager:
             lambda n: not self.is_running(n) or n in stopping,
             "is running already",
         ):
-            rival = next(
-                (
-                    f"joint '{j}' is claimed by '{staying[j]}'"
-                    for j in self._claims(name)
-                    if j in staying
-                ),
-                None,
-            )
-            if rival is None:
+            taken = [joint for joint in self._claims(name) if joint in claimed]
+            if not taken:
                 starting.append(name)
-                staying.update({j: name for j in self._claims(name)})
+                claimed.update({joint: name for joint in self._claims(name)})
                 continue
+            rival = f"joint '{taken[0]}' is claimed by '{claimed[taken[0]]}'"
             reason = f"controller '{name}' cannot start: {rival}"
             if strict:
                 raise ControllerError(reason)
             left_out.append(reason)
-        for name in stopping:
-            self._states[name] = STOPPED
-            self._loaded[name].stop()
-        for name in starting:
-            self._states[name] = RUNNING
-            self._loaded[name].start(self.time)
-        self._running_periodic = any(
-            controller.periodic and self.is_running(name)
-            for name, controller in self._loaded.items()
-        )
-        return left_out
+        return starting
 
     def _fitting(self, names, strict, left_out, fits, otherwise):
         chosen = []

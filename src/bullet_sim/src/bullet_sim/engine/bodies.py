@@ -10,6 +10,11 @@ from bullet_sim.system.output import silenced
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
 _MOVABLE = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
+_FLAGS = (
+    p.URDF_USE_IMPLICIT_CYLINDER
+    | p.URDF_USE_INERTIA_FROM_FILE
+    | p.URDF_USE_MATERIAL_COLORS_FROM_MTL
+)
 
 
 class Bodies(Motion, Motors):
@@ -37,13 +42,7 @@ class Bodies(Motion, Motors):
         Raises:
             ModelError: PyBullet refuses the file.
         """
-        flags = (
-            p.URDF_USE_IMPLICIT_CYLINDER
-            | p.URDF_USE_INERTIA_FROM_FILE
-            | p.URDF_USE_MATERIAL_COLORS_FROM_MTL
-        )
-        if self_collide:
-            flags |= p.URDF_USE_SELF_COLLISION
+        flags = _FLAGS | (p.URDF_USE_SELF_COLLISION if self_collide else 0)
         try:
             with silenced():
                 body = p.loadURDF(

@@ -23,56 +23,9 @@ def draw(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
     """
     figure, axes = pyplot.subplots(figsize=(7.0, 7.0), layout="constrained")
     try:
-        x = [row[1] for row in trajectory.rows]
-        y = [row[2] for row in trajectory.rows]
-        axes.plot(x, y, color=PATH, linewidth=1.8, label=f"path, {trajectory.length:.2f} m")
-        arrows = spaced(trajectory.rows, max(trajectory.length / ARROWS, 1e-6))
-        axes.quiver(
-            [row[1] for row in arrows],
-            [row[2] for row in arrows],
-            [math.cos(row[3]) for row in arrows],
-            [math.sin(row[3]) for row in arrows],
-            color=INK,
-            angles="xy",
-            scale=30.0,
-            width=0.004,
-            pivot="tail",
-            zorder=3,
-        )
-        axes.plot([], [], linestyle="none", marker=(3, 0, -90), color=INK, label="heading")
-        middle = 0.5 * (min(x) + max(x))
-        for number, (_, goal_x, goal_y) in enumerate(trajectory.goals, 1):
-            axes.plot(
-                goal_x,
-                goal_y,
-                "x",
-                color=GOAL,
-                markersize=11,
-                markeredgewidth=2.5,
-                label="goals" if number == 1 else None,
-                zorder=4,
-            )
-            axes.annotate(
-                f"goal {number} ({goal_x:g}, {goal_y:g})",
-                (goal_x, goal_y),
-                xytext=(-14, -4) if goal_x > middle else (14, -18),
-                color=GOAL,
-                textcoords="offset points",
-                horizontalalignment="right" if goal_x > middle else "left",
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-            )
-        axes.plot(x[0], y[0], "o", color=START, markersize=8, label="start", zorder=5)
-        axes.plot(
-            x[-1],
-            y[-1],
-            "s",
-            color=PATH,
-            markersize=7,
-            markerfacecolor="white",
-            markeredgewidth=2.0,
-            label="end",
-            zorder=5,
-        )
+        _draw_path(axes, trajectory)
+        _draw_goals(axes, trajectory)
+        _draw_ends(axes, trajectory)
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
         axes.grid(color="0.88")
@@ -84,6 +37,66 @@ def draw(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
         figure.savefig(path, dpi=110)
     finally:
         pyplot.close(figure)
+
+
+def _draw_path(axes, trajectory):
+    x = [row[1] for row in trajectory.rows]
+    y = [row[2] for row in trajectory.rows]
+    axes.plot(x, y, color=PATH, linewidth=1.8, label=f"path, {trajectory.length:.2f} m")
+    arrows = spaced(trajectory.rows, max(trajectory.length / ARROWS, 1e-6))
+    axes.quiver(
+        [row[1] for row in arrows],
+        [row[2] for row in arrows],
+        [math.cos(row[3]) for row in arrows],
+        [math.sin(row[3]) for row in arrows],
+        color=INK,
+        angles="xy",
+        scale=30.0,
+        width=0.004,
+        pivot="tail",
+        zorder=3,
+    )
+    axes.plot([], [], linestyle="none", marker=(3, 0, -90), color=INK, label="heading")
+
+
+def _draw_goals(axes, trajectory):
+    xs = [row[1] for row in trajectory.rows]
+    middle = 0.5 * (min(xs) + max(xs))
+    for number, (_, goal_x, goal_y) in enumerate(trajectory.goals, 1):
+        axes.plot(
+            goal_x,
+            goal_y,
+            "x",
+            color=GOAL,
+            markersize=11,
+            markeredgewidth=2.5,
+            label="goals" if number == 1 else None,
+            zorder=4,
+        )
+        axes.annotate(
+            f"goal {number} ({goal_x:g}, {goal_y:g})",
+            (goal_x, goal_y),
+            xytext=(-14, -4) if goal_x > middle else (14, -18),
+            color=GOAL,
+            textcoords="offset points",
+            horizontalalignment="right" if goal_x > middle else "left",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        )
+
+
+def _draw_ends(axes, trajectory):
+    (_, *start, _), (_, *end, _) = trajectory.rows[0], trajectory.rows[-1]
+    axes.plot(*start, "o", color=START, markersize=8, label="start", zorder=5)
+    axes.plot(
+        *end,
+        "s",
+        color=PATH,
+        markersize=7,
+        markerfacecolor="white",
+        markeredgewidth=2.0,
+        label="end",
+        zorder=5,
+    )
 
 
 def spaced(rows, spacing):

@@ -129,15 +129,8 @@ def draw_rig(axes, trailer, hitch_angle, geometry, alpha=1.0):
     )
 
 
-def write_picture(file, rows, path, geometry, title):
-    """Draws the path, the rig every metre, and the errors over arc length, into a PNG."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
-    above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
+def _draw_from_above(above, rows, path, geometry, title):
+    """Draws the path and the rig every metre."""
     above.plot(*path.points.T, color="0.6", linewidth=4.0, label="path")
     above.plot(
         column(rows, "trailer_x"),
@@ -166,6 +159,18 @@ def write_picture(file, rows, path, geometry, title):
     above.set_adjustable("datalim")
     above.grid(alpha=0.3)
     above.legend(loc="best")
+
+
+def write_picture(file, rows, path, geometry, title):
+    """Draws the path, the rig every metre, and the errors over arc length, into a PNG."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
+    above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
+    _draw_from_above(above, rows, path, geometry, title)
     for number, (name, label, scale) in enumerate(
         (
             ("lateral_error", "lateral error [cm]", 100.0),

@@ -111,10 +111,7 @@ class LapKeeper:
     def run(self):
         """Does all starts; returns the list of results."""
         self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.recorder.last is not None)
-        for name, _kind in (
-            ("/gazebo/set_model_state", SetModelState),
-            ("/referee/restart", Trigger),
-        ):
+        for name in ("/gazebo/set_model_state", "/referee/restart"):
             rospy.wait_for_service(name, self.settings.patience)
         self.wait("driver on /cmd_vel that moves the car", lambda: abs(self.recorder.last.v) > 0.02)
         print(

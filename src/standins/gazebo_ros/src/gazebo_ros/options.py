@@ -16,6 +16,21 @@ def parse(argv, default_robot_namespace="/"):
     parser = argparse.ArgumentParser(
         prog="spawn_model", description="Spawn a model into the simulator."
     )
+    _add_model(parser)
+    _add_names(parser, default_robot_namespace)
+    _add_pose(parser)
+    _add_behaviour(parser)
+    options = parser.parse_args(argv)
+    try:
+        options.joints = [(name, float(position)) for name, position in options.joints]
+    except ValueError as error:
+        parser.error(f"-J wants a joint name and a number: {error}")
+    options.gazebo_namespace = options.gazebo_namespace.rstrip("/")
+    return options
+
+
+def _add_model(parser):
+    """Which model, and where its text is."""
     kind = parser.add_mutually_exclusive_group(required=True)
     kind.add_argument("-urdf", action="store_true", help="the model is URDF")
     kind.add_argument("-sdf", action="store_true", help="the model is SDF")
@@ -26,11 +41,14 @@ def parse(argv, default_robot_namespace="/"):
     source.add_argument("-stdin", action="store_true", help="read the model from standard input")
     parser.add_argument("-model", required=True, metavar="NAME", help="name of the new model")
     parser.add_argument(
-        "-reference_frame",
-        default="",
-        metavar="FRAME",
-        help="model or link the pose is given in; empty or world: the world",
+        "-package_to_model",
+        action="store_true",
+        help="turn package:// into model:// in mesh file names",
     )
+
+
+def _add_names(parser, default_robot_namespace):
+    """Namespaces of the simulator and of the model."""
     parser.add_argument(
         "-gazebo_namespace",
         default="/gazebo",
@@ -43,8 +61,16 @@ def parse(argv, default_robot_namespace="/"):
         metavar="NS",
         help="namespace of the model's plug-ins (default: this node's)",
     )
-    parser.add_argument("-unpause", action="store_true", help="unpause physics afterwards")
-    parser.add_argument("-wait", metavar="MODEL", help="first wait until this model exists")
+
+
+def _add_pose(parser):
+    """Where the model is spawned, and where its joints are."""
+    parser.add_argument(
+        "-reference_frame",
+        default="",
+        metavar="FRAME",
+        help="model or link the pose is given in; empty or world: the world",
+    )
     for flag, text in (
         ("-x", "x [m]"),
         ("-y", "y [m]"),
@@ -63,11 +89,12 @@ def parse(argv, default_robot_namespace="/"):
         metavar=("JOINT", "POSITION"),
         help="start a joint at a position",
     )
-    parser.add_argument(
-        "-package_to_model",
-        action="store_true",
-        help="turn package:// into model:// in mesh file names",
-    )
+
+
+def _add_behaviour(parser):
+    """What happens before and after."""
+    parser.add_argument("-unpause", action="store_true", help="unpause physics afterwards")
+    parser.add_argument("-wait", metavar="MODEL", help="first wait until this model exists")
     parser.add_argument(
         "-b", dest="bond", action="store_true", help="stay, and delete the model on exit"
     )
@@ -78,10 +105,3 @@ def parse(argv, default_robot_namespace="/"):
         metavar="T",
         help="wall-clock limit for services and for -wait [s] (default: 60)",
     )
-    options = parser.parse_args(argv)
-    try:
-        options.joints = [(name, float(position)) for name, position in options.joints]
-    except ValueError as error:
-        parser.error(f"-J wants a joint name and a number: {error}")
-    options.gazebo_namespace = options.gazebo_namespace.rstrip("/")
-    return options

@@ -11,8 +11,10 @@ from track_model import source
 FILES = ("track.png", "track.obj", "track.mtl", "track.sdf", "track.world", "preview.png")
 GENERATORS = (
     "spec.py",
+    "track_file.py",
     "source.py",
     "routes.py",
+    "curves.py",
     "geometry.py",
     "region.py",
     "files/texture.py",

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from track_model.geometry import left_normals, tangents
+from track_model.curves import left_normals, tangents
 from track_model.region import lane_area, rings
 
 RESOLUTION = 0.005  # [m/px], coarser if the picture would be larger than MAX_PIXELS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from track_model import geometry
+from track_model import curves
 from track_model.region import Inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched first [m]
@@ -79,7 +79,7 @@ class Course:
         at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
         k = min(int(np.searchsorted(self._along, at, side="right")) - 1, len(self._chords) - 1)
         x, y = self._ends[k] + (at - self._along[k]) / self._lengths[k] * self._chords[k]
-        tangents = geometry.tangents(self.lane.curve, self.closed)
+        tangents = curves.tangents(self.lane.curve, self.closed)
         step = self.lane.curve.shape[0]
         a, b = tangents[k % step], tangents[(k + 1) % step]
         mixed = a + (at - self._along[k]) / self._lengths[k] * (b - a)

@@ -88,17 +88,7 @@ class Referee:
             (Status, list of events: 'start', 'lap', 'off_track', 'crash', 'wrong_way', 'stuck').
         """
         events = []
-        if self._before is not None and time < self._before[0]:
-            self.restart()
-        s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
-        if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
-            s, lateral = self.course.project(x, y)  # it was moved by a service
-            self._before = None
-        if self._before is None:
-            self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
-        else:
-            self._move(time, x, y, s, speed, events)
-        self._before = (time, x, y, s)
+        s, lateral = self._locate(time, x, y, speed, events)
         turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = ~self.course.contains(np.array(self.car.wheels) @ turn.T + (x, y))
         off = bool(wheels.all() if self.rules.off_track == "all" else wheels.any())
@@ -135,6 +125,25 @@ class Referee:
             crashed=crashed,
         )
         return self.status, events
+
+    def _locate(self, time, x, y, speed, events):
+        """Project the car onto the course and count its way; starts and ends laps.
+
+        Returns:
+            (arc length, distance to the left of the centreline) [m].
+        """
+        if self._before is not None and time < self._before[0]:
+            self.restart()
+        s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
+        if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
+            s, lateral = self.course.project(x, y)  # it was moved by a service
+            self._before = None
+        if self._before is None:
+            self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
+        else:
+            self._move(time, x, y, s, speed, events)
+        self._before = (time, x, y, s)
+        return s, lateral
 
     def _progress(self):
         return max(0.0, min(100.0, 100.0 * (self._way - self._lap_way) / self.course.length))

@@ -2,18 +2,16 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from bullet_sim.description.lump import moved
-from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface
+from bullet_sim.description.parts import Joint, Link, ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.joints import read_joint
+from bullet_sim.formats.sdf.links import read_inertial, read_surfaces
 from bullet_sim.formats.sdf.shapes import parse_shape
 from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
-from bullet_sim.formats.tags.surface import SDF, read_surface
-from bullet_sim.formats.xml_read import child_number, child_text, is_true, sdf_pose
+from bullet_sim.formats.xml_read import child_text, is_true, sdf_pose
 from bullet_sim.pose import Pose
 
 MAX_DEPTH = 10  # of models included by models
@@ -184,73 +182,15 @@ class _Reader:
         link = Link(prefix + name)
         what = f"link '{link.name}' of '{self.model.name}'"
         inner = frames.pose(name, element)
-        _inertial(element, link, what)
+        read_inertial(element, link, what)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for part in element.findall(tag):
                 pose = inner.inverse() * frames.place(part, name, f"{what} {tag}")
                 shape = parse_shape(part, tag, link.name, pose, self.model, self._resolve)
                 if shape is not None:
                     shapes.append(shape)
-        _surface(element, link, what, self.model)
+        read_surfaces(element, link, what, self.model)
         self.model.links[link.name] = link
         self.poses[link.name] = place * inner
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
-
-
-def _inertial(element, link, what):
-    link.mass, link.inertia = 1.0, np.eye(3)
-    inertial = element.find("inertial")
-    if inertial is None:
-        return
-    link.mass = child_number(inertial, "mass", what, 1.0)
-    if link.mass < 0:
-        inertial.warn(
-            f"{what} mass is {link.mass}, must be 0 or more; 1 is used",
-            "masses are below 0; 1 is used",
-            what,
-        )
-        link.mass = 1.0
-    pose = sdf_pose(inertial, f"{what} inertial")
-    entry = {}
-    for key, default in (
-        ("ixx", 1.0),
-        ("ixy", 0.0),
-        ("ixz", 0.0),
-        ("iyy", 1.0),
-        ("iyz", 0.0),
-        ("izz", 1.0),
-    ):  # one that is there and no number makes 0, for which lump.py finds an inertia
-        given = inertial.find(f"inertia/{key}") is not None
-        entry[key] = child_number(inertial, f"inertia/{key}", what, 0.0 if given else default)
-    local = np.array(
-        [
-            [entry["ixx"], entry["ixy"], entry["ixz"]],
-            [entry["ixy"], entry["iyy"], entry["iyz"]],
-            [entry["ixz"], entry["iyz"], entry["izz"]],
-        ]
-    )
-    link.inertia = pose.matrix @ local @ pose.matrix.T
-    link.centre = np.array(pose.position)
-
-
-def _surface(element, link, what, model):
-    for number, part in enumerate(element.findall("collision")):
-        read = Surface()
-        name = part.get("name") or f"collision {number}"
-        read_surface(part, SDF, read, f"{what} collision '{name}'", model.warn)
-        _combine(link.surface, read, first=number == 0)
-    link.self_collide = is_true(child_text(element, "self_collide", "false"))
-    if not is_true(child_text(element, "gravity", "true")):
-        link.gravity = False
-
-
-def _combine(into, read, first):
-    """A link has one surface here: the lowest friction of its collisions, the bits of all."""
-    lowest = 1.0 if read.friction is None else read.friction
-    if first or lowest < into.friction:
-        into.friction, into.friction2 = lowest, read.friction2
-        into.direction = read.direction
-    into.bitmask = read.bitmask if first else into.bitmask | read.bitmask
-    into.max_speed = into.max_speed if read.max_speed is None else read.max_speed
-    into.min_depth = max(into.min_depth, read.min_depth)

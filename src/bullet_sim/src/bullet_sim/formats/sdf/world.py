@@ -1,10 +1,8 @@
 """SDF worlds -> models; SDF documents with one model, for spawning."""
 
 import re
-from dataclasses import dataclass, field
 
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
-from bullet_sim.description.read_warning import add_warning
+from bullet_sim.description.world import DEFAULT_STEP, MIN_STEP, WorldDescription, ground_plane
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import library
 from bullet_sim.formats.sdf.model import parse_model_element
@@ -17,13 +15,9 @@ from bullet_sim.formats.xml_read import (
     replace,
     sdf_pose,
 )
-from bullet_sim.pose import Pose
 
 # Models built into Gazebo: the ground is an infinite plane, the sun a light.
-GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
 NOTHING = ("sun",)
-MIN_STEP = 1e-6  # [s] shortest physics step
-DEFAULT_STEP = 0.001  # [s]
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that bring gazebo_ros' services and topics, which are here without them.
 OWN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
@@ -42,30 +36,6 @@ _QUIET = {
     "frame",
     "light",
 }
-
-
-@dataclass
-class WorldDescription:
-    """Contents of a world file; models with their world poses, in file order.
-
-    Attributes:
-        gravity: [m/s^2].
-        step: of the physics [s].
-        real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
-            as possible.
-        warnings: what was ignored or mended, with that of the models in its file.
-    """
-
-    name: str = "default"
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    step: float = DEFAULT_STEP
-    real_time_factor: float = 1.0
-    models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    def warn(self, text, cause="", item=""):
-        """Note something that was ignored or mended, once: see ReadWarning."""
-        add_warning(self.warnings, text, cause, item)
 
 
 def parse_world(text, resolve, what="world"):
@@ -218,30 +188,6 @@ def _opener(resolve, warnings):
         return _model_of(sdf, path), _version(sdf)
 
     return open_include
-
-
-def ground_plane():
-    """The built-in endless floor at z = 0, friction 1."""
-    model = ModelDescription("ground_plane", root="link", static=True)
-    link = Link("link")
-    link.surface.friction = 1.0
-    link.collisions.append(Shape(Geometry("plane"), name="collision", link="link"))
-    link.visuals.append(
-        Shape(
-            Geometry("box", (100.0, 100.0, 0.002)),
-            Pose((0.0, 0.0, -0.003)),
-            GROUND_COLOR,
-            name="visual",
-            link="link",
-        )
-    )
-    model.links["link"] = link
-    return model
-
-
-def empty_world():
-    """The WorldDescription of Gazebo's empty world: the floor and the sun."""
-    return WorldDescription(models=[(ground_plane(), Pose())])
 
 
 def _placed(element, resolve, what, version):

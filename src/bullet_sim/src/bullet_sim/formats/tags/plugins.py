@@ -4,7 +4,7 @@ from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
 from bullet_sim.formats.tags import hector
-from bullet_sim.formats.tags.sensors import imu_spec
+from bullet_sim.formats.tags.imus import imu_spec
 from bullet_sim.formats.tags.wheels import diff_drive, joint_states, planar_move, skid_steer
 from bullet_sim.formats.xml_read import child_floats, child_number, child_text
 

@@ -1,7 +1,9 @@
-"""<sensor type="ray"> with plugins that publish points or a range -> specifications."""
+"""<sensor type="ray"> with its plugins: scans, points, ranges -> specifications."""
 
 from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
+from bullet_sim.description.specs import RaySpec
 from bullet_sim.formats.tags import lenses
+from bullet_sim.formats.tags.sensor_element import noise_of
 from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true
 
 
@@ -27,6 +29,34 @@ def _scan(sensor):
         range_max=far,
         noise_mean=child_number(ray, "noise/mean", what, 0.0),
         noise_stddev=abs(child_number(ray, "noise/stddev", what, 0.0)),
+        visualize=is_true(child_text(sensor.element, "visualize", "false")),
+    )
+
+
+def laser(sensor):
+    """RaySpec of libgazebo_ros_laser.so."""
+    what = f"lidar '{sensor.name}'"
+    ray = sensor.element.find("ray")
+    ray = sensor.element if ray is None else ray
+    if child_number(ray, "scan/vertical/samples", what, 1) > 1:
+        sensor.model.warn(f"{what} has several layers (<vertical>); only the level one is scanned")
+    mean, stddev = noise_of(ray, "noise", what)
+    first, last = lenses.sweep(ray, what)
+    near, far = lenses.reach(ray, what)
+    return RaySpec(
+        name=sensor.name,
+        link=sensor.link,
+        pose=sensor.pose,
+        samples=child_whole(ray, "scan/horizontal/samples", what, 640),
+        min_angle=first,
+        max_angle=last,
+        range_min=near,
+        range_max=far,
+        rate=sensor.drawn_rate(tag="-"),  # the laser plugins ignore <updateRate>
+        noise_stddev=stddev or child_number(sensor.plugin, "gaussianNoise", what, 0.0),
+        noise_mean=mean,
+        topic=sensor.names.text_topic("topicName", "/world"),
+        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/world")),
         visualize=is_true(child_text(sensor.element, "visualize", "false")),
     )
 

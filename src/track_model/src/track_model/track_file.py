@@ -1,0 +1,176 @@
+"""Track files: YAML text checked key by key into a TrackSpec. Needs no numpy."""
+
+import math
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import yaml  # type: ignore[import]
+
+from track_model.spec import COLOURS, DEFAULTS, WALLS, TrackError, TrackSpec, WallSpec, stem
+
+Points = tuple[tuple[float, float], ...]
+# Allowed ranges, both ends included.
+RANGES = {
+    "width": (0.3, 3.0),
+    "border_width": (0.005, 0.2),
+    "centre_line_width": (0.005, 0.2),
+    "dash_length": (0.02, 2.0),
+    "dash_gap": (0.02, 2.0),
+    "friction": (0.0, 10.0),
+    "start_distance": (0.0, 1000.0),
+    "walls.height": (0.02, 3.0),
+    "walls.thickness": (0.005, 0.5),
+    "walls.gap": (0.0, 3.0),
+}
+
+
+def _number(path: str, item: str, value: Any) -> float:
+    # bool is an int in Python; YAML's yes and no are not numbers.
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TrackError(path, item, repr(value), "a number")
+    if not math.isfinite(value):
+        raise TrackError(path, item, repr(value), "a finite number")
+    low, high = RANGES.get(item, (-math.inf, math.inf))
+    if not low <= value <= high:
+        raise TrackError(path, item, repr(value), f"{low:g} to {high:g}")
+    return float(value)
+
+
+def _typed(path: str, item: str, value: Any, default: Any) -> Any:
+    if isinstance(default, float):
+        return _number(path, item, value)
+    if not isinstance(value, type(default)) or (
+        isinstance(value, bool) and not isinstance(default, bool)
+    ):
+        kinds = {bool: "true or false", int: "a whole number", str: "text"}
+        raise TrackError(path, item, repr(value), kinds[type(default)])
+    if item == "seed" and not 0 <= value < 2**32:
+        raise TrackError(path, item, value, "0 to 4294967295")
+    return value
+
+
+def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict:
+    if not isinstance(data, dict):
+        raise TrackError(
+            path,
+            prefix or "content",
+            repr(data),
+            "a mapping with keys of {}".format(", ".join(sorted(valid))),
+        )
+    for key in data:
+        if key not in valid:
+            raise TrackError(
+                path, "%skey" % (prefix and prefix + " "), repr(key), ", ".join(sorted(valid))
+            )
+    return data
+
+
+def _points(path: str, data: Any, closed: bool) -> Points:
+    if not isinstance(data, list):
+        raise TrackError(path, "points", repr(data), "a list of at least 3 pairs [x, y]")
+    points: list[tuple[float, float]] = []
+    for index, pair in enumerate(data):
+        item = f"points[{index}]"
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise TrackError(path, item, repr(pair), "a pair [x, y] in metres")
+        point = _number(path, item, pair[0]), _number(path, item, pair[1])
+        if max(abs(value) for value in point) > 50.0:
+            raise TrackError(path, item, repr(pair), "coordinates of -50 to 50 m")
+        if points and math.dist(point, points[-1]) < 1e-3:
+            raise TrackError(path, item, repr(pair), "at least 1 mm away from the point before")
+        points.append(point)
+    # The last point may repeat the first, as closed polygons often do.
+    if closed and len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
+        points.pop()
+    if len(set(points)) < 3:
+        raise TrackError(path, "points", f"{len(set(points))} distinct points", "at least 3")
+    return tuple(points)
+
+
+def _width(path: str, data: dict, points: Points) -> Sequence[float]:
+    """Return the lane's widths, one per point, from one number or a list of them."""
+    width = data.get("width", DEFAULTS["width"])
+    if not isinstance(width, list):
+        return [_number(path, "width", width)] * len(points)
+    if len(width) != len(data["points"]):
+        raise TrackError(
+            path,
+            "width",
+            f"{len(width)} numbers",
+            f"one number, or one per point ({len(data['points'])})",
+        )
+    for index, value in enumerate(width):
+        width[index] = _number(path, "width", value)
+    return width[: len(points)]
+
+
+def _colours(path: str, data: Any) -> dict[str, tuple[int, ...]]:
+    """Return the colours of all items, from those that are given."""
+    colours: dict[str, tuple[int, ...]] = dict(COLOURS)
+    for key, value in _section(path, "colours", data, COLOURS).items():
+        good = (
+            isinstance(value, list)
+            and len(value) == 3
+            and all(type(channel) is int and 0 <= channel <= 255 for channel in value)
+        )
+        if not good:
+            raise TrackError(
+                path, "colours." + key, repr(value), "[red, green, blue], each 0 to 255"
+            )
+        colours[key] = tuple(value)
+    return colours
+
+
+def _walls(path: str, data: Any) -> WallSpec:
+    given = _section(path, "walls", data, WALLS)
+    return WallSpec(
+        **{
+            key: _typed(path, "walls." + key, given.get(key, default), default)
+            for key, default in WALLS.items()
+        }
+    )
+
+
+def parse(text: str | bytes, path: str) -> TrackSpec:
+    """Parse a track file's text.
+
+    Args:
+        text: YAML.
+        path: File name for messages; its stem is the track's name.
+
+    Returns:
+        TrackSpec.
+
+    Raises:
+        TrackError: Something in it is not valid.
+    """
+    try:
+        data = yaml.safe_load(text)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise TrackError(
+            path, "content", "not YAML ({})".format(" ".join(str(error).split())), "a YAML mapping"
+        ) from error
+    _section(path, "", data, {*DEFAULTS, "points", "colours", "walls"})
+    if "points" not in data:
+        raise TrackError(path, "points", "missing", "a list of at least 3 pairs [x, y]")
+    values = {
+        key: _typed(path, key, data.get(key, default), default)
+        for key, default in DEFAULTS.items()
+        if key != "width"
+    }
+    points = _points(path, data["points"], values["closed"])
+    widths = _width(path, data, points)
+    if 2.0 * values["border_width"] + values["centre_line_width"] >= min(widths):
+        raise TrackError(
+            path, "width", min(widths), "more than both borders and the centre line together"
+        )
+    return TrackSpec(
+        path=path,
+        name=stem(path),
+        points=points,
+        width=max(widths),
+        sides=tuple((width / 2.0, width / 2.0) for width in widths),
+        colours=_colours(path, data.get("colours", {})),
+        walls=_walls(path, data.get("walls", {})),
+        **values,
+    )
