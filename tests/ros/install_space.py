@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 import rostest
-from drop_in_workspace import Launched, free_port
+from drop_in_workspace import Launched
 from install_contents import (
     data_files,
     dependencies,
@@ -23,6 +23,7 @@ from install_contents import (
     references_in,
 )
 from install_tree import ROOT, InstallSpace, cache_entry, descendants
+from ports import free_port
 from sim_client import START_LIMIT, WHEELS
 
 OBSERVER = Path(__file__).with_name("install_observer.py")
