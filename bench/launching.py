@@ -4,22 +4,15 @@ import json
 import os
 import pathlib
 import signal
-import socket
 import subprocess
 import sys
 
 from figures import BenchError
+from paddock_common.testing import free_port
 from processes import descendants
 from usage import roles_of
 
 WORLDS = pathlib.Path(__file__).with_name("worlds")
-
-
-def free_port():
-    """A TCP port of the loopback interface that is free now."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
 
 
 class Observer:

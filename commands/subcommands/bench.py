@@ -13,7 +13,7 @@ from commands import environment, processes
 from commands.errors import CommandError
 from commands.paths import ROOT, VENV_PYTHON
 
-USAGE = "[--quick] [--only SECTION ...]"
+USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sittings FILE ..."
 PASSES_ON = True
 SCRIPT = os.path.join(ROOT, "bench", "bench.py")
 
@@ -36,7 +36,9 @@ def sections():
     """Lists what can be measured."""
     from commands import forwarded
 
-    return forwarded.keys(os.path.join(os.path.dirname(SCRIPT), "sections.py"), "SECTIONS")
+    return forwarded.keys(
+        os.path.join(os.path.dirname(SCRIPT), "sections", "__init__.py"), "SECTIONS"
+    )
 
 
 def run(arguments):

@@ -56,23 +56,6 @@ BAD_URDF = {
     "empty": ("", ""),
     "another root": ("<nonsense/>", "nonsense"),
     "no links": ("<robot name='bad'/>", ""),
-    "joint to nowhere": (
-        "<robot name='bad'>" + LINK.format("") + '<joint name="j" type="fixed"><parent link="a"/>'
-        '<child link="no_such_link"/></joint></robot>',
-        "no_such_link",
-    ),
-    "mass that is no number": (
-        "<robot name='bad'>"
-        + LINK.format("").replace('mass value="1"', 'mass value="heavy"')
-        + "</robot>",
-        "heavy",
-    ),
-    "mass NaN": (
-        "<robot name='bad'>"
-        + LINK.format("").replace('mass value="1"', 'mass value="nan"')
-        + "</robot>",
-        "nan",
-    ),
 }
 
 

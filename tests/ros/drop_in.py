@@ -7,7 +7,7 @@ import time
 import unittest
 
 from drop_in_workspace import Launched, Workspace
-from ports import free_port
+from paddock_common.testing import free_port
 
 PORT = free_port()
 os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{PORT}"  # that of the launch, not of rostest

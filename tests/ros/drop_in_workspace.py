@@ -3,11 +3,12 @@
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from paddock_common.testing import stop_session
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "tests" / "drop_in" / "campus_rover"
@@ -85,14 +86,8 @@ class Launched:
     def __exit__(self, *exception):
         if exception[0] is not None:
             print(self.output())
-        if self._process.poll() is None:
-            os.killpg(self._process.pid, signal.SIGINT)
         try:
-            self._process.wait(STOP_LIMIT)
-        except subprocess.TimeoutExpired:
-            os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
-            raise AssertionError(f"roslaunch did not end within {STOP_LIMIT:g} s") from None
+            stop_session(self._process, STOP_LIMIT)
         finally:
             self._log.close()
 

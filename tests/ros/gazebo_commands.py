@@ -189,7 +189,7 @@ class GazeboCommands(unittest.TestCase):
         self.fails(2, "usage", "-urdf", "-file", car)
         self.fails(1, "/no/such/file", "-urdf", "-file", "/no/such/file", "-model", "a")
         self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
-        self.fails(1, "not valid XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
+        self.fails(1, "not well-formed XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
         self.fails(1, "exists already", "-urdf", "-file", car, "-model", "sphere")
         self.fails(1, "nose", "-urdf", "-file", car, "-model", "with_nose", "-J", "nose", "1")
         self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")

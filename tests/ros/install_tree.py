@@ -11,8 +11,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
-INSTALL_LIMIT = 600.0  # wall time of the install rules [s]
-COMMAND_LIMIT = 200.0  # wall time of one command in the install space [s]
+INSTALL_LIMIT = 400.0  # wall time of the install rules [s]
+COMMAND_LIMIT = 180.0  # wall time of one command in the install space [s]
 
 
 @dataclass(frozen=True)

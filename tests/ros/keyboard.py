@@ -10,8 +10,9 @@ import unittest
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
+from paddock_common.testing import is_running
 from sim_client import Recorder, wait_until
-from terminal_rig import Terminal, XServer, alive, node_pid, parent_of
+from terminal_rig import Terminal, XServer, node_pid, parent_of
 
 COMMAND = "rosrun cybertruck keyboard _max_acceleration:=0 _max_steering_rate:=0"
 QUIET = 0.4  # wall time without a message that counts as silence: eight periods [s]
@@ -48,7 +49,7 @@ class Rig(unittest.TestCase):
         """Ends the terminal and waits for the teleop's end, so that the next test is alone."""
         self.terminal.close()
         if self.pid:
-            wait_until(lambda: not alive(self.pid), "the end of the teleop")
+            wait_until(lambda: not is_running(self.pid), "the end of the teleop")
 
     def last(self):
         message = self.commands.last
@@ -71,7 +72,7 @@ class Rig(unittest.TestCase):
     def assert_ended(self, *pids):
         """The processes are gone, the last of all messages is the only zero, the shell is sane."""
         for pid in pids:
-            wait_until(lambda: not alive(pid), f"the end of process {pid}")
+            wait_until(lambda: not is_running(pid), f"the end of process {pid}")
         self.wait_command(*STOP)
         time.sleep(QUIET)
         messages = self.commands.messages
@@ -202,7 +203,7 @@ class WithoutX(Rig):
     def test_terminal_goes_away(self):
         self.drive_on()
         self.terminal.tmux("respawn-pane", "-k", "bash --norc --noprofile")
-        wait_until(lambda: not alive(self.pid), "the end of the teleop")
+        wait_until(lambda: not is_running(self.pid), "the end of the teleop")
         self.assertEqual(self.last(), STOP)
 
 

@@ -4,7 +4,6 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import tempfile
 import unittest
@@ -14,7 +13,7 @@ import numpy as np
 import rospy
 import rostest
 from paced import paced
-from ports import free_port
+from paddock_common.testing import free_port, stop_session
 
 SMALL = """points: [[0, 0], [1.2, 0], [1.9, 0.75], [1.2, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
 width: 0.6
@@ -64,9 +63,7 @@ def lap(folder, pace, **arguments):
     try:
         process.wait(LIMIT)
     finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGINT)
-            process.wait(LIMIT)
+        stop_session(process, LIMIT)
     with open(os.path.join(folder, "result.json"), encoding="utf-8") as stream:
         return json.load(stream)
 

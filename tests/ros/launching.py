@@ -1,13 +1,13 @@
 """Starting a launch file from within a test, on the master of that test, and ending it again."""
 
 import os
-import signal
 import subprocess
 import time
 import xmlrpc.client
 
 import rosgraph
 import rospy
+from paddock_common.testing import stop_session
 from sim_client import wait_until
 
 STOP_LIMIT = 90.0  # wall time from SIGINT to the end [s]
@@ -39,13 +39,7 @@ class Launch:
         return self
 
     def __exit__(self, *exception):
-        os.killpg(self._process.pid, signal.SIGINT)
-        try:
-            self._process.wait(STOP_LIMIT)
-        except subprocess.TimeoutExpired:
-            os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
-            raise AssertionError(f"roslaunch did not end within {STOP_LIMIT:g} s") from None
+        stop_session(self._process, STOP_LIMIT)
         wait_until(lambda: not self.simulator_is_known(), "the simulator leaving the graph")
 
     @staticmethod

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 import rostest
-from ports import free_port
+from paddock_common.testing import free_port
 
 DEADLINE = 120.0  # wall time for a launch to refuse its input [s]
 
@@ -28,23 +28,6 @@ class RefuseStart(unittest.TestCase):
             timeout=DEADLINE,
         )
         return done.stdout
-
-    def test_a_world_file_that_is_missing(self):
-        output = self.launch(
-            "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=/no/such.world"
-        )
-        self.assertIn("/no/such.world", output)
-        self.assertNotIn("Traceback", output)
-
-    def test_a_world_file_that_is_no_world(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
-            stream.write("<sdf version='1.6'><world")
-            stream.flush()
-            output = self.launch(
-                "gazebo_ros", "empty_world.launch", "gui:=false", "world_name:=" + stream.name
-            )
-        self.assertIn(stream.name, output)
-        self.assertNotIn("Traceback", output)
 
     def test_a_track_of_two_points(self):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as stream:

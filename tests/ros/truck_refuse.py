@@ -38,7 +38,7 @@ class TruckRefuse(unittest.TestCase):
         self.refuse("_command_timeout:=0", "command_timeout is 0", "above 0")
 
     def test_start(self):
-        self.refuse("_start_x:=here", "start_x is 'here'", "finite number")
+        self.refuse("_start_x:=here", "start_x is 'here'", "must be a number")
 
     def test_pad(self):
         self.refuse("_joy:=maybe", "joy is 'maybe'", "true or false")

@@ -12,7 +12,7 @@ def parse(**values):
 
 
 def test_defaults():
-    assert parse() == Config()
+    assert parse() == Config(world_pace=True)
 
 
 @pytest.mark.parametrize(
@@ -21,6 +21,8 @@ def test_defaults():
         ("world_file", "worlds/empty.world", "world_file", "worlds/empty.world"),
         ("paused", True, "paused", True),
         ("real_time_factor", 0, "real_time_factor", 0.0),
+        ("paused", False, "world_pace", True),
+        ("real_time_factor", 1.0, "world_pace", False),
         ("real_time_factor", 2.5, "real_time_factor", 2.5),
         ("lockstep", True, "lockstep", True),
         ("renderer", "tiny", "renderer", "tiny"),

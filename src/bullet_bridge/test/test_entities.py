@@ -7,6 +7,7 @@ import pytest
 from bullet_bridge.services.entities import find_frame, find_joint, find_link
 from bullet_bridge.services.namespaces import with_robot_namespace
 from bullet_sim.errors import WorldError
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -95,15 +96,25 @@ PLUGINS = (
 )
 
 
+def namespaces(root):
+    """The <robotNamespace> of each plugin."""
+    return [plugin.findtext("robotNamespace") for plugin in root.iter("plugin")]
+
+
 def test_a_namespace_goes_to_plugins_that_have_none():
-    text = with_robot_namespace(PLUGINS, "/car")
-    assert text.count("<robotNamespace>/car</robotNamespace>") == 2
-    assert text.count("<robotNamespace>/own</robotNamespace>") == 1
-    assert with_robot_namespace('<?xml version="1.0" encoding="utf-8"?>' + PLUGINS, "/car") == text
+    root = with_robot_namespace(PLUGINS, "/car")
+    assert namespaces(root) == ["/car", "/own", "/car"] and root.tag == "robot"
+    declared = '<?xml version="1.0" encoding="utf-8"?>' + PLUGINS
+    assert namespaces(with_robot_namespace(declared, "/car")) == ["/car", "/own", "/car"]
 
 
-@pytest.mark.parametrize(
-    "text, namespace", [(PLUGINS, ""), ("<robot", "/car"), ("", "/car"), (URDF, "/car")]
-)
+def test_lines_and_warnings_stay_through_a_namespace():
+    text = '<robot name="r">\n<!-- a\n -- b -->\n<link name="l"/><link/>\n</robot>'
+    warnings = parse_urdf(with_robot_namespace(text, "/car"), str, "car").warnings
+    assert len(warnings) == 2 and "not well-formed XML" in warnings[0]
+    assert "URDF of 'car', line 4: link '' of 'car' has no name" in warnings[1]
+
+
+@pytest.mark.parametrize("text, namespace", [(PLUGINS, ""), ("<robot", "/car"), ("", "/car")])
 def test_texts_that_stay_as_they_are(text, namespace):
     assert with_robot_namespace(text, namespace) == text

@@ -152,7 +152,7 @@ class Arrivals:
         """End."""
 
 
-def test_planar_move(topics, world, cart):
+def test_planar_move(topics, world, cart, monkeypatch):
     output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart)
     arrivals = Arrivals()
     output.attach(arrivals)
@@ -174,9 +174,12 @@ def test_planar_move(topics, world, cart):
         world.step(1)
     assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
+    logged = []
+    monkeypatch.setattr(wheels.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
     command.linear.x = math.nan
     arrivals.take(command)
     output.update(world.time)
+    assert len(logged) == 1 and "/cmd_vel" in logged[0]
     output.close()
 
 

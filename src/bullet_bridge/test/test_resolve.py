@@ -4,10 +4,7 @@ import os
 
 import pytest
 import rospkg
-from bullet_bridge.resolve import Resolver, find_world
-from bullet_sim.errors import SimError
-
-from bullet_bridge import node
+from bullet_bridge.resolve import Resolver
 
 WORLD = '<sdf version="1.6"><world name="w"/></sdf>'
 
@@ -57,6 +54,10 @@ def test_a_folder_within_a_model(models):
             '<model><sdf version="1.4">old.sdf</sdf><sdf version="1.6">new.sdf</sdf></model>',
             "new.sdf",
         ),
+        (
+            '<model><sdf version="1.10">new.sdf</sdf><sdf version="1.4">old.sdf</sdf></model>',
+            "new.sdf",
+        ),
         ("<model><sdf>lost.sdf</sdf></model>", "model.sdf"),
         ("<model", "model.sdf"),
     ],
@@ -104,7 +105,8 @@ def test_relative_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "media" / "a.stl").write_text("")
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
     assert Resolver()("file://media/a.stl") == str(tmp_path / "media" / "a.stl")
-    assert Resolver()("file://media/b.stl") == "media/b.stl"
+    with pytest.raises(ValueError, match="'media/b.stl' is in none of .*" + str(tmp_path)):
+        Resolver()("file://media/b.stl")
 
 
 def test_unknown_model_names_it_and_the_folders(models):
@@ -121,7 +123,7 @@ def test_file_and_absolute_path():
 
 @pytest.mark.parametrize(
     "uri, text",
-    [("http://x/y.stl", "scheme 'http'"), ("b.stl", "absolute path"), ("", "absolute path")],
+    [("http://x/y.stl", "scheme 'http'"), ("b.stl", "'b.stl' is in none of"), ("", "is empty")],
 )
 def test_other_uris_are_errors(uri, text):
     with pytest.raises(ValueError, match=text):
@@ -131,21 +133,21 @@ def test_other_uris_are_errors(uri, text):
 def test_world_file_as_it_is(tmp_path, monkeypatch):
     (tmp_path / "a.world").write_text(WORLD)
     monkeypatch.chdir(tmp_path)
-    assert find_world("a.world") == "a.world"
-    assert find_world(str(tmp_path / "a.world")) == str(tmp_path / "a.world")
+    assert Resolver().world("a.world") == "a.world"
+    assert Resolver().world(str(tmp_path / "a.world")) == str(tmp_path / "a.world")
 
 
 def test_world_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "worlds").mkdir()
     (tmp_path / "worlds" / "empty.world").write_text(WORLD)
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", f"/nowhere::{tmp_path}")
-    assert find_world("worlds/empty.world") == str(tmp_path / "worlds" / "empty.world")
+    assert Resolver().world("worlds/empty.world") == str(tmp_path / "worlds" / "empty.world")
 
 
 def test_world_file_of_gazebo_ros(monkeypatch):
     monkeypatch.delenv("GAZEBO_RESOURCE_PATH", raising=False)
     share = rospkg.RosPack().get_path("gazebo_ros")
-    assert find_world("worlds/empty.world") == f"{share}/worlds/empty.world"
+    assert Resolver().world("worlds/empty.world") == f"{share}/worlds/empty.world"
 
 
 def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
@@ -157,13 +159,13 @@ def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
         <maintainer email="a@example.org">a</maintainer><license>MIT</license>
         <export><gazebo_ros gazebo_media_path="/nowhere:${prefix}"/></export></package>""")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
-    assert find_world("worlds/park.world") == str(package / "worlds" / "park.world")
+    assert Resolver().world("worlds/park.world") == str(package / "worlds" / "park.world")
 
 
 def test_missing_world_file_names_all_places(tmp_path, monkeypatch):
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", f"/nowhere:{tmp_path}")
     with pytest.raises(ValueError) as error:
-        find_world("worlds/none.world")
+        Resolver().world("worlds/none.world")
     for part in (
         "worlds/none.world",
         os.getcwd(),
@@ -174,21 +176,76 @@ def test_missing_world_file_names_all_places(tmp_path, monkeypatch):
         assert part in str(error.value)
 
 
-def test_load_world_finds_a_relative_file(tmp_path, monkeypatch):
-    class Taker:
-        """Stands in for World."""
+PLACES = ("", "models", "media/models", "Media/models")
 
-        loaded = None
 
-        def load(self, described):
-            """Store it."""
-            self.loaded = described
-            return []
+@pytest.mark.parametrize("variable", ["GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH"])
+@pytest.mark.parametrize("below", PLACES)
+@pytest.mark.parametrize("uri", ["model://cone/cone.obj", "file://cone/cone.obj", "cone/cone.obj"])
+def test_every_uri_below_every_resource_path(tmp_path, monkeypatch, variable, below, uri):
+    folder = tmp_path / below / "cone"
+    folder.mkdir(parents=True)
+    (folder / "cone.obj").write_text("")
+    (folder / "model.sdf").write_text("<sdf/>")
+    monkeypatch.setenv(variable, f"/nowhere:{tmp_path}")
+    assert Resolver()(uri) == str(folder / "cone.obj")
+    assert Resolver()(uri.rpartition("/")[0]) == str(folder / "model.sdf")
 
-    (tmp_path / "w.world").write_text(WORLD)
+
+@pytest.mark.parametrize("uri", ["file://media/materials/scripts", "media/materials/scripts"])
+def test_a_folder_of_materials(tmp_path, monkeypatch, uri):
+    (tmp_path / "media" / "materials" / "scripts").mkdir(parents=True)
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
-    taker = Taker()
-    node.load_world(taker, "w.world", Resolver())
-    assert taker.loaded.name == "w"
-    with pytest.raises(SimError, match="/no/such.world.*No such file"):
-        node.load_world(taker, "/no/such.world", Resolver())
+    assert Resolver()(uri) == str(tmp_path / "media" / "materials" / "scripts")
+
+
+def test_a_model_comes_before_a_folder_of_its_name(tmp_path, monkeypatch):
+    (tmp_path / "one" / "cone").mkdir(parents=True)
+    (tmp_path / "two" / "cone").mkdir(parents=True)
+    (tmp_path / "two" / "cone" / "model.sdf").write_text("<sdf/>")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", f"{tmp_path}/one:{tmp_path}/two")
+    assert Resolver()("model://cone") == str(tmp_path / "two" / "cone" / "model.sdf")
+
+
+def make_package(folder, name):
+    """A package that exports nothing."""
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"""<package format="2"><name>{name}</name>
+        <version>0.0.1</version><description>d</description>
+        <maintainer email="a@example.org">a</maintainer><license>MIT</license></package>""")
+
+
+@pytest.mark.parametrize("below", ["worlds/models", "worlds", "models", "."])
+def test_beside_the_world_and_in_its_package(tmp_path, below):
+    make_package(tmp_path / "park", "park_sim")
+    folder = tmp_path / "park" / below / "tree"
+    folder.mkdir(parents=True)
+    (folder / "model.sdf").write_text("<sdf/>")
+    resolve = Resolver()
+    with pytest.raises(ValueError, match="model 'tree' is in none of"):
+        resolve("model://tree")
+    resolve.set_world(str(tmp_path / "park" / "worlds" / "park.world"))
+    assert resolve("model://tree") == str(folder / "model.sdf")
+
+
+def test_package_names_that_are_models(models):
+    assert Resolver()("package://cone/cone.obj") == str(models / "cone" / "cone.obj")
+
+
+def test_paths_of_another_machine(tmp_path, monkeypatch, models):
+    make_package(tmp_path / "here" / "park_sim", "park_sim")
+    mesh = tmp_path / "here" / "park_sim" / "meshes" / "m.stl"
+    mesh.parent.mkdir()
+    mesh.write_text("")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}/here:{os.environ['ROS_PACKAGE_PATH']}")
+    resolve = Resolver()
+    assert resolve("file:///home/ann/ws/src/park_sim/meshes/m.stl") == str(mesh)
+    assert resolve("/home/ann/.gazebo/models/cone/cone.obj") == str(models / "cone" / "cone.obj")
+    for path in ("/home/ann/ws/src/park_sim/meshes/n.stl", "/home/ann/m.stl"):
+        assert resolve(path) == path
+
+
+def test_worlds_by_plain_name():
+    share = rospkg.RosPack().get_path("gazebo_ros")
+    assert Resolver().world("empty_world.world") == f"{share}/worlds/empty_world.world"
+    assert Resolver().world("file://worlds/shapes.world") == f"{share}/worlds/shapes.world"

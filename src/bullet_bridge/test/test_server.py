@@ -117,7 +117,7 @@ class Rig:
             self.world,
             Jobs(self.wall),
             self.robots,
-            Config(clock_rate=clock_rate, **config),
+            Config(clock_rate=clock_rate, **{"real_time_factor": 1.0, **config}),
             clock,
             self.wall.now,
         )

@@ -7,6 +7,7 @@ import pytest
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.parts import Geometry, Link, Shape
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.meshes.beside import Beside
 from bullet_sim.meshes.localise import localise
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -82,7 +83,12 @@ def localised(tmp_path, name, content, role="visuals", scale=(1.0, 1.0, 1.0), **
     link = Link("l")
     getattr(link, role).append(Shape(geometry, name="s", **values))
     warnings = []
-    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path / "out"), warnings.append)
+
+    def warn(text, cause, item):
+        assert cause and item
+        warnings.append(text)
+
+    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path / "out"), warn)
     return getattr(link, role), warnings
 
 
@@ -114,8 +120,21 @@ def test_ascii_stl_becomes_obj(tmp_path, role):
     )
 
 
-def test_dae_units_places_and_colours(tmp_path):
-    shapes, warnings = localised(tmp_path, "m.dae", DAE)
+@pytest.mark.parametrize(
+    "text",
+    [
+        DAE,
+        DAE.replace('"pa"', '"p<a>"').replace("#pa", "#p<a>"),
+        DAE.replace('"g"', '"g & h"').replace("#g", "#g & h"),
+        "<!-- made by hand -->" + DAE,
+        DAE.replace('meter="0.0254"', "meter=0.0254"),
+        DAE.replace("utf-8", "utf-16").encode("utf-16"),
+        DAE.replace("\n", "\r\n"),
+    ],
+    ids=["sound", "angles", "ampersand", "comment", "quotes", "UTF-16", "Windows"],
+)
+def test_dae_units_places_and_colours(tmp_path, text):
+    shapes, warnings = localised(tmp_path, "m.dae", text)
     assert warnings == []
     assert sorted(shape.color for shape in shapes) == [(0, 0, 1, 1), (1, 0, 0, 1)]
     points = np.vstack([corners(shape) for shape in shapes])
@@ -264,3 +283,25 @@ def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
         hits[static] = (fractions < 1.0).tolist()
         world.close()
     assert hits == {"true": [False, True], "false": [True, True]}
+
+
+@pytest.mark.parametrize(
+    "name, place",
+    [
+        ("green.png", "green.png"),
+        ("pictures/green.png", "pictures/green.png"),
+        ("../materials/textures/green.png", "../materials/textures/green.png"),
+        ("green.png", "../materials/textures/green.png"),
+        ("C:\\Users\\me\\green.png", "../materials/textures/green.png"),
+        ("file:///home/me/green%20leaf.png", "green leaf.png"),
+    ],
+)
+def test_pictures_are_found_where_gazebo_models_have_them(tmp_path, name, place):
+    folder = tmp_path / "meshes"
+    folder.mkdir()
+    file = folder / place
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(b"picture")
+    assert Beside(str(folder / "m.dae")).get(name) == b"picture"
+    with pytest.raises(FileNotFoundError, match="red.png"):
+        Beside(str(folder / "m.dae")).get("red.png")

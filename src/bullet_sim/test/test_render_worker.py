@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import textwrap
 import threading
 import time
@@ -16,6 +14,7 @@ from bullet_sim.render import client as client_module
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.snapshot import BodySource
+from paddock_common.testing import pid_from_killed, wait_ended
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
 DEADLINE = 90.0  # [s] for anything a worker does
@@ -57,20 +56,6 @@ def _client(inbox, sources):
         yield client
 
 
-def gone(pid):
-    """Whether a process is gone or a zombie, waiting for it up to the deadline."""
-    end = time.monotonic() + DEADLINE
-    while time.monotonic() < end:
-        try:
-            with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-                if file.read().rsplit(")", 1)[1].split()[0] == "Z":
-                    return True
-        except FileNotFoundError:
-            return True
-        time.sleep(0.02)
-    return False
-
-
 def direct(kind, sources, moment, *requests):
     """The same pictures drawn in this process."""
     engine = Engine()
@@ -93,7 +78,7 @@ def test_starts_draws_and_stops(client, inbox, sources):
     pid = client.worker_pid
     client.close()
     client.close()
-    assert gone(pid)
+    wait_ended(pid, DEADLINE)
     assert not inbox.errors
 
 
@@ -161,7 +146,7 @@ def test_forgotten_pictures_do_not_come(client, inbox):
     try:
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
+        while client._orders.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         client.submit(snapshot(step=2), [request(), request("left")])
         client.discard()
@@ -191,7 +176,7 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
         os.kill(client.worker_pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
+        while client._orders.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)
         client.submit(snapshot(step=2, pan=0.3), [request()])
         os.kill(client.worker_pid, signal.SIGCONT)
@@ -232,7 +217,7 @@ def test_hanging_worker_meets_the_deadline(client):
     with pytest.raises(RenderError, match="no picture of eye for step 7 within 0.2 s"):
         client.render_sync(snapshot(), [request()], 0.2)
     client.close()
-    assert gone(pid)
+    wait_ended(pid, DEADLINE)
 
 
 def test_ctrl_c_is_left_to_the_parent(client):
@@ -259,13 +244,4 @@ def test_worker_ends_when_its_parent_is_killed():
         client.start('tiny')
         print(client.worker_pid, flush=True)
         time.sleep(60)""")
-    parent = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
-    )
-    with parent:
-        pid = int(parent.stdout.readline())
-        parent.kill()
-    assert gone(pid)
+    wait_ended(pid_from_killed(code), DEADLINE)

@@ -105,19 +105,11 @@ def test_mimic_is_ignored_with_a_warning():
     assert "mimic" in model.warnings[0]
 
 
-def test_different_frictions_along_and_across_give_the_smaller():
+def test_different_frictions_along_and_across():
     text = robot('<link name="a"/><gazebo reference="a"><mu1>0.9</mu1><mu2>0.4</mu2></gazebo>')
     model = parse_urdf(text, str)
-    assert model.links["a"].surface.friction == 0.4
-    assert "mu1 0.9" in model.warnings[0] and "mu2 0.4" in model.warnings[0]
-
-
-def inertial(mass="1", ixx="1"):
-    """A link with a mass and one moment."""
-    return (
-        f'<link name="a"><inertial><mass value="{mass}"/><inertia ixx="{ixx}" iyy="1" '
-        'izz="1"/></inertial></link>'
-    )
+    surface = model.links["a"].surface
+    assert (surface.friction, surface.friction2) == (0.9, 0.4) and model.warnings == []
 
 
 REFUSED = [
@@ -125,52 +117,9 @@ REFUSED = [
     ("", ["not well-formed"]),
     ("<sdf/>", ["<sdf>", "must be <robot>"]),
     (robot(""), ["'car'", "no link"]),
-    (robot("<link/>"), ["no name"]),
-    (robot('<link name="a"/>' * 2), ["two links named 'a'"]),
+    (robot("<link/>"), ["'car'", "no link"]),
+    (robot("<xacro:wheel/>"), ["no link but <xacro:wheel>", "process it with xacro first"]),
     (robot(TWO_LINKS), ["2 root links", "base, tip", "must be one"]),
-    (robot('<link name="a"/>' + joint(parent="a", child="a")), ["0 root links", "loop"]),
-    (
-        robot(
-            '<link name="x"/>'
-            + TWO_LINKS
-            + joint()
-            + joint(parent="tip", child="base").replace('"j"', '"k"')
-        ),
-        ["joints of model 'car' form a loop", "root 'x'", "base, tip"],
-    ),
-    (robot(TWO_LINKS + joint() + joint()), ["two joints named 'j'"]),
-    (robot(TWO_LINKS + joint() + joint().replace('"j"', '"k"')), ["'tip'", "more than one parent"]),
-    (
-        robot(TWO_LINKS + joint("hinge")),
-        ["joint 'j'", "'hinge'", "revolute, continuous, prismatic, fixed"],
-    ),
-    (
-        robot(TWO_LINKS + joint(child="nose")),
-        ["joint 'j'", "child link 'nose'", "links are base, tip"],
-    ),
-    (robot(TWO_LINKS + joint(parent="nose")), ["parent link 'nose'", "links are base, tip"]),
-    (robot(TWO_LINKS + joint("revolute", extra='<axis xyz="0 0 0"/>')), ["axis is zero"]),
-    (
-        robot(TWO_LINKS + joint("revolute", extra='<limit lower="2" upper="1"/>')),
-        ["lower limit 2.0", "upper 1.0"],
-    ),
-    (
-        robot(TWO_LINKS + joint(extra='<origin xyz="0 nan 0"/>')),
-        ["joint 'j'", "origin xyz", "'0 nan 0'", "3 finite"],
-    ),
-    (robot(inertial(mass="nan")), ["link 'a' mass", "'nan'", "finite number"]),
-    (robot(inertial(mass="-1")), ["link 'a' mass", "-1.0", "0 or more"]),
-    (robot(inertial(ixx="inf")), ["link 'a' inertia ixx", "'inf'"]),
-    (
-        robot('<link name="a"><visual><geometry><box size="1 2"/></geometry></visual></link>'),
-        ["link 'a' visual", "'1 2'", "3 finite"],
-    ),
-    (
-        robot(
-            '<link name="a"><collision><geometry><sphere radius="0"/></geometry></collision></link>'
-        ),
-        ["link 'a' collision", "sphere", "greater than 0"],
-    ),
 ]
 
 

@@ -138,31 +138,6 @@ def test_tags_that_mean_nothing_are_quiet():
     assert parse_urdf(text, str).warnings == []
 
 
-@pytest.mark.parametrize(
-    "content, words",
-    [
-        (
-            '<link name="a"><visual><geometry><box size="${w} 1 1"/></geometry></visual></link>',
-            ["'${w} 1 1'", "xacro"],
-        ),
-        (
-            '<xacro:wheel xmlns:xacro="http://www.ros.org/wiki/xacro" prefix="l"/><link name="a"/>',
-            ["<xacro:wheel>", "process it with xacro"],
-        ),
-        (
-            '<link name="a"><visual><geometry><box size="1 1 1"/></geometry><material name="m">'
-            '<color rgba="1 0"/></material></visual></link>',
-            ["'m'", "'1 0'", "3 or 4"],
-        ),
-    ],
-)
-def test_leftovers_are_named(content, words):
-    with pytest.raises(ModelError) as error:
-        parse_urdf(robot(content), str)
-    for word in words:
-        assert word in str(error.value)
-
-
 def test_origin_without_parts():
     text = robot('<link name="a"/><link name="b"/>' + joint("fixed", "a", "b", "<origin/>"))
     assert parse_urdf(text, str).joints["j"].origin == Pose()

@@ -56,6 +56,18 @@ NAMED_IN_FIND_PACKAGE = (
     "geographic_msgs",
     "robot_localization",
 )
+WITH_NODES = {
+    "joy",
+    "teleop_twist_joy",
+    "teleop_twist_keyboard",
+    "interactive_marker_twist_server",
+    "twist_mux",
+    "robot_localization",
+    "map_server",
+    "roslint",
+    "geographic_msgs",
+    "twist_mux_msgs",
+}
 
 
 def _root(path):
@@ -79,6 +91,12 @@ def test_package_exists_under_its_name(name):
     assert _root(os.path.join(folder, "package.xml")).findtext("name") == name
     for file_name in ("CMakeLists.txt", "README.md"):
         assert os.path.isfile(os.path.join(folder, file_name))
+
+
+@pytest.mark.parametrize("name", sorted(WITH_NODES))
+def test_package_says_what_it_leaves_out(name):
+    words = _root(os.path.join(STANDINS, name, "package.xml")).findtext("description")
+    assert "left out" in " ".join(words.lower().split())
 
 
 @pytest.fixture(name="give_way")

@@ -15,6 +15,7 @@ class Config:
         world_file: SDF world to load; empty: an empty world.
         paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
+        world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
         renderer: auto, egl or tiny.
         clock_rate: messages on /clock per simulated second [Hz].
@@ -28,6 +29,7 @@ class Config:
     world_file: str = text("", empty=True)
     paused: bool = flag(False)
     real_time_factor: float = number(1.0, least=0.0)
+    world_pace: bool = False
     lockstep: bool = flag(False)
     renderer: str = choice("auto", RENDERERS)
     clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
@@ -51,6 +53,7 @@ def parse_config(get):
     config = read(Config, get, prefix="")
     return replace(
         config,
+        world_pace=get("real_time_factor", None) is None,
         paused=config.paused or config.lockstep,
         clock_rate=config.clock_rate or Config.clock_rate,  # 0: the default
         seed=int(config.seed),

@@ -1,10 +1,11 @@
 """Assembly of the bridge node."""
 
 import sys
+from dataclasses import replace
 
 import rospy
-from bullet_sim.errors import SimError, WorldError
-from bullet_sim.formats.sdf.world import parse_world
+from bullet_sim.errors import SimError
+from bullet_sim.formats.xml_read import is_true
 from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
 
@@ -17,30 +18,13 @@ from bullet_bridge.loop.statistics import StatisticsService
 from bullet_bridge.loop.step import StepService
 from bullet_bridge.outputs.cameras import Cameras
 from bullet_bridge.outputs.viewer_link import ViewerLink
-from bullet_bridge.resolve import Resolver, find_world
+from bullet_bridge.reading import load_world
+from bullet_bridge.resolve import Resolver
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.describe import DescribeService
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.relay import Relay
-
-
-def load_world(world, path, resolve):
-    """Load a world file (see find_world); warnings go to the log.
-
-    Raises:
-        SimError, ValueError: names the file and what is wrong.
-    """
-    if not path:
-        return
-    path = find_world(path)
-    try:
-        with open(path, "rb") as file:
-            text = file.read()
-    except OSError as error:
-        raise WorldError(f"world file '{path}' cannot be read: {error.strerror}") from error
-    for warning in world.load(parse_world(text, resolve, path)):
-        rospy.logwarn("%s", warning)
 
 
 def start_relay():
@@ -66,13 +50,15 @@ def main():
         relay = None if config.lockstep else start_relay()
         publishing.set_relay(relay)
         resolve = Resolver()
-        load_world(world, config.world_file, resolve)
+        described = load_world(world, config.world_file, resolve)
+        if config.world_pace and described is not None:
+            config = replace(config, real_time_factor=described.real_time_factor)
         jobs = JobQueue()
         rospy.on_shutdown(jobs.close)
         cameras = Cameras(config.renderer, config.lockstep)
         arrivals = Arrivals()
         robots = Robots(jobs, world, cameras, config.seed, arrivals)
-        own_time = set_own_time if rospy.get_param("/use_sim_time", False) else None
+        own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
         clock = SimClock(config.clock_rate, world.time_step, own=own_time)
         server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())

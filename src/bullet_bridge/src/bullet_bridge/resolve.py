@@ -1,84 +1,197 @@
-"""URIs of models and meshes -> files: package://, model://, file:// and plain paths."""
+"""URIs of models, meshes and worlds -> files, looked for where Gazebo looks."""
 
 import os
+import re
 import xml.etree.ElementTree as ElementTree
 
 import rospkg
 from catkin_pkg.package import InvalidPackage
 
+SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
+SCHEMES = ("package", "model", "file")
+# Worlds that Gazebo brings and the stand-in gazebo_ros does not: the empty world stands for them.
+GAZEBO_WORLDS = (
+    "cafe",
+    "camera",
+    "cessna_demo",
+    "elevator",
+    "elevator_ros",
+    "gazebo_ros_range",
+    "heightmap",
+    "lift_drag_demo",
+    "mud",
+    "pioneer2dx",
+    "pr2",
+    "robocup09_spl_field",
+    "robocup14_spl_field",
+    "rubble",
+    "simple_arm",
+    "stereocamera",
+    "turtlebot",
+    "willowgarage",
+)
+
 
 class Resolver:
-    """Finds files through rospkg, GAZEBO_MODEL_PATH and the gazebo_ros exports of packages."""
+    """Finds files through rospkg, Gazebo's environment variables and packages' exports.
+
+    A resource path is a folder of GAZEBO_RESOURCE_PATH, of GAZEBO_MODEL_PATH, of a package's
+    gazebo_ros export (gazebo_media_path, gazebo_model_path), the package gazebo_ros, the folder
+    of the world file and that of its package. Below each, SUFFIXES are tried, too.
+    """
 
     def __init__(self):
         self._packages = rospkg.RosPack()
-        self._model_paths = None
+        self._models = self._resources = None
+        self._world = ()
+
+    def set_world(self, path):
+        """Look beside a world file, too: in its folder and in that of its package."""
+        folder = os.path.dirname(os.path.abspath(path))
+        self._world = (folder, *_package_above(folder))
 
     def __call__(self, uri):
-        """Absolute path of a URI's file.
+        """Absolute path of a URI's file, or of a name without a scheme.
 
         Raises:
             ValueError: nothing is found; names the file and the folders searched.
         """
-        scheme, _, rest = uri.partition("://")
+        uri = uri.strip()
+        scheme, mark, rest = uri.partition("://")
+        if not mark:
+            scheme, rest = "file", uri
         if not rest:
-            if os.path.isabs(uri):
-                return _sdf_file(uri) or uri
-            raise ValueError("a mesh needs package://, model://, file:// or an absolute path")
+            raise ValueError("it is empty: a file needs package://, model://, file:// or a path")
         if scheme == "file":
             return self._file(rest)
         if scheme == "package":
-            name, _, path = rest.partition("/")
-            path = os.path.join(self._package(name), path)
-            return _sdf_file(path) or path
+            return self._in_package(rest)
         if scheme == "model":
             return self._model(rest)
-        raise ValueError(f"scheme '{scheme}' is not one of package, model, file")
+        raise ValueError(f"scheme '{scheme}' is not one of {', '.join(SCHEMES)}")
 
-    def _package(self, name):
-        try:
-            return self._packages.get_path(name)
-        except rospkg.ResourceNotFound as error:
-            raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
+    def world(self, path):
+        """Path of a world file.
 
-    def _file(self, path):
-        """A file:// path; a relative one is searched as Gazebo does, else returned unchanged."""
-        places = (
-            []
-            if os.path.isabs(path)
-            else [
-                folder for folder in os.environ.get("GAZEBO_RESOURCE_PATH", "").split(":") if folder
-            ]
-        )
-        if not os.path.isabs(path):
-            places += exported_folders(self._packages, "gazebo_media_path") + self._folders()
-        found = [os.path.join(place, path) for place in places]
-        path = next((place for place in found if os.path.exists(place)), path)
-        return _sdf_file(path) or path
+        Raises:
+            ValueError: it is nowhere; names all places.
+        """
+        path = path.partition("://")[2] if path.startswith("file://") else path.strip()
+        if os.path.isabs(path) or os.path.isfile(path):
+            return path
+        places = [os.getcwd(), *self._all_resources()]
+        for place in places:
+            for found in (os.path.join(place, path), os.path.join(place, "worlds", path)):
+                if os.path.isfile(found):
+                    return found
+        raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")
 
-    def _model(self, rest):
-        for folder in self._folders():
-            path = os.path.join(folder, rest)
-            model = _sdf_file(path)
-            if model:
-                return model
-            if "/" in rest.strip("/") and os.path.exists(path):  # a file or material folder
-                return path
+    def _in_package(self, rest):
         name, _, path = rest.partition("/")
         try:
-            return os.path.join(self._packages.get_path(name), path)
+            folder = self._packages.get_path(name)
         except rospkg.ResourceNotFound as error:
-            raise ValueError(
-                f"model '{rest}' is in none of {', '.join(self._folders()) or '(no model folder)'}"
-            ) from error
+            found = self._search(rest)  # Gazebo takes package:// for model://
+            if found is None:
+                raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
+            return found
+        path = os.path.join(folder, path)
+        return _sdf_file(path) or path
 
-    def _folders(self):
-        if self._model_paths is None:
-            folders = os.environ.get("GAZEBO_MODEL_PATH", "").split(":")
+    def _file(self, path):
+        """A file's path; a relative one that is nowhere is an error."""
+        if os.path.isabs(path):
+            return _sdf_file(path) or (path if os.path.exists(path) else self._moved(path))
+        found = self._search(path, resources_first=True)
+        if found is None and os.path.exists(path):
+            found = _sdf_file(path) or os.path.abspath(path)
+        if found is None:
+            raise ValueError(f"'{path}' is in none of {self._shown()}")
+        return found
+
+    def _moved(self, path):
+        """A path of another machine, as saved worlds have them: in a package of this machine.
+
+        Returns:
+            The path below the first folder that is named as a package, or that Gazebo's folder of
+            models has; the path itself where there is none such.
+        """
+        parts = path.split("/")
+        for number, part in enumerate(parts[:-1]):
+            rest = "/".join(parts[number + 1 :])
+            if part in self._packages.list():
+                found = os.path.join(self._packages.get_path(part), rest)
+            elif parts[number - 1 : number + 1] == [".gazebo", "models"]:
+                found = self._search(rest)
+            else:
+                continue
+            if found is not None and os.path.exists(found):
+                return found
+        return path
+
+    def _model(self, rest):
+        found = self._search(rest)
+        if found is not None:
+            return found
+        name, _, path = rest.partition("/")
+        try:
+            path = os.path.join(self._packages.get_path(name), path)
+            return _sdf_file(path) or path
+        except rospkg.ResourceNotFound as error:
+            raise ValueError(f"model '{rest}' is in none of {self._shown()}") from error
+
+    def _search(self, path, resources_first=False):
+        """First file, model or else folder below the resource paths and SUFFIXES, or None."""
+        groups = [self._model_paths(), self._all_resources()]
+        folders = [
+            os.path.join(folder, suffix, path)
+            for group in (groups[::-1] if resources_first else groups)
+            for folder in group
+            for suffix in SUFFIXES
+        ]
+        found = [folder for folder in folders if os.path.exists(folder)]
+        for place in found:
+            if os.path.isfile(place):
+                return place
+            model = _sdf_file(place)
+            if model is not None:
+                return model
+        return found[0] if found else None
+
+    def _shown(self):
+        return ", ".join((*self._model_paths(), *self._all_resources())) or "(no folder)"
+
+    def _model_paths(self):
+        if self._models is None:
+            folders = _listed("GAZEBO_MODEL_PATH")
             folders += exported_folders(self._packages, "gazebo_model_path")
             folders.append(os.path.join("~", ".gazebo", "models"))
-            self._model_paths = [os.path.expanduser(folder) for folder in folders if folder]
-        return self._model_paths
+            self._models = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
+        return self._models
+
+    def _all_resources(self):
+        if self._resources is None:
+            folders = _listed("GAZEBO_RESOURCE_PATH")
+            try:
+                folders.append(self._packages.get_path("gazebo_ros"))
+            except rospkg.ResourceNotFound:
+                pass  # its worlds are not here then
+            folders += exported_folders(self._packages, "gazebo_media_path")
+            self._resources = list(dict.fromkeys(map(os.path.expanduser, folders)))
+        return [*self._resources, *self._world]
+
+
+def _listed(variable):
+    return [folder for folder in os.environ.get(variable, "").split(":") if folder]
+
+
+def _package_above(folder):
+    """(folder of the package that a folder is in,), or () where it is in none."""
+    while folder != os.path.dirname(folder):
+        if os.path.isfile(os.path.join(folder, "package.xml")):
+            return (folder,)
+        folder = os.path.dirname(folder)
+    return ()
 
 
 def exported_folders(packages, key):
@@ -104,38 +217,16 @@ def exported_folders(packages, key):
 
 
 def _sdf_file(folder):
-    """The SDF file of a model's folder: the last that its model.config names, or model.sdf."""
-    names = ["model.sdf"]
+    """The SDF file of a model's folder: the newest that its model.config names, or model.sdf."""
+    names = [((), "model.sdf")]
     try:
         config = ElementTree.parse(os.path.join(folder, "model.config"))
-        names += [(element.text or "").strip() for element in config.iter("sdf")]
     except (OSError, ElementTree.ParseError):
         pass  # none, or a broken one
-    found = [os.path.join(folder, name) for name in names if name]
+    else:
+        for element in config.iter("sdf"):
+            version = tuple(map(int, re.findall(r"\d+", element.get("version") or "")))
+            names.append((version, (element.text or "").strip()))
+    names.sort(key=lambda entry: entry[0])  # of one version the last counts
+    found = [os.path.join(folder, name) for _, name in names if name]
     return next((path for path in reversed(found) if os.path.isfile(path)), None)
-
-
-def find_world(path):
-    """Path of a world file, searched as Gazebo does.
-
-    A path that exists is returned unchanged; a relative one is searched in the folders of
-    GAZEBO_RESOURCE_PATH, in the package gazebo_ros and in packages' gazebo_media_path exports.
-
-    Raises:
-        ValueError: not found; names the folders searched.
-    """
-    if os.path.isabs(path) or os.path.isfile(path):
-        return path
-    places = [os.getcwd()]
-    places += [f for f in os.environ.get("GAZEBO_RESOURCE_PATH", "").split(":") if f]
-    packages = rospkg.RosPack()
-    try:
-        places.append(packages.get_path("gazebo_ros"))
-    except rospkg.ResourceNotFound:
-        places.append("package gazebo_ros (not on ROS_PACKAGE_PATH)")
-    places += exported_folders(packages, "gazebo_media_path")
-    for place in places:
-        found = os.path.join(place, path)
-        if os.path.isfile(found):
-            return found
-    raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")

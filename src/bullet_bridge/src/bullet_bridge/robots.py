@@ -10,6 +10,7 @@ from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.outputs.sensors import CameraOutput
 from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.reading import log_warnings
 from bullet_bridge.transport.publishing import all_or_none
 
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
@@ -47,8 +48,7 @@ class Robots:
 
     def connect(self, model, namespace=""):
         """Create a model's services and topics; called outside the simulation thread."""
-        for text in model.description.warnings:
-            rospy.logwarn("model '%s': %s", model.name, text)
+        log_warnings(model.description.warnings, model.name)
         self._connect(model, namespace, self._jobs.call)
 
     def connect_world_models(self):

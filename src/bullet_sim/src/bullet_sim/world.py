@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Callable
 
 from bullet_sim.description.parts import ModelDescription
+from bullet_sim.description.read_warning import add_warning
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
@@ -103,17 +104,23 @@ class World:
         """Load a WorldDescription: gravity, step and models.
 
         Returns:
-            Warnings, one sentence each.
+            Warnings (ReadWarning), one sentence each; a model that cannot be loaded is one.
         """
         self.name = described.name
         self._engine.set_gravity(described.gravity)
         self._engine.set_time_step(described.step)
-        warnings = list(described.warnings)
+        warnings = described.warnings
         for model, pose in described.models:
-            self.spawn(model, pose)
-            warnings += model.warnings
-        self._loaded_names += tuple(model.name for model, _ in described.models)
-        return warnings
+            try:
+                self.spawn(model, pose)
+            except ModelError as error:
+                described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
+            for warning in list(model.warnings):
+                add_warning(warnings, warning, warning.cause, warning.item)
+        self._loaded_names += tuple(
+            model.name for model, _ in described.models if model.name in self.models
+        )
+        return list(warnings)
 
     def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""

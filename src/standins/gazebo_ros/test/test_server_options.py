@@ -7,7 +7,16 @@ from gazebo_ros import server, server_options
 @pytest.mark.parametrize(
     "line, gui, expected",
     [
-        ("", False, ['_world_file:=""', "_paused:=false", "_gui:=false", "_headless:=true"]),
+        (
+            "",
+            False,
+            [
+                '_world_file:="worlds/empty.world"',
+                "_paused:=false",
+                "_gui:=false",
+                "_headless:=true",
+            ],
+        ),
         (
             "-u -e ode /w/my.world",
             False,

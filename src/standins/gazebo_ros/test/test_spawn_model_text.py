@@ -20,19 +20,35 @@ def test_quaternion(rpy, expected):
     assert model_text.quaternion_from_rpy(*rpy) == pytest.approx(expected, abs=1e-12)
 
 
-def test_declaration_with_encoding_is_dropped():
+def test_any_encoding_becomes_text():
     text = '<?xml version="1.0" encoding="utf-8"?>\n<robot name="M\u00fcller"/>'
-    assert model_text.checked(text, "x") == '<robot name="M\u00fcller" />'
-    assert model_text.checked(text.encode("utf-8"), "x") == '<robot name="M\u00fcller" />'
+    for given in (text, text.encode("utf-8"), "\ufeff" + text, text.encode("utf-16")):
+        assert model_text.checked(given, "x") == text
+    assert model_text.checked(text.encode("latin-1"), "x") == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<!-- mine --><?xml version='1.0'?><robot/>",
+        "<robot><sensor:eye/></robot>",
+        "<robot name=r/>",
+        "<robot>a & b</robot>",
+    ],
+)
+def test_what_gazebos_reader_takes_goes_on_as_it_is(text):
+    assert model_text.checked(text, "x") == text
 
 
 def test_package_to_model():
-    text = '<robot><mesh filename="package://car/a.stl"/><mesh filename="file:///b"/></robot>'
-    assert model_text.checked(text, "x") == text.replace('"/>', '" />')
-    assert "model://car/a.stl" in model_text.checked(text, "x", package_to_model=True)
+    text = '<robot>\n<mesh scale="1 1 1"\n filename="package://car/a.stl"/>'
+    text += '<mesh filename="file:///b"/><a filename="package://car/c"/></robot>'
+    assert model_text.checked(text, "x") == text
+    changed = model_text.checked(text, "x", package_to_model=True)
+    assert changed == text.replace("package://car/a", "model://car/a")
 
 
-@pytest.mark.parametrize("text, message", [("", "is empty"), ("<robot>", "not valid XML")])
+@pytest.mark.parametrize("text, message", [("", "is empty"), ("<robot>", "not well-formed XML")])
 def test_bad_text_names_its_source(text, message):
     with pytest.raises(model_text.ModelTextError, match="parameter /p.*" + message):
         model_text.checked(text, "parameter /p")

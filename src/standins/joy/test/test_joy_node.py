@@ -3,7 +3,7 @@
 import pytest
 from joy_node.driver import RETRY_PERIOD, Driver
 from joy_node.pad_state import PadState
-from joy_node.sending import Sending
+from joy_node.publish_timer import PublishTimer
 
 REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
 
@@ -37,7 +37,7 @@ class Bench:
         self.driver = Driver(
             self._open,
             state or PadState(),
-            Sending(**sending),
+            PublishTimer(**sending),
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
             self.said.append,
             lambda: self.time,
@@ -52,7 +52,7 @@ class Bench:
         """Turns for some wall time; how many messages came."""
         before = len(self.sent)
         for _ in range(round(seconds / period)):
-            self.driver.turn()
+            self.driver.spin_once()
             self.time += period
         return len(self.sent) - before
 
@@ -183,9 +183,9 @@ def test_no_pad_is_said_once_and_looked_for_each_second_until_it_comes():
     [
         (lambda: PadState(1.0), "deadzone is 1.0"),
         (lambda: PadState(-0.1), "deadzone is -0.1"),
-        (lambda: Sending(-1.0), "autorepeat_rate is -1.0"),
-        (lambda: Sending(0.0, float("nan")), "coalesce_interval is nan"),
-        (lambda: Sending(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
+        (lambda: PublishTimer(-1.0), "autorepeat_rate is -1.0"),
+        (lambda: PublishTimer(0.0, float("nan")), "coalesce_interval is nan"),
+        (lambda: PublishTimer(100.0, 0.1), "coalesce_interval is 0.1 s, must be at most 0.01 s"),
     ],
 )
 def test_bad_parameters_are_named(make, reason):

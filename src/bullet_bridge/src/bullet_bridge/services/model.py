@@ -1,5 +1,7 @@
 """Services about whole models: spawn, delete, place, configure, ask."""
 
+import gc
+
 import rospy
 from bullet_sim.errors import ModelError
 from gazebo_msgs.msg import ModelState
@@ -92,6 +94,7 @@ class ModelServices:
 
         for part in self._jobs.call(work):
             part.close()
+        gc.collect()  # rospy's topics refer to themselves and hold a descriptor each until then
 
     def _delete(self, request):
         self._remove(request.model_name)

@@ -3,18 +3,19 @@
 import xml.etree.ElementTree as ElementTree
 
 from bullet_sim.errors import SimError
-from bullet_sim.formats.xml_read import parse
+from bullet_sim.formats.xml_parse import parse
 
 
 def with_robot_namespace(text, namespace):
-    """The model's text with <robotNamespace> in every <plugin> that has none, as gazebo_ros does.
+    """The model with <robotNamespace> in every <plugin> that has none, as gazebo_ros does.
 
     Args:
         text: URDF or SDF, str or bytes.
         namespace: of the spawn request; empty: the text stays as it is.
 
     Returns:
-        The text; one that is not XML is returned unchanged, the parser reports the error.
+        The text, or the root of what was read of it, whose elements know their lines; a text that
+        is not XML comes back unchanged, its reader says why.
     """
     if not namespace:
         return text
@@ -22,9 +23,7 @@ def with_robot_namespace(text, namespace):
         root = parse(text, "model")
     except SimError:
         return text
-    plugins = [plugin for plugin in root.iter("plugin") if plugin.find("robotNamespace") is None]
-    if not plugins:
-        return text
-    for plugin in plugins:
-        ElementTree.SubElement(plugin, "robotNamespace").text = namespace
-    return ElementTree.tostring(root, encoding="unicode")
+    for plugin in root.iter("plugin"):
+        if plugin.find("robotNamespace") is None:
+            ElementTree.SubElement(plugin, "robotNamespace").text = namespace
+    return root

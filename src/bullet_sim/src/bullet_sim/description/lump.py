@@ -126,13 +126,21 @@ def _shift(mass, arm):
 
 def _mend_inertia(link, model):
     if link.mass <= 0:
-        model.warn(f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg")
+        model.warn(
+            f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg",
+            f"links move but have no mass; each gets {MIN_MASS} kg",
+            f"'{link.name}' of '{model.name}'",
+        )
         link.mass = MIN_MASS
+    if not np.isfinite(link.inertia).all():  # sums of numbers that are too great
+        link.inertia = np.zeros((3, 3))
     moments = np.linalg.eigvalsh(link.inertia)
     if moments[0] <= link.mass * TINY_RADIUS**2:
         moment = 0.4 * link.mass * MIN_RADIUS**2
         model.warn(
             f"link '{link.name}' has an inertia that is impossible or tiny "
-            f"(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes"
+            f"(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes",
+            "links have an inertia that is impossible or tiny and get one for their mass",
+            f"'{link.name}' of '{model.name}'",
         )
         link.inertia = moment * np.eye(3)

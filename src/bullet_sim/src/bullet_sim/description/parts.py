@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bullet_sim.description.read_warning import add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
@@ -138,7 +139,7 @@ class ModelDescription:
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         self_collide: parts collide with each other.
-        warnings: sentences about what was ignored or repaired.
+        warnings: what was ignored or mended, one ReadWarning each.
     """
 
     name: str
@@ -154,10 +155,9 @@ class ModelDescription:
     fixed_base: bool = False
     warnings: list[str] = field(default_factory=list)
 
-    def warn(self, text):
-        """Add a warning about what was ignored or repaired, once."""
-        if text not in self.warnings:
-            self.warnings.append(text)
+    def warn(self, text, cause="", item=""):
+        """Note something that was ignored or mended, once: see ReadWarning."""
+        add_warning(self.warnings, text, cause, item)
 
     def joints_of(self, parent):
         """Joints whose parent is the given link, in file order."""
@@ -196,15 +196,3 @@ class ModelDescription:
                 f"joints of model '{self.name}' form a loop: no way from its root "
                 f"'{self.root}' to {', '.join(self.unreachable())}"
             )
-
-
-def unit_axis(vector, what):
-    """A joint's axis with length 1.
-
-    Raises:
-        ModelError: it has no direction.
-    """
-    length = float(np.linalg.norm(vector))
-    if length < 1e-9:
-        raise ModelError(f"{what} axis is zero, must have a direction")
-    return tuple((np.asarray(vector, float) / length).tolist())

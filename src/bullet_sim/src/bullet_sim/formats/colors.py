@@ -3,8 +3,9 @@
 The names are Gazebo's, the values our own: Gazebo's textures become similar plain colours.
 """
 
-from bullet_sim.errors import ModelError
-from bullet_sim.formats.xml_read import floats
+import math
+
+from bullet_sim.formats.xml_read import leading_numbers, replace
 
 _GREY = {
     "Grey": 0.7,
@@ -89,13 +90,18 @@ def gazebo_color(name):
     return None
 
 
-def rgba(text, what):
-    """RGBA 0..1 of 3 or 4 numbers; clipped to 0..1.
+def rgba_of(element, text, what):
+    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
 
-    Raises:
-        ModelError: not 3 or 4 finite numbers.
+    Args:
+        element: Node that the text is of.
+        text: the numbers.
+        what: for the message.
     """
-    values = floats(text, None, what)
-    if len(values) not in (3, 4):
-        raise ModelError(f"{what} is '{text}', must be 3 or 4 numbers from 0 to 1")
-    return tuple(min(1.0, max(0.0, v)) for v in (values + (1.0,))[:4])
+    values, _ = leading_numbers(text, 4)
+    values += (1.0,) * (len(values) == 3)
+    if len(values) == 4 and all(map(math.isfinite, values)):
+        return tuple(min(1.0, max(0.0, value)) for value in values)
+    sentence = f"{what} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
+    replace(element, what, text, sentence, None)
+    return None

@@ -74,8 +74,11 @@ def script_material(element, resolve, what, model):
         folders.append(path if os.path.isdir(path) else os.path.dirname(path))
         files += _scripts(path)
     for path in files:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            found = read_materials(file.read()).get(name)
+        try:
+            with open(path, encoding="utf-8", errors="replace") as file:
+                found = read_materials(file.read()).get(name)
+        except OSError:
+            continue
         if found is None:
             continue
         texture, color = found
@@ -85,10 +88,16 @@ def script_material(element, resolve, what, model):
         if picture:
             return Material(picture, color)
         model.warn(
-            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}"
+            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
+            "pictures of materials are missing",
+            f"'{texture}'",
         )
         return Material(color=color)
-    model.warn(f"{what}: material '{name}' is not found in its scripts; it stays grey")
+    model.warn(
+        f"{what}: material '{name}' is not found in its scripts; it stays grey",
+        "materials are not found in their scripts and stay grey",
+        f"'{name}'",
+    )
     return None
 
 

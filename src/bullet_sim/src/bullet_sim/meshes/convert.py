@@ -1,11 +1,14 @@
 """Writing meshes as OBJ files that PyBullet reads, with trimesh and Pillow loaded on demand."""
 
+import io
 import os
 import re
 
 import numpy as np
 
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.xml_parse import Document, decoded, mended
+from bullet_sim.meshes.beside import Beside
 
 MAX_PICTURE = 2048  # [px] longest side of a picture
 MAX_SIZE = 1e6  # [m] larger meshes are refused
@@ -68,10 +71,7 @@ def _load(geometry):
             f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
         ) from error
     try:
-        options = {}
-        if geometry.submesh and geometry.path.lower().endswith(".obj"):
-            options = {"split_objects": True, "group_material": False}
-        scene = trimesh.load_scene(geometry.path, process=False, **options)
+        scene = _scene(geometry)
         meshes, names = [], []
         for node in scene.graph.nodes_geometry:
             place, name = scene.graph[node]
@@ -98,6 +98,23 @@ def _load(geometry):
     if not meshes:
         raise ModelError(f"mesh '{geometry.path}' has no triangles")
     return meshes
+
+
+def _scene(geometry):
+    """trimesh's Scene of a file."""
+    import trimesh
+
+    options = {"process": False, "resolver": Beside(geometry.path)}
+    if geometry.submesh and geometry.path.lower().endswith(".obj"):
+        options |= {"split_objects": True, "group_material": False}
+    try:
+        return trimesh.load_scene(geometry.path, **options)
+    except Exception:  # XML that TinyXML takes and lxml does not, such as < in a name?
+        if not geometry.path.lower().endswith(".dae"):
+            raise
+        with open(geometry.path, "rb") as file:
+            text = mended(decoded(file.read(), Document(geometry.path)))
+    return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
 
 
 def _is_part(wanted, *names):

@@ -28,7 +28,8 @@ def localise(lumped, folder, warn):
     Args:
         lumped: LumpedModel.
         folder: for converted files; they go to <folder>/meshes.
-        warn: called with one sentence for each shape that cannot be used.
+        warn: function that takes a sentence, its cause and item (see ReadWarning) for each shape
+            that cannot be used.
     """
     store = _Store(os.path.join(folder, "meshes"))
     for link in lumped.links.values():
@@ -38,9 +39,11 @@ def localise(lumped, folder, warn):
                 try:
                     ready += convert(shape)
                 except ModelError as error:
+                    what = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
-                        f"{shape.name or 'a shape'} of link '{shape.link or link.name}' is left "
-                        f"out: {error}"
+                        f"{what} is left out: {error}",
+                        "meshes cannot be used and are left out",
+                        shape.geometry.path or what,
                     )
             shapes[:] = ready
 

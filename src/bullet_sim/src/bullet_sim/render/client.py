@@ -2,10 +2,10 @@
 
 import sys
 import threading
-from collections import Counter
 
 from bullet_sim.errors import RenderError
-from bullet_sim.render.orders import BlockingRequest, Order
+from bullet_sim.render.order_queue import OrderQueue
+from bullet_sim.render.orders import BlockingRequest
 from bullet_sim.render.process import Worker
 from bullet_sim.render.request import RENDERERS, Renderer
 
@@ -28,28 +28,28 @@ class RenderClient:
 
     Attributes:
         renderer: Renderer, once start() has returned.
-        dropped: Counter of camera name -> requests that were replaced before being drawn.
         restarts: how often the worker was restarted.
-        epoch: number of discard() calls; a Frame has the epoch of its request.
     """
 
     def __init__(self, on_frame=None, on_error=None, environment=None, zero_copy=False):
         self.on_frame = on_frame or (lambda frame: None)
         self.on_error = on_error or (lambda text: None)
         self.renderer = None
-        self.dropped = Counter()
         self.restarts = 0
-        self.epoch = 0
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._worker = None
         self._thread = None
-        self._changed = threading.Condition()
-        self._pending = {}  # camera name -> (snapshot, request), oldest camera first
-        self._lockstep = None
-        self._sources = None
-        self._sources_sent = True
-        self._closing = False
-        self._failed = ""
+        self._orders = OrderQueue()
+
+    @property
+    def dropped(self):
+        """Counter of camera name -> requests that were replaced before being drawn."""
+        return self._orders.dropped
+
+    @property
+    def epoch(self):
+        """Number of discard() calls; a Frame has the epoch of its request."""
+        return self._orders.epoch
 
     # for the caller's threads -----------------------------------------------------------------
     def start(self, kind="auto"):
@@ -89,9 +89,7 @@ class RenderClient:
         Args:
             sources: iterable of BodySource, the complete list.
         """
-        with self._changed:
-            self._sources = tuple(sources)
-            self._sources_sent = False
+        self._orders.set_sources(sources)
 
     def submit(self, snapshot, requests):
         """Request pictures; returns at once.
@@ -100,19 +98,11 @@ class RenderClient:
             snapshot: Snapshot.
             requests: iterable of CameraRequest, the cameras that are due.
         """
-        with self._changed:
-            for request in requests:
-                if request.name in self._pending or self._failed or self._closing:
-                    self.dropped[request.name] += 1
-                if not (self._failed or self._closing):
-                    self._pending[request.name] = (snapshot, request)
-            self._changed.notify()
+        self._orders.submit(snapshot, requests)
 
     def discard(self):
         """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
-        with self._changed:
-            self.epoch += 1
-            self._pending.clear()
+        self._orders.discard()
 
     def render_sync(self, snapshot, requests, timeout=10.0):
         """Render now and wait for the pictures (lockstep), for which on_frame is not called.
@@ -130,17 +120,11 @@ class RenderClient:
         """
         requests = list(requests)
         job = BlockingRequest(snapshot, requests)
-        with self._changed:
-            if self._failed or self._closing or self._thread is None:
-                raise RenderError(self._failed or "the render client is not running")
-            if self._lockstep is not None:
-                raise RenderError("render_sync is already waiting in another thread")
-            self._lockstep = job
-            self._changed.notify()
+        if self._thread is None:
+            raise RenderError("the render client is not running")
+        self._orders.put_blocking(job)
         finished = job.done.wait(timeout)
-        with self._changed:
-            if self._lockstep is job:
-                self._lockstep = None
+        self._orders.withdraw(job)
         if job.error:
             raise RenderError(job.error)
         if not finished:
@@ -152,9 +136,7 @@ class RenderClient:
 
     def close(self):
         """End the worker and the thread; no callback is called after that. Idempotent."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
+        self._orders.close()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(2.0)
             if self._thread.is_alive():  # the worker hangs
@@ -178,12 +160,9 @@ class RenderClient:
     def _run(self):
         last = None  # the newest picture, emitted while the worker draws the next one
         while True:
-            with self._changed:
-                if last is None:
-                    self._changed.wait_for(lambda: self._closing or self._pending or self._lockstep)
-                if self._closing:
-                    break
-                order = self._next_order()
+            order = self._orders.next_order(wait=last is None)
+            if order is None and self._orders.closing:
+                break
             if order:
                 order.send(self._worker)
             self._emit(last)
@@ -193,32 +172,13 @@ class RenderClient:
             try:
                 last = self._collect(order)
             except (EOFError, OSError):
-                if self._closing or not self._restart_worker(order.job):
+                if self._orders.closing or not self._restart_worker(order.job):
                     break
             else:
                 if order.job:
                     order.job.done.set()
-        with self._changed:
-            if self._lockstep and not self._lockstep.done.is_set():
-                self._lockstep.error = self._failed or "the render client was closed"
-                self._lockstep.done.set()
+        self._orders.end_blocking()
         self._worker.close()
-
-    def _next_order(self):
-        """Next order, with the lock held: a blocking request first, else the oldest queued request
-        and all others of the same snapshot; None: nothing is queued."""
-        job, self._lockstep = self._lockstep, None
-        if job is not None:
-            snapshot, requests = job.snapshot, job.requests
-        elif self._pending:
-            snapshot = next(iter(self._pending.values()))[0]
-            names = [name for name, (other, _) in self._pending.items() if other is snapshot]
-            requests = [self._pending.pop(name)[1] for name in names]
-        else:
-            return None
-        sources = None if self._sources_sent else self._sources
-        self._sources_sent = True
-        return Order(job, sources, snapshot, requests, self.epoch)
 
     def _collect(self, order):
         """Wait for the pictures of an order; emit all but the last, which is returned."""
@@ -242,7 +202,7 @@ class RenderClient:
                     last = order.frame(self._worker, rest[0], self._zero_copy)
 
     def _emit(self, frame):
-        if frame is not None and not self._closing:
+        if frame is not None and not self._orders.closing:
             self._call(self.on_frame, frame)
 
     def _call(self, function, argument):
@@ -270,13 +230,11 @@ class RenderClient:
                 message = f"{text}; it could not be started again: {error}"
         else:
             message = f"{text}; it is not started again after {MAX_RESTARTS} times"
-        with self._changed:
-            if worker:
-                self._worker = worker
-                self._sources_sent = self._sources is None
-            else:
-                self._failed = f"no pictures any more: {message}"
-                self._pending.clear()
+        if worker:
+            self._worker = worker
+            self._orders.resend_sources()
+        else:
+            self._orders.fail(f"no pictures any more: {message}")
         if job:
             job.error = message
             job.done.set()

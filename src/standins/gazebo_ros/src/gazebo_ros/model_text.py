@@ -1,13 +1,17 @@
 """Model text and poses of a spawn request, without ROS."""
 
 import math
-import xml.etree.ElementTree as ElementTree
+import re
 from xml.sax.saxutils import escape
+
+from bullet_sim.errors import SimError
+from bullet_sim.formats.xml_parse import Document, decoded, parse
 
 DATABASE_TEMPLATE = (
     '<sdf version="1.4"><world name="default"><include><uri>model://%s</uri>'
     "</include></world></sdf>"
 )
+_MESH = re.compile(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']package://")
 
 
 class ModelTextError(ValueError):
@@ -20,7 +24,7 @@ def from_database(model):
 
 
 def checked(text, source, package_to_model=False):
-    """Checks that a text is XML and drops an XML declaration.
+    """Checks that the simulator can read a text as XML.
 
     Args:
         text: URDF or SDF, str or bytes.
@@ -35,23 +39,13 @@ def checked(text, source, package_to_model=False):
     """
     if not text.strip():
         raise ModelTextError(f"{source} is empty, expected URDF or SDF")
+    text = decoded(text, Document(source))
     try:
-        raw = text if isinstance(text, bytes) else _without_declaration(text).encode("utf-8")
-        root = ElementTree.fromstring(raw)
-    except ElementTree.ParseError as error:
-        raise ModelTextError(f"{source} is not valid XML: {error}") from None
+        parse(text, source)
+    except SimError as error:
+        raise ModelTextError(str(error)) from None
     if package_to_model:
-        for mesh in root.iter("mesh"):
-            name = mesh.get("filename", "")
-            if name.startswith("package://"):
-                mesh.set("filename", "model://" + name[len("package://") :])
-    return ElementTree.tostring(root, encoding="unicode")
-
-
-def _without_declaration(text):
-    text = text.lstrip("\ufeff \t\r\n")
-    if text.startswith("<?xml"):
-        text = text[text.index("?>") + 2 :] if "?>" in text else text
+        text = _MESH.sub(lambda found: found.group().replace("package://", "model://", 1), text)
     return text
 
 

@@ -3,6 +3,7 @@
 import argparse
 import json
 
+EMPTY_WORLD = "worlds/empty.world"
 ROS_PLUGINS = ("libgazebo_ros_api_plugin.so", "libgazebo_ros_paths_plugin.so")
 
 
@@ -17,7 +18,9 @@ def parse(argv, program="gzserver"):
         (argparse.Namespace, list of sentences about options without effect).
     """
     parser = argparse.ArgumentParser(prog=program, description="Start the simulator with a world.")
-    parser.add_argument("world", nargs="?", default="", help="SDF world file (default: empty)")
+    parser.add_argument(
+        "world", nargs="?", default=EMPTY_WORLD, help=f"SDF world file (default: {EMPTY_WORLD})"
+    )
     parser.add_argument("-u", "--pause", action="store_true", help="start paused")
     parser.add_argument("--seed", type=int, default=None, help="of all sensor noise")
     parser.add_argument("--verbose", action="store_true", help="accepted")

@@ -12,7 +12,7 @@ class Driver:
         open_pad: function -> pad or None. A pad has name, attached(), read() -> (axes, buttons,
             hats) as PadState.update takes them, and close().
         state: PadState.
-        sending: Sending.
+        timer: PublishTimer.
         send: function (axes, buttons).
         log: function (text).
         clock: function -> wall time [s].
@@ -20,14 +20,14 @@ class Driver:
     """
 
     def __init__(
-        self, open_pad, state, sending, send, log, clock=time.monotonic, wanted="a joystick"
+        self, open_pad, state, timer, send, log, clock=time.monotonic, wanted="a joystick"
     ):
         self._wanted = wanted
-        self._open_pad, self._state, self._sending = open_pad, state, sending
+        self._open_pad, self._state, self._timer = open_pad, state, timer
         self._send, self._log, self._clock = send, log, clock
         self._pad, self._next_look, self._said = None, float("-inf"), False
 
-    def turn(self):
+    def spin_once(self):
         """One round; returns whether there is a pad."""
         now = self._clock()
         if self._pad is None and not self._found(now):
@@ -35,8 +35,8 @@ class Driver:
         if not self._pad.attached():
             self._lose(now)
             return False
-        self._sending.note(now, *self._state.update(*self._pad.read()))
-        if self._sending.due(now):
+        self._timer.input_changed(now, *self._state.update(*self._pad.read()))
+        if self._timer.due(now):
             self._send(self._state.axes, self._state.buttons)
         return True
 
@@ -52,7 +52,7 @@ class Driver:
             return False
         self._said = False
         self._state.clear()
-        self._sending.start(now)
+        self._timer.start(now)
         self._log(f"joystick '{self._pad.name}'")
         return True
 
@@ -65,7 +65,7 @@ class Driver:
         self._pad.close()
         self._pad, self._next_look, self._said = None, now + RETRY_PERIOD, True
         self._state.zero()
-        self._sending.stop()
+        self._timer.stop()
         self._send(self._state.axes, self._state.buttons)
 
     def close(self):

@@ -7,8 +7,8 @@ from sensor_msgs.msg import Joy
 
 from joy_node.driver import Driver
 from joy_node.pad_state import PadState
+from joy_node.publish_timer import PublishTimer
 from joy_node.sdl_pads import SdlPads
-from joy_node.sending import Sending
 
 POLL_PERIOD = 0.004  # wall time between two readings [s]
 IDLE_PERIOD = 0.1  # wall time between two turns without a pad [s]
@@ -32,7 +32,7 @@ def make_driver(pads, publisher):
         bool(rospy.get_param("~default_trig_val", False)),
         bool(rospy.get_param("~sticky_buttons", False)),
     )
-    sending = Sending(_number("autorepeat_rate", 0.0), _number("coalesce_interval", 0.001))
+    timer = PublishTimer(_number("autorepeat_rate", 0.0), _number("coalesce_interval", 0.001))
 
     device = str(rospy.get_param("~dev", "/dev/input/js0"))
 
@@ -42,7 +42,7 @@ def make_driver(pads, publisher):
         message.header.frame_id = device
         publisher.publish(message)
 
-    return Driver(pads.open, state, sending, send, rospy.loginfo, wanted=pads.wanted)
+    return Driver(pads.open, state, timer, send, rospy.loginfo, wanted=pads.wanted)
 
 
 def main():
@@ -55,7 +55,7 @@ def main():
         rospy.logfatal("joy_node: %s", error)
         return 1
     while not rospy.is_shutdown():
-        time.sleep(POLL_PERIOD if driver.turn() else IDLE_PERIOD)
+        time.sleep(POLL_PERIOD if driver.spin_once() else IDLE_PERIOD)
     driver.close()
     pads.close()
     return 0

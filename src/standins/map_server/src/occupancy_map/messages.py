@@ -46,5 +46,5 @@ def valid_now():
         now = rospy.Time.now()
         if now != rospy.Time():
             return now
-        rospy.core.wallsleep(0.05)
+        rospy.rostime.wallsleep(0.05)
     return None

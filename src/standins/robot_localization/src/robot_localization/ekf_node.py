@@ -107,32 +107,31 @@ class EkfNode:
 
     def _take(self, message, sensor):
         stamp = message.header.stamp
-        if stamp <= self._ignore_until:
-            return
-        last = self._last_stamp.get(sensor.name)
-        if last is not None and stamp < last:
-            if self._options.reset_on_time_jump:
-                self._reset()
-            else:
-                rospy.logwarn_throttle(
-                    WARN_PERIOD,
-                    f"{self._name}: a message of {sensor.name} is older than the one before and is "
-                    "ignored; was the clock set back? reset_on_time_jump starts the filter anew",
-                )
-                return
-        self._last_stamp[sensor.name] = stamp
         with self._lock:
+            if stamp <= self._ignore_until:
+                return
+            last = self._last_stamp.get(sensor.name)
+            if last is not None and stamp < last:
+                if not self._options.reset_on_time_jump:
+                    rospy.logwarn_throttle(
+                        WARN_PERIOD,
+                        f"{self._name}: a message of {sensor.name} is older than the one before "
+                        "and is ignored; was the clock set back? reset_on_time_jump starts the "
+                        "filter anew",
+                    )
+                    return
+                self._reset()
+            self._last_stamp[sensor.name] = stamp
             self._reader.take(sensor, message)
 
     def _reset(self):
-        with self._lock:
-            self._fusion.clear()
-            self._ekf.reset()
-            self._reader.clear()
-            self._frames.clear()
-            self._last_stamp.clear()
-            self._ignore_until = self._published = rospy.Time()
-            self._last_update = None
+        self._fusion.clear()
+        self._ekf.reset()
+        self._reader.clear()
+        self._frames.clear()
+        self._last_stamp.clear()
+        self._ignore_until = self._published = rospy.Time()
+        self._last_update = None
         rospy.logwarn("%s: the clock was set back; the filter starts anew", self._name)
 
     def _set_pose(self, message):

@@ -95,6 +95,13 @@ class Transform(NamedTuple):
 IDENTITY = Transform(np.eye(3), np.zeros(3))
 
 
+def cross(a, b):
+    """(3,) cross product; numpy's is slow for one pair."""
+    return np.array(
+        (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    )
+
+
 def twice(rotation):
     """(6, 6) block matrix that rotates two vectors at once."""
     both = np.zeros((6, 6))

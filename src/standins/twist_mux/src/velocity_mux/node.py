@@ -76,7 +76,7 @@ class MuxNode:
         """Publishes the diagnostics until ROS ends."""
         while not rospy.is_shutdown():
             self._updater.force_update()
-            rospy.core.wallsleep(DIAGNOSTICS_PERIOD)
+            rospy.rostime.wallsleep(DIAGNOSTICS_PERIOD)
 
 
 def _words(state, entry):

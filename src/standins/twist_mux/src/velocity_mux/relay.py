@@ -93,5 +93,5 @@ def main():
         return 1
     while not rospy.is_shutdown():
         relay.show()
-        rospy.core.wallsleep(MARKER_PERIOD)
+        rospy.rostime.wallsleep(MARKER_PERIOD)
     return 0

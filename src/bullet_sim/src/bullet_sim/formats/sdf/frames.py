@@ -1,6 +1,5 @@
 """Poses of an SDF model's parts in the model's frame, with <pose relative_to> of SDF 1.7."""
 
-from bullet_sim.errors import ModelError
 from bullet_sim.formats.xml_read import child_text, sdf_pose
 from bullet_sim.pose import Pose
 
@@ -29,11 +28,13 @@ class Frames:
             return child_text(part, "child", "")
         return part.get("attached_to") or "" if tag == "frame" else ""
 
-    def pose(self, name):
+    def pose(self, name, element=None):
         """Pose of a named frame in the model's frame.
 
-        Raises:
-            ModelError: it does not exist, or frames are relative to each other in a circle.
+        Args:
+            name: of the frame; one that does not exist, or is relative to itself in a circle,
+                counts as the model's frame.
+            element: Node that names it and takes the warning.
         """
         if name in self._known:
             return self._known[name]
@@ -41,20 +42,35 @@ class Frames:
             outer, _, inner = name.partition("::")
             if inner and outer in self._given:  # a frame inside a nested model
                 part, _ = self._given[outer]
-                return self.pose(outer) * Frames(part, name).pose(inner)
-            raise ModelError(
-                f"model '{self._name}' has no frame '{name}'; frames are {', '.join(self._given)}"
+                return self.pose(outer, element) * Frames(part, name).pose(inner, element)
+            return self._of_model(
+                element,
+                f"model '{self._name}' has no frame '{name}'; frames are {', '.join(self._given)}",
+                name,
             )
+        part, default = self._given[name]
         if name in self._busy:
-            raise ModelError(
+            return self._of_model(
+                part,
                 f"frames of model '{self._name}' are relative to each other in a "
-                f"circle: {', '.join(self._busy)}"
+                f"circle: {', '.join(self._busy)}",
+                name,
             )
         self._busy.append(name)
-        part, default = self._given[name]
-        self._known[name] = self.place(part, default, f"'{name}' of '{self._name}'")
+        pose = self.place(part, default, f"'{name}' of '{self._name}'")
         self._busy.remove(name)
-        return self._known[name]
+        self._known[name] = pose
+        return pose
+
+    @staticmethod
+    def _of_model(element, text, name):
+        if element is not None:
+            element.warn(
+                f"{text}; the model's frame is used",
+                "frames do not exist or lead in a circle; the model's frame is used",
+                f"'{name}'",
+            )
+        return Pose()
 
     def place(self, element, default, what):
         """Pose of an element with a <pose> in the model's frame.
@@ -66,4 +82,4 @@ class Frames:
         """
         found = element.find("pose")
         base = (found.get("relative_to") if found is not None else None) or default
-        return self.pose(base) * sdf_pose(element, what)
+        return self.pose(base, element) * sdf_pose(element, what)

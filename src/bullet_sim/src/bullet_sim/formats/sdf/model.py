@@ -5,18 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from bullet_sim.description.lump import moved
-from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface, unit_axis
+from bullet_sim.description.parts import Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.frames import Frames
+from bullet_sim.formats.sdf.joints import read_joint
 from bullet_sim.formats.sdf.shapes import parse_shape
 from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
 from bullet_sim.formats.tags.surface import SDF, read_surface
-from bullet_sim.formats.urdf import UNLIMITED
-from bullet_sim.formats.xml_read import bound, child_number, child_text, floats, is_true, sdf_pose
+from bullet_sim.formats.xml_read import child_number, child_text, is_true, sdf_pose
 from bullet_sim.pose import Pose
 
-JOINT_TYPES = ("fixed", "revolute", "prismatic", "continuous")
 MAX_DEPTH = 10  # of models included by models
 _MODEL_TAGS = {
     "link",
@@ -36,19 +35,19 @@ _MODEL_TAGS = {
 }
 
 
-def parse_model_element(element, resolve, version=1.6, open_include=None):
+def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     """Read a <model>.
 
     Args:
         element: the <model>.
         resolve: function URI -> path of a file.
-        version: of the SDF document; up to 1.4 joint axes are in the model's frame.
+        version: of the SDF document; up to (1, 4) joint axes are in the model's frame.
         open_include: function <include> -> (<model>, version) for models inside models.
 
     Raises:
-        ModelError: names what is wrong.
+        ModelError: it has no link.
     """
-    model = ModelDescription(element.get("name") or "model")
+    model = ModelDescription(element.get("name") or "model", warnings=element.document.warnings)
     model.static = is_true(child_text(element, "static", "false"))
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
     reader = _Reader(model, resolve, open_include)
@@ -74,7 +73,11 @@ def _tie(model, poses):
             )
             model.joints[joint.name] = joint
             if not model.static:
-                model.warn(f"link '{name}' of '{model.name}' has no joint; it is fixed to '{root}'")
+                model.warn(
+                    f"link '{name}' of '{model.name}' has no joint; it is fixed to '{root}'",
+                    "links have no joint and are fixed to the first link of their model",
+                    f"'{name}' of '{model.name}'",
+                )
 
 
 def _shift_root(model, pose):
@@ -88,6 +91,30 @@ def _shift_root(model, pose):
         if spec.link == model.root:
             place = pose * Pose.from_xyz_rpy(*spec.pose)
             model.sensors[number] = replace(spec, pose=(place.position, place.rpy))
+
+
+def _number_names(element):
+    """Give links, joints and models in a <model> whose name is taken a number behind it."""
+    for tag in ("link", "joint", "model"):
+        taken = set()
+        for part in element.findall(tag):
+            part.set("name", _unused(part.get("name") or tag, taken, part))
+            taken.add(part.get("name"))
+
+
+def _unused(name, taken, element):
+    """A name that is not taken: with a number behind it and a warning if need be."""
+    free, number = name, 0
+    while free in taken:
+        number += 1
+        free = f"{name}_{number}"
+    if number:
+        element.warn(
+            f"there is a {element.tag} '{name}' already; this one becomes '{free}'",
+            f"<{element.tag}>s have a name that is taken and get a number",
+            f"'{free}'",
+        )
+    return free
 
 
 class _Reader:
@@ -106,6 +133,7 @@ class _Reader:
 
     def read(self, element, prefix, place, version):
         """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
+        _number_names(element)
         frames = Frames(element, element.get("name") or self.model.name)
         for link in element.findall("link"):
             self._link(link, prefix, place, frames)
@@ -115,12 +143,14 @@ class _Reader:
         for include in element.findall("include"):
             self._include(include, prefix, place)
         for joint in element.findall("joint"):
-            self._joint(joint, prefix, frames, version)
+            read_joint(joint, self, prefix, frames, version)
         self.plugins += element.findall("plugin")
         for part in element:
             if isinstance(part.tag, str) and part.tag not in _MODEL_TAGS and ":" not in part.tag:
                 self.model.warn(
-                    f"<{part.tag}> in model '{self.model.name}' is not known here and is ignored"
+                    f"<{part.tag}> in model '{self.model.name}' is not known here and is ignored",
+                    f"models have <{part.tag}>, which is not known here and is ignored",
+                    f"'{self.model.name}'",
                 )
 
     def _include(self, include, prefix, place):
@@ -131,10 +161,14 @@ class _Reader:
             inner, version = self._open_include(include)
         except (OSError, ValueError) as error:
             self.model.warn(
-                f"model '{self.model.name}' includes '{uri}', which cannot be used: {error}"
+                f"model '{self.model.name}' includes '{uri}', which cannot be used: {error}",
+                "included models cannot be used",
+                f"'{uri}'",
             )
             return
+        taken = {link[len(prefix) :].split("::")[0] for link in self.poses if "::" in link}
         name = child_text(include, "name") or inner.get("name") or "model"
+        name = _unused(name, taken, include)
         holder = include if include.find("pose") is not None else inner
         self._depth += 1
         self.read(
@@ -149,9 +183,7 @@ class _Reader:
         name = element.get("name") or "link"
         link = Link(prefix + name)
         what = f"link '{link.name}' of '{self.model.name}'"
-        if link.name in self.model.links:
-            raise ModelError(f"model '{self.model.name}' has two links named '{link.name}'")
-        inner = frames.pose(name)
+        inner = frames.pose(name, element)
         _inertial(element, link, what)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for part in element.findall(tag):
@@ -165,71 +197,6 @@ class _Reader:
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
 
-    def _joint(self, element, prefix, frames, version):
-        model = self.model
-        name, kind = prefix + (element.get("name") or "joint"), element.get("type")
-        parent, child = child_text(element, "parent"), child_text(element, "child")
-        what = f"joint '{name}' of '{model.name}'"
-        if kind not in JOINT_TYPES:
-            raise ModelError(f"{what} has type '{kind}', must be one of {', '.join(JOINT_TYPES)}")
-        if parent == "world" and prefix + str(child) in model.links:
-            if kind == "fixed":
-                model.fixed_base = True
-                return
-            model.links.setdefault("world", Link("world"))
-            self.poses.setdefault("world", Pose())
-            model.fixed_base, parent = True, "world"
-        else:
-            parent = prefix + str(parent)
-        child = prefix + str(child)
-        if child not in model.links or parent not in model.links:
-            raise ModelError(
-                f"{what} joins '{parent}' and '{child}', links are {', '.join(model.links)}"
-            )
-        if any(joint.child == child for joint in model.joints.values()):
-            model.warn(
-                f"{what} closes a loop at link '{child}', which cannot be simulated "
-                "here; it is left out"
-            )
-            return
-        place = self.poses[child]
-        anchor = Pose()
-        if element.find("pose") is not None:
-            default = child_text(element, "child", "")
-            anchor = frames.pose(default).inverse() * frames.place(element, default, what)
-        joint = Joint(
-            name, kind, parent, child, self.poses[parent].inverse() * place, anchor=anchor
-        )
-        if kind != "fixed":
-            _axis(element, joint, what, frames, version)
-        model.joints[name] = joint
-
-
-def _axis(element, joint, what, frames, version):
-    axis = element.find("axis")
-    vector = np.array(floats(child_text(element, "axis/xyz", "0 0 1"), 3, f"{what} axis"))
-    of_model = is_true(
-        child_text(element, "axis/use_parent_model_frame", "true" if version < 1.45 else "false")
-    )
-    found = axis.find("xyz") if axis is not None else None
-    frame = found.get("expressed_in") if found is not None else None
-    if of_model or frame:
-        own = frames.pose(child_text(element, "child", "")) * joint.anchor
-        turn = frames.pose(frame) if frame else Pose()
-        vector = own.matrix.T @ turn.matrix @ vector
-    joint.axis = unit_axis(vector, what)
-    lower = bound(child_text(element, "axis/limit/lower"), f"{what} lower limit")
-    upper = bound(child_text(element, "axis/limit/upper"), f"{what} upper limit")
-    if (lower is not None or upper is not None) and joint.kind != "continuous":
-        joint.lower = -UNLIMITED if lower is None else lower
-        joint.upper = UNLIMITED if upper is None else upper
-        if joint.lower > joint.upper:
-            raise ModelError(f"{what} has lower limit {lower} above upper {upper}")
-    joint.effort = max(0.0, bound(child_text(element, "axis/limit/effort"), what) or 0.0)
-    joint.velocity = max(0.0, bound(child_text(element, "axis/limit/velocity"), what) or 0.0)
-    joint.damping = max(0.0, child_number(element, "axis/dynamics/damping", what, 0.0))
-    joint.friction = max(0.0, child_number(element, "axis/dynamics/friction", what, 0.0))
-
 
 def _inertial(element, link, what):
     link.mass, link.inertia = 1.0, np.eye(3)
@@ -238,19 +205,24 @@ def _inertial(element, link, what):
         return
     link.mass = child_number(inertial, "mass", what, 1.0)
     if link.mass < 0:
-        raise ModelError(f"{what} mass is {link.mass}, must be 0 or more")
-    pose = sdf_pose(inertial, f"{what} inertial")
-    entry = {
-        key: child_number(inertial, f"inertia/{key}", what, default)
-        for key, default in (
-            ("ixx", 1.0),
-            ("ixy", 0.0),
-            ("ixz", 0.0),
-            ("iyy", 1.0),
-            ("iyz", 0.0),
-            ("izz", 1.0),
+        inertial.warn(
+            f"{what} mass is {link.mass}, must be 0 or more; 1 is used",
+            "masses are below 0; 1 is used",
+            what,
         )
-    }
+        link.mass = 1.0
+    pose = sdf_pose(inertial, f"{what} inertial")
+    entry = {}
+    for key, default in (
+        ("ixx", 1.0),
+        ("ixy", 0.0),
+        ("ixz", 0.0),
+        ("iyy", 1.0),
+        ("iyz", 0.0),
+        ("izz", 1.0),
+    ):  # one that is there and no number makes 0, for which lump.py finds an inertia
+        given = inertial.find(f"inertia/{key}") is not None
+        entry[key] = child_number(inertial, f"inertia/{key}", what, 0.0 if given else default)
     local = np.array(
         [
             [entry["ixx"], entry["ixy"], entry["ixz"]],

@@ -3,15 +3,16 @@
 from dataclasses import replace
 
 from bullet_sim.description.parts import Geometry, Shape
-from bullet_sim.formats.colors import rgba
+from bullet_sim.formats.colors import rgba_of
+from bullet_sim.formats.geometry import mesh_geometry, usable_size
 from bullet_sim.formats.materials import script_material
-from bullet_sim.formats.urdf import mesh_geometry, positive
-from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true
+from bullet_sim.formats.xml_read import child_floats, child_number, child_text, is_true
 from bullet_sim.pose import Pose
 
-PLANE_SIZE = "100 100"  # [m] of a visual plane that gives none
+PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
 PLANE_THICKNESS = 0.002  # [m]
 GREY = (0.7, 0.7, 0.7, 1.0)
+_ONE = (1.0, 1.0, 1.0)
 
 
 def parse_shape(element, tag, link, pose, model, resolve):
@@ -29,12 +30,16 @@ def parse_shape(element, tag, link, pose, model, resolve):
     what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
     geometry = element.find("geometry")
     if geometry is None or not len(geometry):
-        model.warn(f"{what} has no geometry; it is left out")
+        model.warn(
+            f"{what} has no geometry; it is left out",
+            "shapes have no geometry and are left out",
+            what,
+        )
         return None
     parsed = _geometry(geometry[0], what, model, resolve, tag)
+    parsed = parsed and usable_size(parsed, what, model)
     if parsed is None:
         return None
-    positive(parsed, what)
     turn = _plane_turn(geometry[0], what)
     shape = Shape(parsed, pose * turn, name=name, link=link)
     if tag == "collision":
@@ -48,7 +53,7 @@ def _plane_turn(shape, what):
     """Rotation of a plane whose normal is not +z: the shortest."""
     if shape.tag != "plane":
         return Pose()
-    x, y, z = floats(child_text(shape, "normal", "0 0 1"), 3, f"{what} plane normal")
+    x, y, z = child_floats(shape, "normal", 3, f"{what} plane", (0.0, 0.0, 1.0))
     length = (x * x + y * y + z * z) ** 0.5
     if length < 1e-9 or (x == 0.0 and y == 0.0 and z > 0.0):
         return Pose()
@@ -62,10 +67,10 @@ def _geometry(shape, what, model, resolve, tag):
     if shape.tag == "plane":
         if tag == "collision":
             return Geometry("plane")
-        size = floats(child_text(shape, "size", PLANE_SIZE), 2, f"{what} plane")
+        size = child_floats(shape, "size", 2, f"{what} plane", PLANE_SIZE)
         return Geometry("box", size + (PLANE_THICKNESS,))
     if shape.tag == "box":
-        return Geometry("box", floats(child_text(shape, "size", "1 1 1"), 3, f"{what} box"))
+        return Geometry("box", child_floats(shape, "size", 3, f"{what} box", _ONE))
     if shape.tag == "cylinder":
         return Geometry(
             "cylinder",
@@ -74,7 +79,7 @@ def _geometry(shape, what, model, resolve, tag):
     if shape.tag == "sphere":
         return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
     if shape.tag == "mesh":
-        scale = floats(child_text(shape, "scale", "1 1 1"), 3, f"{what} mesh scale")
+        scale = child_floats(shape, "scale", 3, f"{what} mesh", _ONE)
         geometry = mesh_geometry(child_text(shape, "uri", ""), scale, what, resolve, model)
         submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
@@ -87,7 +92,9 @@ def _geometry(shape, what, model, resolve, tag):
     if shape.tag != "empty":
         model.warn(
             f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
-            "mesh; it is left out"
+            "mesh; it is left out",
+            "shapes have a geometry that is unknown here and are left out",
+            f"{what} <{shape.tag}>",
         )
     return None
 
@@ -97,7 +104,7 @@ def _looks(element, shape, what, model, resolve):
     color, texture = None, ""
     if material is not None:
         text = child_text(material, "diffuse") or child_text(material, "ambient")
-        color = rgba(text, f"{what} material") if text else None
+        color = rgba_of(material, text, f"{what} material") if text else None
         script = material.find("script")
         found = script_material(script, resolve, what, model) if script is not None else None
         if found is not None:

@@ -1,18 +1,33 @@
 """SDF worlds -> models; SDF documents with one model, for spawning."""
 
+import re
 from dataclasses import dataclass, field
 
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.read_warning import add_warning
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.plugin_names import library
 from bullet_sim.formats.sdf.model import parse_model_element
-from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, parse, sdf_pose
+from bullet_sim.formats.xml_parse import parse
+from bullet_sim.formats.xml_read import (
+    child_floats,
+    child_number,
+    child_text,
+    is_true,
+    replace,
+    sdf_pose,
+)
 from bullet_sim.pose import Pose
 
 # Models built into Gazebo: the ground is an infinite plane, the sun a light.
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
 NOTHING = ("sun",)
 MIN_STEP = 1e-6  # [s] shortest physics step
-# Tags of a world that only concern Gazebo's own windows and solvers.
+DEFAULT_STEP = 0.001  # [s]
+DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
+# World plugins that bring gazebo_ros' services and topics, which are here without them.
+OWN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
+# Tags of a world that only matter to Gazebo's own windows and solvers.
 _QUIET = {
     "gravity",
     "physics",
@@ -38,14 +53,19 @@ class WorldDescription:
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
+        warnings: what was ignored or mended, with that of the models in its file.
     """
 
     name: str = "default"
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    step: float = 0.001
+    step: float = DEFAULT_STEP
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+    def warn(self, text, cause="", item=""):
+        """Note something that was ignored or mended, once: see ReadWarning."""
+        add_warning(self.warnings, text, cause, item)
 
 
 def parse_world(text, resolve, what="world"):
@@ -57,27 +77,40 @@ def parse_world(text, resolve, what="world"):
         what: name for messages, e.g. the file's path.
 
     Raises:
-        ModelError: malformed or wrong numbers.
+        ModelError: malformed, or no world.
     """
-    sdf = parse(text, what)
+    described = WorldDescription()
+    sdf = parse(text, what, described.warnings)
     world = sdf.find("world") if sdf.tag == "sdf" else None
     if world is None:
         raise ModelError(f"{what} has no <world> in an <sdf>")
-    described = WorldDescription(world.get("name") or "default")
-    _physics(world, described, what)
+    described.name = world.get("name") or "default"
+    _physics(world, described, f"world '{described.name}'")
     states = {model.get("name"): model for model in world.findall("state/model")}
     for element in world:
         if element.tag == "include":
             _include(element, described, resolve, what)
         elif element.tag == "model":
-            model, pose = _placed(element, resolve, what, _version(sdf))
-            if model.name in states:
-                pose = sdf_pose(states[model.name], f"{what} state of '{model.name}'")
-            described.models.append((model, pose))
+            _model(element, described, resolve, what, _version(sdf), states)
         else:
             _other(element, described, what)
     _number_names(described, what)
     return described
+
+
+def _model(element, described, resolve, what, version, states):
+    try:
+        model, pose = _placed(element, resolve, what, version)
+    except ModelError as error:
+        element.warn(
+            f"model '{element.get('name')}' is left out: {error}",
+            "models are left out",
+            f"'{element.get('name')}'",
+        )
+        return
+    if model.name in states:
+        pose = sdf_pose(states[model.name], f"{what} state of '{model.name}'")
+    described.models.append((model, pose))
 
 
 def _number_names(described, what):
@@ -89,44 +122,57 @@ def _number_names(described, what):
             number += 1
             model.name = f"{name}_{number}"
         if number:
-            described.warnings.append(
-                f"{what} has more than one model '{name}'; this one becomes '{model.name}'"
+            described.warn(
+                f"{what} has more than one model '{name}'; this one becomes '{model.name}'",
+                "models have a name that is taken and get a number",
+                f"'{model.name}'",
             )
         taken.add(model.name)
 
 
 def _version(sdf):
-    try:
-        return float(sdf.get("version") or 1.6)
-    except ValueError:
-        return 1.6
+    """(major, minor) of an <sdf>; (1, 6) where it gives none that can be read."""
+    found = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
+    return (int(found.group(1)), int(found.group(2))) if found else (1, 6)
 
 
 def _physics(world, described, what):
-    gravity = child_text(world, "gravity") or child_text(world, "physics/gravity")
-    if gravity:
-        described.gravity = floats(gravity, 3, f"{what} <gravity>")
-    described.step = child_number(world, "physics/max_step_size", what, 0.001)
-    if described.step < MIN_STEP:
-        raise ModelError(
-            f"{what} <max_step_size> is {described.step}, must be at least {MIN_STEP:g} [s]"
+    zero = described.gravity
+    gravity = child_floats(world, "physics/gravity", 3, what, zero)
+    described.gravity = child_floats(world, "gravity", 3, what, gravity)
+    step = child_number(world, "physics/max_step_size", what, DEFAULT_STEP)
+    if not MIN_STEP <= step < 1:
+        replace(
+            world.find("physics/max_step_size"),
+            f"{what} <max_step_size>",
+            f"{step:g}",
+            f"{what} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
+            DEFAULT_STEP,
         )
-    rate = child_number(world, "physics/real_time_update_rate", what, 1.0 / described.step)
-    if rate < 0:
-        raise ModelError(f"{what} <real_time_update_rate> is {rate}, must be 0 or more")
-    described.real_time_factor = rate * described.step
+        step = DEFAULT_STEP
+    described.step = step
+    rate = child_number(world, "physics/real_time_update_rate", what, DEFAULT_RATE)
+    described.real_time_factor = max(0.0, rate) * step
 
 
 def _other(element, described, what):
-    if not isinstance(element.tag, str) or element.tag in _QUIET:
+    if element.tag in _QUIET:
         return
     if element.tag == "plugin":
-        text = f"{what}: world plugin '{element.get('filename')}' is not known here and is ignored"
-    else:
-        name = f" '{element.get('name')}'" if element.get("name") else ""
-        text = f"{what}: <{element.tag}>{name} means nothing here and is ignored"
-    if text not in described.warnings:
-        described.warnings.append(text)
+        name = element.get("filename")
+        if library(element) not in OWN_PLUGINS:
+            described.warn(
+                f"{what}: world plugin '{name}' is not known here and is ignored",
+                "world plugins are not known here and are ignored",
+                f"'{name}'",
+            )
+        return
+    name = f" '{element.get('name')}'" if element.get("name") else ""
+    described.warn(
+        f"{what}: <{element.tag}>{name} means nothing here and is ignored",
+        f"<{element.tag}> of the world mean nothing here and are ignored",
+        f"<{element.tag}>{name}",
+    )
 
 
 def _include(element, described, resolve, what):
@@ -139,25 +185,36 @@ def _include(element, described, resolve, what):
         if plain == "ground_plane":
             model, own = ground_plane(), pose
         else:
-            inner, version = _opener(resolve)(element)
+            inner, version = _opener(resolve, described.warnings)(element)
+            if inner.tag == "light":
+                return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
             model, own = _placed(inner, resolve, what, version)
     except (OSError, ValueError) as error:
-        described.warnings.append(f"{what} includes '{uri}', which cannot be used: {error}")
+        described.warn(
+            f"{what} includes '{uri}', which cannot be used: {error}",
+            "included models cannot be used",
+            f"'{uri}'",
+        )
         return
     model.name = child_text(element, "name", model.name)
     model.static = is_true(child_text(element, "static", str(model.static)))
     described.models.append((model, pose if element.find("pose") is not None else own))
 
 
-def _opener(resolve):
-    """Function <include> -> (<model> element, SDF version of its file)."""
+def _opener(resolve, warnings):
+    """Function <include> -> (<model> element, SDF version of its file).
+
+    Args:
+        resolve: function URI -> path of a file.
+        warnings: list that takes the file's warnings.
+    """
 
     def open_include(include):
         path = resolve(child_text(include, "uri", ""))
         with open(path, "rb") as file:
-            sdf = parse(file.read(), path)
+            sdf = parse(file.read(), path, warnings)
         return _model_of(sdf, path), _version(sdf)
 
     return open_include
@@ -182,13 +239,21 @@ def ground_plane():
     return model
 
 
-def _placed(element, resolve, what, version=1.6):
-    model = parse_model_element(element, resolve, version, _opener(resolve))
+def empty_world():
+    """The WorldDescription of Gazebo's empty world: the floor and the sun."""
+    return WorldDescription(models=[(ground_plane(), Pose())])
+
+
+def _placed(element, resolve, what, version):
+    opener = _opener(resolve, element.document.warnings)
+    model = parse_model_element(element, resolve, version, opener)
     return model, sdf_pose(element, f"{what} model '{element.get('name')}'")
 
 
 def _model_of(sdf, what):
+    """The <model> of a document, or the <light> of one that has no model."""
     element = sdf if sdf.tag == "model" else sdf.find("model")
+    element = sdf.find("light") if element is None else element
     if element is None:
         raise ModelError(f"{what} has no <model>")
     return element

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from bullet_sim.description.parts import ModelDescription
-from bullet_sim.formats.colors import gazebo_color, rgba
+from bullet_sim.formats.colors import gazebo_color, rgba_of
 from bullet_sim.formats.tags.plugins import parse_plugin
 from bullet_sim.formats.tags.sensors import parse_sensor
 from bullet_sim.formats.tags.surface import URDF, read_stiffness, read_surface
@@ -75,7 +75,9 @@ def apply(robot, model: ModelDescription):
         elif reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
-                "what it holds is left out"
+                "what it holds is left out",
+                "<gazebo> elements refer to no link and no joint; what they hold is left out",
+                f"'{reference}'",
             )
         _unknown(element, model, reference)
         for sensor in element.findall("sensor"):
@@ -83,7 +85,9 @@ def apply(robot, model: ModelDescription):
             if link not in model.links:
                 model.warn(
                     f"sensor '{sensor.get('name')}' refers to link '{reference}', "
-                    "which does not exist; it is left out"
+                    "which does not exist; it is left out",
+                    "sensors refer to a link that does not exist and are left out",
+                    f"'{sensor.get('name')}'",
                 )
                 continue
             parse_sensor(sensor, link, model)
@@ -95,7 +99,11 @@ def _unknown(element, model, reference):
     what = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
         if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
-            model.warn(f"{what}: <{child.tag}> means nothing here and is ignored")
+            model.warn(
+                f"{what}: <{child.tag}> means nothing here and is ignored",
+                f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",
+                what,
+            )
 
 
 def _model_flags(element, model):
@@ -128,14 +136,20 @@ def _material(element, model, link, what):
         color = gazebo_color(name)
         if color is None:
             model.warn(
-                f"{what}: material '{name}' is none of Gazebo's standard colours; it is ignored"
+                f"{what}: material '{name}' is none of Gazebo's standard colours; it is ignored",
+                "materials are none of Gazebo's standard colours and are ignored",
+                f"'{name}'",
             )
     else:
         text = child_text(element, "visual/material/diffuse") or child_text(
             element, "visual/material/ambient"
         )
         name = child_text(element, "visual/material/script/name")
-        color = rgba(text, f"{what} material") if text else (gazebo_color(name) if name else None)
+        color = (
+            rgba_of(element, text, f"{what} material")
+            if text
+            else (gazebo_color(name) if name else None)
+        )
     if color is not None:
         link.color = color
         link.visuals[:] = [

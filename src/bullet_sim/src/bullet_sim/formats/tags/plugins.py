@@ -1,11 +1,12 @@
 """<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
 from bullet_sim.description.specs import GroundTruthSpec
+from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
 from bullet_sim.formats.tags import hector
 from bullet_sim.formats.tags.sensors import imu_spec
 from bullet_sim.formats.tags.wheels import diff_drive, joint_states, planar_move, skid_steer
-from bullet_sim.formats.xml_read import child_number, child_text, floats
+from bullet_sim.formats.xml_read import child_floats, child_number, child_text
 
 
 def parse_plugin(element, model):
@@ -17,24 +18,28 @@ def parse_plugin(element, model):
     """
     reader = _READERS.get(library(element))
     if reader is None:
-        model.warn(f"plugin '{element.get('filename')}' is not known here and is ignored")
+        name = element.get("filename")
+        model.warn(
+            f"plugin '{name}' is not known here and is ignored",
+            "plugins are not known here and are ignored",
+            f"'{name}'",
+        )
         return
-    reader(element, model, Names(element, model.name))
+    try:
+        reader(element, model, Names(element, model.name))
+    except ModelError as error:
+        model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
 
 
 def _control(element, model, _):
-    if element.find("legacyModeNS") is not None:
-        model.warn(
-            "<legacyModeNS> of gazebo_ros_control is ignored: PID gains are looked for in "
-            "gazebo_ros_control/pid_gains"
-        )
     model.control_namespace = child_text(element, "robotNamespace", "")
     model.control_period = child_number(element, "controlPeriod", "gazebo_ros_control", 0.0)
 
 
 def _body(element, model, what):
     """Link of a <bodyName>, or None with a warning; 'model::link' is taken, too."""
-    link = child_text(element, "bodyName", model.root).rsplit("::", 1)[-1]
+    name = child_text(element, "bodyName", model.root)
+    link = name if name in model.links else name.rsplit("::", 1)[-1].lstrip("/")
     if link not in model.links:
         model.warn(f"{what} has bodyName '{link}', which is no link; it is left out")
         return None
@@ -43,10 +48,9 @@ def _body(element, model, what):
 
 def _offset(element, what):
     pose = []
-    for tags in (("xyzOffset", "xyzOffsets"), ("rpyOffset", "rpyOffsets")):
-        texts = [child_text(element, tag) for tag in tags]
-        text = next((text for text in texts if text), "0 0 0")
-        pose.append(floats(text, 3, f"{what} <{tags[0]}>"))
+    for tag in ("xyzOffset", "rpyOffset"):
+        plural = child_floats(element, f"{tag}s", 3, what, (0.0, 0.0, 0.0))
+        pose.append(child_floats(element, tag, 3, what, plural))
     return tuple(pose)
 
 

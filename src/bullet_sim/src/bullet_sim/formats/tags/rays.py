@@ -1,7 +1,8 @@
 """<sensor type="ray"> with plugins that publish points or a range -> specifications."""
 
 from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
-from bullet_sim.formats.xml_read import child_number, child_text, is_true, whole
+from bullet_sim.formats.tags import lenses
+from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true
 
 
 def _scan(sensor):
@@ -10,23 +11,22 @@ def _scan(sensor):
     ray = sensor.element.find("ray")
     ray = sensor.element if ray is None else ray
 
-    def number(path, default):
-        return child_number(ray, path, what, default)
-
+    first, last = lenses.sweep(ray, what)
+    near, far = lenses.reach(ray, what)
     return dict(
         name=sensor.name,
         link=sensor.link,
         pose=sensor.pose,
-        samples=whole(number("scan/horizontal/samples", 1), f"{what} samples"),
-        min_angle=number("scan/horizontal/min_angle", 0.0),
-        max_angle=number("scan/horizontal/max_angle", 0.0),
-        layers=max(1, whole(number("scan/vertical/samples", 1), f"{what} layers")),
-        min_elevation=number("scan/vertical/min_angle", 0.0),
-        max_elevation=number("scan/vertical/max_angle", 0.0),
-        range_min=number("range/min", 0.0),
-        range_max=number("range/max", 0.0),
-        noise_mean=number("noise/mean", 0.0),
-        noise_stddev=abs(number("noise/stddev", 0.0)),
+        samples=child_whole(ray, "scan/horizontal/samples", what, 1),
+        min_angle=first,
+        max_angle=last,
+        layers=child_whole(ray, "scan/vertical/samples", what, 1),
+        min_elevation=child_number(ray, "scan/vertical/min_angle", what, 0.0),
+        max_elevation=child_number(ray, "scan/vertical/max_angle", what, 0.0),
+        range_min=near,
+        range_max=far,
+        noise_mean=child_number(ray, "noise/mean", what, 0.0),
+        noise_stddev=abs(child_number(ray, "noise/stddev", what, 0.0)),
         visualize=is_true(child_text(sensor.element, "visualize", "false")),
     )
 

@@ -1,23 +1,31 @@
 """<sensor> elements of URDF and SDF with their gazebo_ros plugins -> specifications."""
 
+import math
 from dataclasses import dataclass
 
 from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, ImuSpec, RaySpec
+from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
-from bullet_sim.formats.tags import rays
-from bullet_sim.formats.xml_read import child_number, child_text, floats, is_true, sdf_pose, whole
-
-DEFAULT_RATE = (
-    30.0  # [Hz] of cameras and lidars without a rate, which Gazebo updates as fast as it can
+from bullet_sim.formats.tags import lenses, rays
+from bullet_sim.formats.xml_read import (
+    child_floats,
+    child_number,
+    child_text,
+    child_whole,
+    is_true,
+    sdf_pose,
 )
-_ENCODINGS = {
-    "R8G8B8": "rgb8",
-    "RGB_INT8": "rgb8",
-    "B8G8R8": "bgr8",
-    "BGR_INT8": "bgr8",
-    "L8": "mono8",
-    "L_INT8": "mono8",
+
+# Model plugins that read no <sensor>: with these alone, a sensor without a plugin has no topic.
+_READ_NO_SENSOR = {
+    "gazebo_ros_control",
+    "gazebo_ros_diff_drive",
+    "gazebo_ros_joint_state_publisher",
+    "gazebo_ros_p3d",
+    "gazebo_ros_skid_steer_drive",
 }
+WIDE = "wideanglecamera"
+DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,9 @@ class _Sensor:
         rate = self.rate(tag)
         if not rate:
             self.model.warn(
-                f"sensor '{self.name}' has no update rate; it runs at {DEFAULT_RATE:g} Hz"
+                f"sensor '{self.name}' has no update rate; it runs at {DEFAULT_RATE:g} Hz",
+                f"sensors have no update rate and run at {DEFAULT_RATE:g} Hz",
+                f"'{self.name}'",
             )
         return rate or DEFAULT_RATE
 
@@ -63,12 +73,18 @@ def parse_sensor(element, link, model):
     readers = _READERS.get(kind)
     if readers is None:
         model.warn(
-            f"sensor '{name}' has type '{kind}', known are {', '.join(_READERS)}; it is left out"
+            f"sensor '{name}' has type '{kind}', known are {', '.join(_READERS)}; it is left out",
+            "sensors have a type that is not known here and are left out",
+            f"'{name}' ({kind})",
         )
         return
     plugins = element.findall("plugin")
-    if not plugins:
-        model.warn(f"sensor '{name}' has no ROS plugin and so no topic; it is left out")
+    if not plugins and not _is_for_a_plugin(element):
+        model.warn(
+            f"sensor '{name}' has no ROS plugin and so no topic; it is left out",
+            "sensors have no ROS plugin and so no topic and are left out",
+            f"'{name}'",
+        )
     pose = sdf_pose(element, f"sensor '{name}'")
     for plugin in plugins:
         reader = readers.get(library(plugin))
@@ -76,22 +92,24 @@ def parse_sensor(element, link, model):
             model.warn(
                 f"plugin '{plugin.get('filename')}' of sensor '{name}' is not known here "
                 f"and is ignored; a sensor of type {kind} takes "
-                f"{', '.join(f'lib{known}.so' for known in readers)}"
+                f"{', '.join(f'lib{known}.so' for known in readers)}",
+                "plugins of sensors are not known here and are ignored",
+                f"'{plugin.get('filename')}'",
             )
             continue
-        model.sensors.append(
-            reader(
-                _Sensor(
-                    element,
-                    plugin,
-                    Names(plugin, model.name),
-                    name,
-                    link,
-                    (pose.position, pose.rpy),
-                    model,
-                )
-            )
-        )
+        place = (pose.position, pose.rpy)
+        sensor = _Sensor(element, plugin, Names(plugin, model.name), name, link, place, model)
+        try:
+            model.sensors.append(reader(sensor))
+        except ModelError as error:
+            model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
+
+
+def _is_for_a_plugin(sensor):
+    """Whether a sensor without a plugin may be one that a plugin of its model reads."""
+    holders = [node for node in sensor.document.root.iter() if node.tag in ("model", "gazebo")]
+    plugins = {library(plugin) for holder in holders for plugin in holder.findall("plugin")}
+    return bool(plugins - _READ_NO_SENSOR)
 
 
 def _noise(element, path, what):
@@ -108,34 +126,40 @@ def _camera_values(sensor):
     camera = sensor.element if camera is None else camera
     group = child_text(sensor.plugin, "cameraName", "")
     mean, stddev = _noise(camera, "noise", what)
-    form = child_text(camera, "image/format", "R8G8B8")
-    if form not in _ENCODINGS:
-        sensor.model.warn(
-            f"{what} has image format '{form}', known are "
-            f"{', '.join(_ENCODINGS)}; it becomes R8G8B8"
-        )
+    near, far = lenses.clip(camera, what)
     return dict(
         name=sensor.name,
         link=sensor.link,
         pose=sensor.pose,
-        width=whole(child_number(camera, "image/width", what, 320), f"{what} width"),
-        height=whole(child_number(camera, "image/height", what, 240), f"{what} height"),
-        horizontal_fov=child_number(camera, "horizontal_fov", what, 1.047),
-        near=child_number(camera, "clip/near", what, 0.1),
-        far=child_number(camera, "clip/far", what, 100.0),
+        width=child_whole(camera, "image/width", what, 320),
+        height=child_whole(camera, "image/height", what, 240),
+        horizontal_fov=lenses.field_of_view(camera, what, sensor.element.get("type") == WIDE),
+        near=near,
+        far=far,
         rate=sensor.drawn_rate(),
         topic=sensor.names.text_topic("imageTopicName", "image_raw", group),
         info_topic=sensor.names.text_topic("cameraInfoTopicName", "camera_info", group),
         frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/world")),
         noise_stddev=stddev,
         noise_mean=mean,
-        encoding=_ENCODINGS.get(form, "rgb8"),
+        encoding=lenses.encoding(camera, what, sensor.model),
         baseline=child_number(sensor.plugin, "hackBaseline", what, 0.0),
     )
 
 
 def _camera(sensor):
     return CameraSpec(**_camera_values(sensor))
+
+
+def _wide_angle_camera(sensor):
+    """A pinhole of the same angle, as far as a pinhole goes; lenses are not modelled."""
+    sensor.model.warn(
+        f"camera '{sensor.name}' has a wide-angle lens, which is not modelled here; a pinhole of "
+        f"its angle, at most {math.degrees(lenses.WIDEST):g} degrees, takes its place",
+        "cameras have a wide-angle lens, which is not modelled here, and become pinholes",
+        f"'{sensor.name}'",
+    )
+    return _camera(sensor)
 
 
 def _depth_camera(sensor, cutoff_max=float("inf")):
@@ -168,15 +192,17 @@ def _ray(sensor):
     if child_number(ray, "scan/vertical/samples", what, 1) > 1:
         sensor.model.warn(f"{what} has several layers (<vertical>); only the level one is scanned")
     mean, stddev = _noise(ray, "noise", what)
+    first, last = lenses.sweep(ray, what)
+    near, far = lenses.reach(ray, what)
     return RaySpec(
         name=sensor.name,
         link=sensor.link,
         pose=sensor.pose,
-        samples=whole(child_number(ray, "scan/horizontal/samples", what, 640), f"{what} samples"),
-        min_angle=child_number(ray, "scan/horizontal/min_angle", what, 0.0),
-        max_angle=child_number(ray, "scan/horizontal/max_angle", what, 0.0),
-        range_min=child_number(ray, "range/min", what, 0.0),
-        range_max=child_number(ray, "range/max", what, 0.0),
+        samples=child_whole(ray, "scan/horizontal/samples", what, 640),
+        min_angle=first,
+        max_angle=last,
+        range_min=near,
+        range_max=far,
         rate=sensor.drawn_rate(tag="-"),  # the laser plugins ignore <updateRate>
         noise_stddev=stddev or child_number(sensor.plugin, "gaussianNoise", what, 0.0),
         noise_mean=mean,
@@ -225,8 +251,8 @@ def _imu_sensor(sensor):
         values = [_noise(sensor.element, path, what) for path in paths]
         mean[key] = sum(value[0] for value in values)
         stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
-    turn = child_text(sensor.plugin, "rpyOffset")
-    if turn is not None and any(floats(turn, 3, f"{what} rpyOffset")):
+    turn = child_floats(sensor.plugin, "rpyOffset", 3, what, (0.0, 0.0, 0.0))
+    if any(turn):
         sensor.model.warn(
             f"{what} has <rpyOffset> {turn}, which is ignored: give the sensor a <pose>"
         )
@@ -280,6 +306,7 @@ _LASERS = {
 }
 _READERS = {
     "camera": _CAMERAS | _DEPTH,
+    WIDE: {"gazebo_ros_camera": _wide_angle_camera},
     "depth": _DEPTH | _CAMERAS,
     "depth_camera": _DEPTH | _CAMERAS,
     "ray": _LASERS,

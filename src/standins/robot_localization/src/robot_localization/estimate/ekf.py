@@ -10,6 +10,7 @@ from robot_localization.rotation import wrap
 
 FIRST_VARIANCE = 1e-9  # of each number before the first measurement
 LEAST_VARIANCE = 1e-9  # of a measured number
+UNIT = np.eye(SIZE)
 LONGEST_STEP = 1e5  # a longer one is a clock that was not set yet [s]
 STEP_INSTEAD = 0.01  # [s]
 
@@ -88,22 +89,21 @@ class Ekf:
         if not index.size:
             return False
         innovation = value - self.state[index]
-        for place, number in enumerate(index):
-            if ANGLES.start <= number < ANGLES.stop:
-                innovation[place] = wrap(innovation[place])
+        for place in np.flatnonzero((index >= ANGLES.start) & (index < ANGLES.stop)):
+            innovation[place] = wrap(innovation[place])
         cross = self.covariance[:, index]
         expected = cross[index] + noise
         try:
-            weighted = np.linalg.solve(expected, np.column_stack((innovation, cross.T)))
+            inverse = np.linalg.inv(expected)
         except np.linalg.LinAlgError:
             return False
-        if math.sqrt(max(0.0, innovation @ weighted[:, 0])) >= measurement.threshold:
+        if math.sqrt(max(0.0, innovation @ inverse @ innovation)) >= measurement.threshold:
             return False
-        gain = weighted[:, 1:].T
+        gain = cross @ inverse
         self.state = self.state + gain @ innovation
         self.state[ANGLES] = [wrap(angle) for angle in self.state[ANGLES]]
         # Joseph's form keeps the covariance symmetric and positive.
-        rest = np.eye(SIZE)
+        rest = UNIT.copy()
         rest[:, index] -= gain
         self.covariance = rest @ self.covariance @ rest.T + gain @ noise @ gain.T
         return True
@@ -111,9 +111,12 @@ class Ekf:
 
 def _usable(measurement):
     """Index, value and covariance of the finite numbers, with variances that can be inverted."""
-    variance = np.diagonal(measurement.covariance)
-    good = np.isfinite(measurement.value) & np.isfinite(variance)
-    covariance = np.array(measurement.covariance)[np.ix_(good, good)]
-    covariance[~np.isfinite(covariance)] = 0.0
-    np.fill_diagonal(covariance, np.maximum(np.abs(variance[good]), LEAST_VARIANCE))
-    return measurement.index[good], np.array(measurement.value)[good], covariance
+    index, value, covariance = measurement.index, measurement.value, measurement.covariance
+    variance = covariance.diagonal()
+    good = np.isfinite(value) & np.isfinite(variance)
+    if not good.all():
+        index, value, variance = index[good], value[good], variance[good]
+        covariance = covariance[np.ix_(good, good)]
+    covariance = np.where(np.isfinite(covariance), covariance, 0.0)
+    covariance[np.diag_indices(len(index))] = np.maximum(np.abs(variance), LEAST_VARIANCE)
+    return index, value, covariance

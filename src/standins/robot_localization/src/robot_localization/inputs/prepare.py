@@ -7,8 +7,9 @@ number of the state counts as measured when a used axis has a part in it.
 import numpy as np
 
 from robot_localization.estimate.state import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
-from robot_localization.rotation import IDENTITY, Transform, angles, matrix, twice
+from robot_localization.rotation import IDENTITY, Transform, angles, cross, matrix, twice
 
+FLAT = np.array(OUT_OF_PLANE)
 LEAST_PART = 1e-6  # of a used axis in a number of the state
 PLANE_VARIANCE = 1e-6  # of what is 0 in the plane
 
@@ -34,9 +35,8 @@ class Numbers:
 
     def flatten(self):
         """Makes them those of a robot in the plane."""
-        for place in OUT_OF_PLANE:
-            self.used[place], self.value[place] = True, 0.0
-            self.covariance[place, place] = PLANE_VARIANCE
+        self.used[FLAT], self.value[FLAT] = True, 0.0
+        self.covariance[FLAT, FLAT] = PLANE_VARIANCE
         return self
 
     def pick(self):
@@ -47,13 +47,20 @@ class Numbers:
 
 def turned(rotation, used):
     """Which numbers a turned sensor's used axes have a part in; for three or six of them."""
-    used = np.asarray(used, float)
-    return np.concatenate(
-        [
-            np.linalg.norm(rotation * used[start : start + 3], axis=1) >= LEAST_PART
-            for start in range(0, len(used), 3)
-        ]
-    )
+    if rotation is IDENTITY.rotation:
+        return np.array(used, bool)
+    parts = np.abs(rotation) >= LEAST_PART
+    used = np.asarray(used, bool).reshape(-1, 3)
+    return (parts & used[:, None, :]).any(axis=2).ravel()
+
+
+def spread(rotation, covariance):
+    """(6, 6) covariance of two vectors that are turned."""
+    covariance = np.asarray(covariance, float)
+    if rotation is IDENTITY.rotation:
+        return covariance
+    both = twice(rotation)
+    return both @ covariance @ both.T
 
 
 class PoseInput:
@@ -94,17 +101,16 @@ class PoseInput:
             return self._velocity(time, pose, covariance, base, used)
         if base is not IDENTITY:
             pose = pose.of(base)
-            back = twice(base.rotation)
-            covariance = back.T @ covariance @ back
+            covariance = spread(base.rotation.T, covariance)
         if self._relative:
             self._first = pose if self._first is None else self._first
             pose = self._first.inverse().of(pose)
-        pose, both = frame.of(pose), twice(frame.rotation)
+        pose = frame.of(pose)
         return Numbers().set(
             POSE,
             turned(frame.rotation, used),
             np.concatenate((pose.translation, angles(pose.rotation))),
-            both @ covariance @ both.T,
+            spread(frame.rotation, covariance),
         )
 
     def take_attitude(self, time, rotation, covariance, mount=IDENTITY):
@@ -123,11 +129,10 @@ class PoseInput:
             Numbers, or None: the first attitude of a differential sensor.
         """
         pose = Transform(rotation @ mount.rotation.T, np.zeros(3))
-        both = twice(matrix(0.0, 0.0, angles(mount.rotation)[2]))
+        yaw = matrix(0.0, 0.0, angles(mount.rotation)[2])
         full = np.zeros((6, 6))
-        full[3:, 3:] = covariance
-        used = turned(both[:3, :3], self._used)
-        return self.take(time, pose, both @ full @ both.T, used=used)
+        full[3:, 3:] = yaw @ covariance @ yaw.T
+        return self.take(time, pose, full, used=turned(yaw, self._used))
 
     def _velocity(self, time, pose, covariance, base, used):
         last, self._last = self._last, (time, pose, covariance)
@@ -160,15 +165,14 @@ def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
     Returns:
         Numbers.
     """
-    both = twice(mount.rotation)
     angular = mount.rotation @ angular
     rates = angular if rates is None else rates
-    linear = mount.rotation @ linear + np.cross(mount.translation, rates)
+    linear = mount.rotation @ linear + cross(mount.translation, rates)
     return Numbers().set(
         TWIST,
         turned(mount.rotation, used),
         np.concatenate((linear, angular)),
-        both @ np.asarray(covariance, float) @ both.T,
+        spread(mount.rotation, covariance),
     )
 
 
@@ -189,7 +193,7 @@ def acceleration(measured, covariance, used, mount, rates, rates_change):
     arm, rotation = mount.translation, mount.rotation
     value = rotation @ measured
     if arm.any():
-        value = value - np.cross(rates_change, arm) - np.cross(rates, np.cross(rates, arm))
+        value = value - cross(rates_change, arm) - cross(rates, cross(rates, arm))
     return Numbers().set(
         ACCELERATION,
         turned(rotation, used),

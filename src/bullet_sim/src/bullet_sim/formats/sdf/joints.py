@@ -1,0 +1,102 @@
+"""<joint> elements of SDF models."""
+
+from bullet_sim.description.parts import Joint, Link
+from bullet_sim.formats.joints import closes_loop, set_stops, unit_axis
+from bullet_sim.formats.xml_read import (
+    child_bound,
+    child_flag,
+    child_floats,
+    child_number,
+    child_text,
+)
+from bullet_sim.pose import Pose
+
+JOINT_TYPES = ("fixed", "revolute", "prismatic", "continuous")
+LEFT_OUT = "joints are left out"
+_UP = (0.0, 0.0, 1.0)
+
+
+def read_joint(element, reader, prefix, frames, version):
+    """Add a <joint> to the model of a reader (model.py), or warn why it is none.
+
+    Args:
+        element: the <joint>.
+        reader: has the model and the poses of its links.
+        prefix: of the names of the nested model that the joint is in.
+        frames: Frames of that model.
+        version: of the SDF document.
+    """
+    model, poses = reader.model, reader.poses
+    name = prefix + (element.get("name") or "joint")
+    what = f"joint '{name}' of '{model.name}'"
+    parent, child = child_text(element, "parent"), child_text(element, "child")
+    kind = _kind(element, what)
+    if child == "world" and kind == "fixed":
+        parent, child = child, parent
+    if parent == "world" and prefix + str(child) in model.links:
+        if kind == "fixed":
+            model.fixed_base = True
+            return
+        model.links.setdefault("world", Link("world"))
+        poses.setdefault("world", Pose())
+        model.fixed_base, parent = True, "world"
+    else:
+        parent = prefix + str(parent)
+    child = prefix + str(child)
+    fault = _fault(model, parent, child)
+    if fault:
+        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
+        return
+    anchor = Pose()
+    if element.find("pose") is not None:
+        default = child_text(element, "child", "")
+        anchor = frames.pose(default).inverse() * frames.place(element, default, what)
+    origin = poses[parent].inverse() * poses[child]
+    joint = Joint(name, kind, parent, child, origin, anchor=anchor)
+    if kind != "fixed":
+        _axis(element, joint, what, frames, version)
+    model.joints[name] = joint
+
+
+def _kind(element, what):
+    kind = element.get("type")
+    if kind in JOINT_TYPES:
+        return kind
+    lower = str(kind).strip().lower()
+    used = lower if lower in JOINT_TYPES else "fixed"
+    element.warn(
+        f"{what} has type '{kind}', must be one of {', '.join(JOINT_TYPES)}; {used} is used",
+        f"joints have type '{kind}', which is not known here, and are {used}",
+        what,
+    )
+    return used
+
+
+def _fault(model, parent, child):
+    """Why a joint between two links cannot be, or ''."""
+    if child not in model.links or parent not in model.links:
+        return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
+    taken = any(joint.child == child for joint in model.joints.values())
+    if taken or closes_loop(model, parent, child):
+        return f"closes a loop at link '{child}', which cannot be simulated here"
+    return ""
+
+
+def _axis(element, joint, what, frames, version):
+    vector = child_floats(element, "axis/xyz", 3, f"{what} axis", _UP)
+    of_model = child_flag(element, "axis/use_parent_model_frame", what, version < (1, 5))
+    found = element.find("axis/xyz")
+    frame = found.get("expressed_in") if found is not None else None
+    if of_model or frame:
+        own = frames.pose(child_text(element, "child", "")) * joint.anchor
+        turn = frames.pose(frame, found) if frame else Pose()
+        vector = own.matrix.T @ turn.matrix @ vector
+    joint.axis = unit_axis(vector, _UP, what, element)
+    if joint.kind != "continuous":
+        lower = child_bound(element, "axis/limit/lower", what)
+        upper = child_bound(element, "axis/limit/upper", what)
+        set_stops(joint, lower, upper, what, element)
+    joint.effort = max(0.0, child_bound(element, "axis/limit/effort", what) or 0.0)
+    joint.velocity = max(0.0, child_bound(element, "axis/limit/velocity", what) or 0.0)
+    joint.damping = max(0.0, child_number(element, "axis/dynamics/damping", what, 0.0))
+    joint.friction = max(0.0, child_number(element, "axis/dynamics/friction", what, 0.0))

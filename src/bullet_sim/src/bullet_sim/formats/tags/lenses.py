@@ -1,0 +1,95 @@
+"""What a <camera> and a <ray> see, brought into the bounds of what can be drawn and cast."""
+
+import math
+
+from bullet_sim.formats.xml_read import child_number, child_text, replace
+
+WIDEST = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
+FIELD_OF_VIEW = 1.047  # [rad] where none is given
+CLIP = (0.1, 100.0)  # [m] nearest and furthest that is drawn, where none is given
+FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
+ENCODINGS = {
+    "R8G8B8": "rgb8",
+    "RGB8": "rgb8",
+    "RGB_INT8": "rgb8",
+    "B8G8R8": "bgr8",
+    "BGR8": "bgr8",
+    "BGR_INT8": "bgr8",
+    "L8": "mono8",
+    "MONO8": "mono8",
+    "L_INT8": "mono8",
+}
+
+
+def encoding(camera, what, model):
+    """Encoding of a camera's messages: rgb8, bgr8 or mono8."""
+    form = child_text(camera, "image/format", "R8G8B8")
+    found = ENCODINGS.get(form.upper())
+    if found is None:
+        model.warn(
+            f"{what} has image format '{form}', known are {', '.join(ENCODINGS)}; "
+            "it becomes R8G8B8",
+            "cameras have an image format that is not known here and get R8G8B8",
+            f"{what} '{form}'",
+        )
+    return found or "rgb8"
+
+
+def field_of_view(camera, what, wide=False):
+    """Horizontal angle of a camera [rad], below 180 degrees.
+
+    Args:
+        camera: the <camera>.
+        what: for the message.
+        wide: it has a wide-angle lens, for which a pinhole stands in: too wide is no mistake.
+    """
+    angle = child_number(camera, "horizontal_fov", what, FIELD_OF_VIEW)
+    if 0.0 < angle <= WIDEST:
+        return angle
+    if wide and angle > 0.0:
+        return WIDEST
+    used = WIDEST if angle > 0.0 else FIELD_OF_VIEW
+    sentence = (
+        f"{what} <horizontal_fov> is {angle:g}, a pinhole's is above 0 and at most {WIDEST:.3f}"
+    )
+    replace(camera.find("horizontal_fov"), f"{what} <horizontal_fov>", f"{angle:g}", sentence, used)
+    return used
+
+
+def clip(camera, what):
+    """(nearest, furthest) distance that a camera draws [m]."""
+    near = child_number(camera, "clip/near", what, CLIP[0])
+    far = child_number(camera, "clip/far", what, CLIP[1])
+    if 0.0 < near < far:
+        return near, far
+    used = (near if near > 0.0 else CLIP[0], CLIP[1])
+    used = used if used[0] < used[1] else CLIP
+    sentence = f"{what} <clip> is {near:g} to {far:g}, must be above 0, the smaller first"
+    replace(camera.find("clip"), f"{what} <clip>", f"{near:g} {far:g}", sentence, used)
+    return used
+
+
+def sweep(ray, what):
+    """(first, last) angle of a lidar [rad], the smaller first."""
+    angles = tuple(
+        child_number(ray, f"scan/horizontal/{end}_angle", what, 0.0) for end in ("min", "max")
+    )
+    if angles[0] <= angles[1]:
+        return angles
+    used = angles[::-1]
+    sentence = f"{what} has angles {angles[0]:g} to {angles[1]:g}, the smaller must come first"
+    shown = f"{angles[0]:g} {angles[1]:g}"
+    replace(ray.find("scan/horizontal"), f"{what} angles", shown, sentence, used)
+    return used
+
+
+def reach(ray, what):
+    """(nearest, furthest) range of a lidar [m]."""
+    near = child_number(ray, "range/min", what, 0.0)
+    far = child_number(ray, "range/max", what, FURTHEST)
+    if 0.0 <= near < far:
+        return near, far
+    used = (max(0.0, near), far if far > max(0.0, near) else max(0.0, near) + FURTHEST)
+    sentence = f"{what} <range> is {near:g} to {far:g}, must be 0 or more, the smaller first"
+    replace(ray.find("range"), f"{what} <range>", f"{near:g} {far:g}", sentence, used)
+    return used

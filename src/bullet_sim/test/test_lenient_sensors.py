@@ -1,0 +1,178 @@
+"""Sensors and plugins with bad values: what is used, one warning each; and what is no mistake."""
+
+import math
+
+import pytest
+from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.tags.lenses import WIDEST
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.sensors import camera
+from bullet_sim.sensors.lidar import Lidar
+
+PLUGINS = {
+    "camera": "libgazebo_ros_camera.so",
+    "wideanglecamera": "libgazebo_ros_camera.so",
+    "ray": "libgazebo_ros_laser.so",
+    "imu": "libgazebo_ros_imu_sensor.so",
+}
+
+
+def sensor(inside, kind="camera", tags="", rate="<update_rate>20</update_rate>"):
+    """The model of a robot with one sensor."""
+    plugin = f'<plugin name="p" filename="{PLUGINS[kind]}">{tags}</plugin>'
+    return parse_urdf(
+        f'<robot name="r"><link name="head"/><gazebo reference="head"><sensor type="{kind}" '
+        f'name="eye">{rate}{inside}{plugin}</sensor></gazebo></robot>',
+        str,
+        "car",
+    )
+
+
+def picture(tags):
+    """A camera with an <image>."""
+    return f"<camera><image>{tags}</image></camera>"
+
+
+def fov(angle):
+    """A camera of an angle."""
+    return f"<camera><horizontal_fov>{angle}</horizontal_fov></camera>"
+
+
+def clip(near, far):
+    """A camera with a <clip>."""
+    return f"<camera><clip><near>{near}</near><far>{far}</far></clip></camera>"
+
+
+CAMERAS = {
+    "RGB8": (picture("<format>RGB8</format>"), "encoding", "rgb8", ""),
+    "small letters": (picture("<format>r8g8b8</format>"), "encoding", "rgb8", ""),
+    "BGR8": (picture("<format>BGR8</format>"), "encoding", "bgr8", ""),
+    "mono8": (picture("<format>mono8</format>"), "encoding", "mono8", ""),
+    "an unknown format": (picture("<format>PAL</format>"), "encoding", "rgb8", "'PAL'"),
+    "a width of a fraction": (picture("<width>64.5</width>"), "width", 64, ""),
+    "no width": (picture("<width>0</width>"), "width", 320, "<image/width> is 0"),
+    "a negative height": (picture("<height>-48</height>"), "height", 240, "must be at least 1"),
+    "a height of a word": (picture("<height>low</height>"), "height", 240, "'low'"),
+    "left by xacro": (picture("<height>${h}</height>"), "height", 240, "process the file"),
+    "half a circle": (fov("3.14159"), "horizontal_fov", WIDEST, "at most 3.054"),
+    "a negative angle": (fov("-1"), "horizontal_fov", 1.047, "is -1"),
+    "an angle of a word": (fov("wide"), "horizontal_fov", 1.047, "'wide'"),
+    "nearest 0": (clip(0, 50), "near", 0.1, "<clip>"),
+    "furthest nearer": (clip(5, 2), "far", 100, "<clip>"),
+    "endless sight": (clip(0.1, "inf"), "far", 100, "'inf'"),
+    "a pose of five": ("<pose>1 2 3 0 0</pose>", "pose", ((1, 2, 3), (0, 0, 0)), "'1 2 3 0 0'"),
+}
+
+
+@pytest.mark.parametrize("inside, field, expected, words", CAMERAS.values(), ids=CAMERAS)
+def test_cameras(inside, field, expected, words):
+    model = sensor(inside)
+    (spec,) = model.sensors
+    assert getattr(spec, field) == expected
+    assert len(model.warnings) == bool(words) and words in "".join(model.warnings)
+    camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+
+
+@pytest.mark.parametrize("angle, used", [(3.6, WIDEST), (6.28, WIDEST), (1.5, 1.5)])
+def test_a_wide_angle_camera_is_a_pinhole(angle, used):
+    lens = "<lens><type>stereographic</type></lens>"
+    model = sensor(fov(angle).replace("</camera>", f"{lens}</camera>"), "wideanglecamera")
+    (spec,) = model.sensors
+    assert spec.horizontal_fov == used < math.pi and spec.topic == "/image_raw"
+    assert len(model.warnings) == 1 and "wide-angle lens" in model.warnings[0]
+    camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+
+
+def scan(tags="", near=0.1, far=8, low=-1, high=1):
+    """A <ray>."""
+    angles = f"<min_angle>{low}</min_angle><max_angle>{high}</max_angle>"
+    reach = f"<range><min>{near}</min><max>{far}</max></range>"
+    return f"<ray><scan><horizontal>{tags}{angles}</horizontal></scan>{reach}</ray>"
+
+
+LIDARS = {
+    "no samples": (scan("<samples>0</samples>"), "samples", 640, "samples> is 0"),
+    "samples of a fraction": (scan("<samples>181.5</samples>"), "samples", 181, ""),
+    "samples of a word": (scan("<samples>many</samples>"), "samples", 640, "'many'"),
+    "angles the wrong way round": (scan(low=2, high=-2), "min_angle", -2, "angles 2 to -2"),
+    "a negative range": (scan(near=-1), "range_min", 0, "<range> is -1 to 8"),
+    "no range": (scan(near=0, far=0), "range_max", 100, "<range> is 0 to 0"),
+    "endless range": (scan(far="inf"), "range_max", 100, "'inf'"),
+    "noise of a word": (
+        scan().replace("</ray>", "<noise><stddev>some</stddev></noise></ray>"),
+        "noise_stddev",
+        0,
+        "'some'",
+    ),
+}
+
+
+@pytest.mark.parametrize("inside, field, expected, words", LIDARS.values(), ids=LIDARS)
+def test_lidars(inside, field, expected, words):
+    model = sensor(inside, "ray")
+    (spec,) = model.sensors
+    assert getattr(spec, field) == expected
+    assert len(model.warnings) == bool(words) and words in "".join(model.warnings)
+    assert len(Lidar(spec).directions) == spec.samples
+
+
+def test_other_numbers_of_sensors():
+    model = sensor("", "imu", "<gaussianNoise>x</gaussianNoise><rpyOffset>0 0</rpyOffset>")
+    assert model.sensors[0].variance == 0 and len(model.warnings) == 2
+    model = sensor("", rate="<update_rate>fast</update_rate>")
+    assert model.sensors[0].rate == 30 and "'fast'" in model.warnings[0]
+
+
+def plugin(name, tags):
+    """Model of a base and a wheel on each side with a plugin."""
+    wheels = "".join(
+        f'<link name="{side}"/><joint name="{side}_joint" type="continuous"><parent link="base"/>'
+        f'<child link="{side}"/></joint>'
+        for side in ("left", "right")
+    )
+    text = f'<gazebo><plugin name="p" filename="lib{name}.so">{tags}</plugin></gazebo>'
+    return parse_urdf(f'<robot name="r"><link name="base"/>{wheels}{text}</robot>', str, "car")
+
+
+def test_plugins_with_bad_values():
+    model = plugin("gazebo_ros_diff_drive", "<wheelSeparation>0.3m</wheelSeparation>")
+    assert model.sensors[0].separation == 0.3 and "'0.3m'" in model.warnings[0]
+    model = plugin("gazebo_ros_p3d", "<bodyName>base</bodyName><xyzOffset>1 2</xyzOffset>")
+    assert model.sensors[0].pose[0] == (0, 0, 0) and "'1 2'" in model.warnings[0]
+    model = plugin("gazebo_ros_control", "<controlPeriod>often</controlPeriod>")
+    assert model.control_period == 0 and "'often'" in model.warnings[0]
+
+
+QUIET = {
+    "legacyModeNS": ("gazebo_ros_control", "<legacyModeNS>true</legacyModeNS>"),
+    "an empty namespace in front": ("gazebo_ros_p3d", "<bodyName>/base</bodyName>"),
+    "model and link": ("gazebo_ros_p3d", "<bodyName>car::base</bodyName>"),
+    "topics from the root": (
+        "gazebo_ros_p3d",
+        "<bodyName>base</bodyName><topicName>//odom</topicName>"
+        "<robotNamespace>/</robotNamespace><frameName>/map</frameName>",
+    ),
+}
+
+
+@pytest.mark.parametrize("name, tags", QUIET.values(), ids=QUIET)
+def test_what_is_right_is_quiet(name, tags):
+    assert plugin(name, tags).warnings == []
+
+
+@pytest.mark.parametrize(
+    "plugin_of_model, said",
+    [
+        ("", True),
+        ('<plugin name="p" filename="libgazebo_ros_p3d.so"/>', True),
+        ('<plugin name="p" filename="libgazebo_ros_imu.so"/>', False),
+        ('<plugin name="p" filename="libmine.so"/>', False),
+    ],
+)
+def test_a_sensor_that_a_plugin_of_the_model_reads(plugin_of_model, said):
+    model, _ = parse_model(
+        '<sdf version="1.6"><model name="m"><link name="a"><sensor name="s" type="imu"/></link>'
+        f"{plugin_of_model}</model></sdf>",
+        str,
+    )
+    assert any("no ROS plugin" in warning for warning in model.warnings) == said

@@ -1,0 +1,88 @@
+"""Shared by tests of several packages and by the bench: ports, processes and their end."""
+
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
+POLL_PERIOD = 0.005  # [s]
+
+
+def free_port():
+    """Returns an unused TCP port outside the range that the kernel assigns."""
+    for port in random.sample(range(FIRST, LAST), 100):
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
+    raise OSError(f"no free port found between {FIRST} and {LAST}")
+
+
+def is_running(pid):
+    """Returns whether a process runs; one that has ended but was not waited for does not."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_ended(pid, limit):
+    """Waits until a process has ended.
+
+    Args:
+        pid: Process id.
+        limit: Longest wait in wall time [s].
+
+    Raises:
+        AssertionError: It runs on.
+    """
+    deadline = time.monotonic() + limit
+    while is_running(pid):
+        assert time.monotonic() < deadline, f"process {pid} has not ended within {limit:g} s"
+        time.sleep(POLL_PERIOD)
+
+
+def pid_from_killed(code):
+    """Runs Python code that prints a process id, kills it, and returns that id.
+
+    Args:
+        code: Python source; it has to go on running after it has printed.
+    """
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
+    )
+    with parent:
+        pid = int(parent.stdout.readline())
+        parent.kill()
+    return pid
+
+
+def stop_session(process, limit):
+    """Ends a process and all of its session as Ctrl-C does; kills what does not end.
+
+    Args:
+        process: subprocess.Popen with start_new_session=True.
+        limit: Wall time from SIGINT to SIGKILL [s].
+
+    Raises:
+        AssertionError: It had to be killed.
+    """
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+    try:
+        process.wait(limit)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        name = os.path.basename(process.args[0])
+        raise AssertionError(f"{name} did not end within {limit:g} s") from None

@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""Worlds that cannot be had, Gazebo's own worlds, what people pass: the simulator comes up."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+import xmlrpc.client
+
+import rostest
+
+DEADLINE = 60.0  # wall time for a launch to say what it has to say [s]
+UP = "is up: step"
+
+
+def free_port():
+    """Gives a TCP port nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@contextlib.contextmanager
+def launched(*arguments):
+    """A launch on a master of its own, once its simulator is up: (its output, its master)."""
+    uri = f"http://127.0.0.1:{free_port()}"
+    with tempfile.TemporaryFile("w+") as output:
+        process = subprocess.Popen(
+            ["roslaunch", "-p", uri.rpartition(":")[2], *arguments],
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            env=dict(os.environ, ROS_MASTER_URI=uri),
+            start_new_session=True,
+        )
+        try:
+            end = time.monotonic() + DEADLINE
+            while UP not in said(output):
+                if time.monotonic() > end or process.poll() is not None:
+                    raise AssertionError(f"the simulator does not come up:\n{said(output)}")
+                time.sleep(0.05)
+            yield said(output), xmlrpc.client.ServerProxy(uri)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGINT)
+            try:
+                process.wait(DEADLINE)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+
+def said(output):
+    """What stands in a file that others write to."""
+    output.seek(0)
+    return output.read()
+
+
+class WorldFiles(unittest.TestCase):
+    """Each starts a launch file of the stand-in gazebo_ros."""
+
+    def empty(self, *arguments):
+        return launched("gazebo_ros", "empty_world.launch", "gui:=false", *arguments)
+
+    def test_a_world_file_that_is_missing(self):
+        with self.empty("world_name:=/no/such.world") as (output, _):
+            self.assertIn("/no/such.world", output)
+            self.assertIn("the empty world takes its place", output)
+            self.assertIn("[ERROR]", output)
+            self.assertNotIn("Traceback", output)
+
+    def test_a_world_file_that_is_no_world(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
+            stream.write("<sdf version='1.6'><world")
+            stream.flush()
+            with self.empty("world_name:=" + stream.name) as (output, _):
+                self.assertIn(stream.name, output)
+                self.assertIn("not well-formed XML", output)
+                self.assertNotIn("Traceback", output)
+
+    def test_gazebos_own_worlds_and_their_launch_files(self):
+        with launched("gazebo_ros", "elevator_world.launch", "gui:=false") as (output, _):
+            self.assertIn("worlds/elevator_ros.world", output)
+            self.assertIn("the empty world takes its place", output)
+            self.assertNotIn("[ERROR]", output)
+        arguments = ("range_world.launch", "gui:=false", "world:=gazebo_ros_range", "physics:=ode")
+        with launched("gazebo_ros", *arguments) as (output, _):
+            self.assertIn("gazebo_ros_range.world", output)
+            self.assertNotIn("[ERROR]", output)
+
+    def test_what_people_pass(self):
+        for text, expected in (("1", True), ("False", False)):
+            with self.empty(f"use_sim_time:={text}", "world_name:=blank.world") as (output, master):
+                self.assertIs(master.getParam("/test", "/use_sim_time")[2], expected)
+                self.assertNotIn("[ERROR]", output)
+                self.assertNotIn("[WARN]", output)
+
+    def test_the_pace_is_the_worlds_unless_it_is_given(self):
+        world = (
+            "<sdf version='1.6'><world name='w'><physics><max_step_size>0.004</max_step_size>"
+            "<real_time_update_rate>{}</real_time_update_rate></physics></world></sdf>"
+        )
+        for rate, argument, expected in (
+            (125, "", "real time x 0.5"),
+            (0, "", "as fast as possible"),
+            (125, "real_time_factor:=2", "real time x 2"),
+        ):
+            with tempfile.NamedTemporaryFile("w", suffix=".world") as stream:
+                stream.write(world.format(rate))
+                stream.flush()
+                words = [f"world_name:={stream.name}"] + ([argument] if argument else [])
+                with self.empty(*words) as (output, _):
+                    self.assertIn(f"step 0.004 s, {expected}", output)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("paddock_tests", "world_files", WorldFiles)

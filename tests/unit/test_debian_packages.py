@@ -1,0 +1,81 @@
+"""Nodes and modules that other people's launch files and nodes take from Debian are there."""
+
+import importlib
+import shutil
+import subprocess
+
+import pytest
+from roslib import packages
+
+NODES = [
+    ("image_transport", "republish"),
+    ("joint_state_publisher", "joint_state_publisher"),
+    ("robot_state_publisher", "robot_state_publisher"),
+    ("tf", "static_transform_publisher"),
+    ("tf", "tf_echo"),
+    ("tf", "tf_monitor"),
+    ("tf2_ros", "static_transform_publisher"),
+    ("tf2_tools", "echo.py"),
+    ("tf2_tools", "view_frames.py"),
+    ("topic_tools", "drop"),
+    ("topic_tools", "mux"),
+    ("topic_tools", "relay"),
+    ("topic_tools", "throttle"),
+    ("topic_tools", "transform"),
+]
+MODULES = [
+    "angles",
+    "diagnostic_updater",
+    "interactive_markers.interactive_marker_server",
+    "laser_geometry",
+    "message_filters",
+    "tf",
+    "tf.transformations",
+    "tf2_geometry_msgs",
+    "tf2_ros",
+    "tf_conversions",
+    "topic_tools.srv",
+]
+NAMED_IN_FIND_PACKAGE = [
+    "angles",
+    "diagnostic_updater",
+    "image_transport",
+    "interactive_markers",
+    "laser_geometry",
+    "message_filters",
+    "tf",
+    "tf2_ros",
+    "tf_conversions",
+    "topic_tools",
+]
+
+
+@pytest.mark.parametrize("package, node", NODES)
+def test_rosrun_finds_a_node(package, node):
+    assert packages.find_node(package, node), f"{package} has no node {node}"
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_node_imports_a_module(name):
+    assert importlib.import_module(name)
+
+
+def test_tf_turns_quaternions():
+    transformations = importlib.import_module("tf.transformations")
+    quaternion = transformations.quaternion_from_euler(0.1, -0.2, 0.3)
+    assert transformations.euler_from_quaternion(quaternion) == pytest.approx((0.1, -0.2, 0.3))
+
+
+def test_find_package_finds_them(tmp_path):
+    cmake = shutil.which("cmake")
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.0.2)\nproject(some_car)\n"
+        + "".join(f"find_package({name} REQUIRED)\n" for name in NAMED_IN_FIND_PACKAGE)
+    )
+    done = subprocess.run(
+        [cmake, "-S", str(tmp_path), "-B", str(tmp_path / "build")],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
