@@ -16,7 +16,7 @@ from runner.junit import count
 MARK = "PADDOCK_TEST_JOB"  # variable by which all that a job has started is known
 STOP_GRACE = 20.0  # wall time between SIGINT and SIGKILL [s]
 POLL = 0.05  # wall time between two looks at processes [s]
-END_GRACE = 5.0  # wall time that what a job has started may outlive it [s]
+END_GRACE = 30.0  # wall time that what a job has started may outlive it [s]
 
 
 class Runner:
