@@ -142,3 +142,30 @@ def test_an_included_file_names_itself(tmp_path):
     world = parse_world(text, str, "w")
     assert [pose for _, pose in world.models] == [Pose((1.0, 2.0, 3.0))] * 2
     assert len([text for text in world.warnings if f"{path}, line 2" in text]) == 1
+
+
+@pytest.mark.parametrize("uri", ["meshes/m.stl", "./meshes/m.stl", "../tree/meshes/m.stl"])
+def test_meshes_beside_their_file(tmp_path, uri):
+    (tmp_path / "tree" / "meshes").mkdir(parents=True)
+    (tmp_path / "tree" / "meshes" / "m.stl").write_bytes(b"")
+    visual = f'<visual name="v"><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>'
+    (tmp_path / "tree" / "model.sdf").write_text(f'<sdf version="1.6">{model(link=visual)}</sdf>')
+    include = f"<include><uri>{tmp_path}/tree/model.sdf</uri></include>"
+    world = parse_world(f'<sdf version="1.6"><world name="w">{include}</world></sdf>', str, "w")
+    (shape,) = read(world).links["a"].visuals
+    assert shape.geometry.path == str(tmp_path / "tree" / "meshes" / "m.stl")
+
+
+def test_materials_without_a_script_file(tmp_path):
+    (tmp_path / "p.material").write_text("material Mine { technique { pass { diffuse 0 1 0 1 } } }")
+
+    def resolve(uri):
+        if uri != "file://media/materials/scripts":
+            raise ValueError("nowhere")
+        return str(tmp_path)
+
+    material = "<material><script><name>Mine</name></script></material>"
+    visual = f'<visual name="v"><geometry><sphere/></geometry>{material}</visual>'
+    text = f'<sdf version="1.6">{model(link=visual)}</sdf>'
+    described, _ = parse_model(text, resolve)
+    assert described.links["a"].visuals[0].color == (0, 1, 0, 1) and described.warnings == []

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from bullet_sim.formats.colors import gazebo_color
 from bullet_sim.formats.xml_read import child_text
 
+# Where Gazebo has looked for scripts already when a material names none.
+EVERYWHERE = ("file://media/materials/scripts", "file://Media/materials/scripts")
 _TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
 
 
@@ -66,9 +68,10 @@ def script_material(element, resolve, what, model):
     if color is not None:
         return Material(color=color)
     files, folders = [], []
-    for uri in element.findall("uri"):
+    uris = [(uri.text or "").strip() for uri in element.findall("uri")]
+    for uri in uris or EVERYWHERE:
         try:
-            path = resolve((uri.text or "").strip())
+            path = resolve(element.document.beside(uri))
         except ValueError:
             continue
         folders.append(path if os.path.isdir(path) else os.path.dirname(path))

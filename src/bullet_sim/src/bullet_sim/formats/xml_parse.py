@@ -44,6 +44,12 @@ class Document:
         self.root = None
         self.warnings = [] if warnings is None else warnings
 
+    def beside(self, uri):
+        """A path without a scheme from the folder of the document's file, if it is there."""
+        path = os.path.join(os.path.dirname(self.name), uri)
+        relative = uri and "://" not in uri and os.path.isabs(path)
+        return os.path.normpath(path) if relative and os.path.exists(path) else uri
+
 
 class Node(ElementTree.Element):
     """An element with the line that it starts in; tags keep their prefix as it is written."""

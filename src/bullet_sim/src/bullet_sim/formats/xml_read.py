@@ -127,16 +127,6 @@ def child_floats(element, path, count, what, default):
     return mended_floats(element.find(path), text, count, f"{what} <{path}>", default)
 
 
-def child_above(element, path, what, default, least=0.0):
-    """Number in a sub-element that must be above `least`; as child_number otherwise."""
-    value = child_number(element, path, what, default)
-    if value is None or value > least:
-        return value
-    sentence = f"{what} <{path}> is {value:g}, must be above {least:g}"
-    replace(element.find(path), f"{what} <{path}>", f"{value:g}", sentence, default)
-    return default
-
-
 def child_whole(element, path, what, default, least=1):
     """As child_number: an int of at least `least`; a fraction is cut off."""
     value = child_number(element, path, what, default)

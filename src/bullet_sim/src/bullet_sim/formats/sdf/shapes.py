@@ -80,7 +80,8 @@ def _geometry(shape, what, model, resolve, tag):
         return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
     if shape.tag == "mesh":
         scale = child_floats(shape, "scale", 3, f"{what} mesh", _ONE)
-        geometry = mesh_geometry(child_text(shape, "uri", ""), scale, what, resolve, model)
+        uri = shape.document.beside(child_text(shape, "uri", ""))
+        geometry = mesh_geometry(uri, scale, what, resolve, model)
         submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
             geometry = replace(
