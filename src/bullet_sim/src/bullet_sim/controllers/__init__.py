@@ -1,6 +1,7 @@
 """Controllers: the table of their types, their configuration and their implementations."""
 
 from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
+from bullet_sim.controllers.drive.four_wheel import FourWheel
 from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
 from bullet_sim.controllers.parse import MAX_COMMAND, check_command, parse_controller
@@ -15,7 +16,7 @@ __all__ = [
     "parse_controller",
 ]
 
-_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann}
+_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann, "four_wheel": FourWheel}
 
 
 def make_controller(spec, hardware):

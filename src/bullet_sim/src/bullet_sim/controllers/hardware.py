@@ -31,6 +31,20 @@ class Hardware:
         self._by_pid = {}
         self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
 
+    def put_before(self, joints, interfaces):
+        """Use other joints than the robot's own, e.g. SteerBotJoints before them.
+
+        Args:
+            joints: with the methods of bullet_sim.models.joints.Joints.
+            interfaces: as for the constructor.
+        """
+        self._joints, self._interfaces = joints, interfaces
+
+    @property
+    def joints(self):
+        """The joints that controllers see."""
+        return self._joints
+
     @property
     def names(self):
         """Names of the movable joints."""

@@ -21,7 +21,8 @@ class Kind:
         interface: what it commands: velocity, position, effort; state: nothing.
         group: several joints, with a command each.
         goal: what a PID regulates, velocity or position; None: the command goes to the joint.
-        drive: 'diff' or 'ackermann' for a controller of a whole base; None otherwise.
+        drive: 'diff', 'ackermann' or 'four_wheel' for a controller of a whole base; None
+            otherwise.
     """
 
     type: str
@@ -55,6 +56,12 @@ KINDS = {
             "ackermann_steering_controller/AckermannSteeringController",
             "velocity",
             drive="ackermann",
+        ),
+        Kind("steer_drive_controller/SteerDriveController", "velocity", drive="ackermann"),
+        Kind(
+            "four_wheel_steering_controller/FourWheelSteeringController",
+            "velocity",
+            drive="four_wheel",
         ),
     )
 }
@@ -91,6 +98,12 @@ class ControllerSpec:
     warnings: tuple[str, ...] = ()
 
     @property
-    def command_size(self):
-        """Numbers in a command: one a joint; a base: forward and turning velocity."""
-        return 2 if self.kind.drive else len(self.joints)
+    def command_sizes(self):
+        """Numbers in a command, a tuple of what is taken.
+
+        One a joint; a base: forward and turning velocity; one with four steered wheels also speed,
+        front and rear angle.
+        """
+        if self.kind.drive:
+            return (2, 3) if self.kind.drive == "four_wheel" else (2,)
+        return (len(self.joints),)

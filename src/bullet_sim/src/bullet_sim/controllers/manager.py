@@ -175,7 +175,7 @@ class Manager:
             CommandError: wrong count, NaN or out of bounds; the last command stays.
         """
         controller = self.get(name)
-        values = check_command(name, values, controller.spec.command_size)
+        values = check_command(name, values, controller.spec.command_sizes)
         if self.is_running(name):
             controller.command(values)
 

@@ -1,10 +1,13 @@
 """Entries of the controllers' YAML -> ControllerSpecs."""
 
 from bullet_sim.controllers.drive.config import parse_ackermann, parse_diff
+from bullet_sim.controllers.drive.four_wheel_config import parse_four_wheel
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.controllers.settings import Settings
 from bullet_sim.errors import CommandError, ControllerError
+
+_DRIVES = {"diff": parse_diff, "ackermann": parse_ackermann, "four_wheel": parse_four_wheel}
 
 MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
 
@@ -79,8 +82,7 @@ def rate(settings):
 
 
 def _drive(settings, kind, joint_names, description):
-    parse = {"diff": parse_diff, "ackermann": parse_ackermann}[kind.drive]
-    drive, claims, notes = parse(settings, description)
+    drive, claims, notes = _DRIVES[kind.drive](settings, description)
     joints = tuple(joint for _, names in claims for joint in names)
     check_joints(joints, settings.what, joint_names)
     return {
@@ -151,12 +153,13 @@ def check_joints(joints, what, joint_names):
             raise ControllerError(f"{what} names joint '{joint}' twice, must be once")
 
 
-def check_command(name, values, count):
+def check_command(name, values, counts):
     """Check a command.
 
     Args:
         name: controller name.
-        values: sequence of `count` numbers [rad/s, m/s, rad, m, N m, N].
+        values: sequence of numbers [rad/s, m/s, rad, m, N m, N].
+        counts: how many there may be, a tuple.
 
     Returns:
         The values as a tuple of floats.
@@ -165,8 +168,9 @@ def check_command(name, values, count):
         CommandError: wrong count, NaN or beyond MAX_COMMAND.
     """
     values = tuple(float(value) for value in values)
-    if len(values) != count:
-        raise CommandError(f"command of '{name}' has {len(values)} values, must have {count}")
+    if len(values) not in counts:
+        wanted = " or ".join(map(str, counts))
+        raise CommandError(f"command of '{name}' has {len(values)} values, must have {wanted}")
     for value in values:
         if not abs(value) <= MAX_COMMAND:
             raise CommandError(

@@ -9,6 +9,8 @@ from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
 MOVABLE_TYPES = ("revolute", "continuous", "prismatic")
+DEFAULT_SIM_TYPE = "gazebo_ros_control/DefaultRobotHWSim"
+STEER_BOT_SIM_TYPE = "steer_bot_hardware_gazebo/SteerBotHardwareGazebo"
 
 
 @dataclass
@@ -135,6 +137,7 @@ class ModelDescription:
         sensors: sensor specifications (see specs.py).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
+        robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
@@ -149,6 +152,7 @@ class ModelDescription:
     sensors: list[object] = field(default_factory=list)
     control_namespace: str | None = None
     control_period: float = 0.0
+    robot_sim_type: str = ""
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     static: bool = False
     self_collide: bool = False

@@ -1,5 +1,6 @@
 """<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
+from bullet_sim.description.parts import DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
@@ -34,6 +35,14 @@ def parse_plugin(element, model):
 def _control(element, model, _):
     model.control_namespace = child_text(element, "robotNamespace", "")
     model.control_period = child_number(element, "controlPeriod", "gazebo_ros_control", 0.0)
+    kind = child_text(element, "robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
+    if kind not in (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE):
+        model.warn(
+            f"gazebo_ros_control has robotSimType '{kind}', known are {DEFAULT_SIM_TYPE} and "
+            f"{STEER_BOT_SIM_TYPE}; the first is used"
+        )
+        kind = DEFAULT_SIM_TYPE
+    model.robot_sim_type = kind
 
 
 def _body(element, model, what):
