@@ -1,4 +1,4 @@
-"""four_wheel_steering_controller: sizes from the description, wheels and odometry in closed form."""
+"""four_wheel_steering_controller: sizes, wheels and odometry in closed form."""
 
 import math
 
@@ -126,8 +126,8 @@ def test_sizes_come_from_the_description_seen_from_above():
         ((1.0, 0.0), (1.0, 0.0, 0.0)),
         ((1.0, 0.8), (1.0, 0.0, 0.8)),
         ((-0.6, 0.5), (-0.6, 0.0, 0.5)),
-        # front and rear angle a and b: w = v (tan a - tan b) / length, sideways v (tan a + tan b) / 2
-        ((0.8, 0.3, -0.2), (0.8, *(0.4 * (math.tan(0.3) - math.tan(0.2)),), 0.0)),
+        # angles a, b: turn v (tan a - tan b) / length, sideways v (tan a + tan b) / 2
+        ((0.8, 0.3, -0.2), (0.8, 0.4 * (math.tan(0.3) - math.tan(0.2)), 0.0)),
         ((0.8, 0.4, 0.0), (0.8, 0.4 * math.tan(0.4), 0.0)),
     ],
 )
