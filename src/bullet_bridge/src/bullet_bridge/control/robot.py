@@ -103,6 +103,8 @@ class RobotControl:
 
     def pid_namespace(self, spec, number):
         """Namespace of the parameters of a controller's PID, that of its joint `number`."""
+        if spec.kind.action:
+            return f"{self.namespace}/{spec.name}/gains/{spec.joints[number]}"
         of_joint = f"/{spec.joints[number]}" if spec.kind.group else ""
         return f"{self.namespace}/{spec.name}{of_joint}/pid"
 
@@ -246,6 +248,10 @@ class RobotControl:
         for part in [topics] * (topics is not None) + tunings:
             part.close()
         return True
+
+    def call(self, work):
+        """Result of a job of the simulation thread; what it raises is raised here."""
+        return self._jobs.call(work)
 
     def _run_job(self, work):
         """Result of a job, or None with the reason in the log."""

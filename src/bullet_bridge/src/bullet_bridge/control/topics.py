@@ -28,12 +28,18 @@ class Topics:
 
     def _every(self, rate, *publishers):
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
+        return self._every_while(
+            rate, lambda: any(publisher.get_num_connections() > 0 for publisher in publishers)
+        )
+
+    def _every_while(self, rate, has_subscribers):
+        """As _every, due while a function says so."""
         world = self._robot.world
         schedule = SubscribedSchedule(
             min(rate, 1.0 / world.time_step),
             world.time_step,
             world.step_count,
-            lambda: any(publisher.get_num_connections() > 0 for publisher in publishers),
+            has_subscribers,
         )
         self._schedules.append(schedule)
         return schedule

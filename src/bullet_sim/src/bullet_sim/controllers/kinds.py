@@ -23,6 +23,7 @@ class Kind:
         goal: what a PID regulates, velocity or position; None: the command goes to the joint.
         drive: 'diff', 'ackermann' or 'four_wheel' for a controller of a whole base; None
             otherwise.
+        action: 'trajectory' or 'gripper' for a controller whose goals come by an action.
     """
 
     type: str
@@ -30,6 +31,7 @@ class Kind:
     group: bool = False
     goal: str | None = None
     drive: str | None = None
+    action: str | None = None
 
     @property
     def hardware_interface(self):
@@ -63,6 +65,14 @@ KINDS = {
             "velocity",
             drive="four_wheel",
         ),
+        *(
+            Kind(f"{name}_controllers/JointTrajectoryController", name, True, action="trajectory")
+            for name in ("position", "velocity", "effort")
+        ),
+        *(
+            Kind(f"{name}_controllers/GripperActionController", name, action="gripper")
+            for name in ("position", "effort")
+        ),
     )
 }
 
@@ -79,7 +89,8 @@ class ControllerSpec:
         gains: PidGains of each joint, where the type has a PID.
         publish_pid: whether each joint's PID publishes its inner state.
         extra_joints: (name, position, velocity, effort) added to joint states.
-        drive: DriveConfig of a controller of a whole base.
+        drive: DriveConfig or FourWheelConfig of a controller of a whole base.
+        action: TrajectoryConfig or GripperConfig of a controller with an action.
         claims: (interface, joint names) pairs; empty for a state controller.
         notes: sentences about keys that are accepted without effect.
         warnings: sentences about keys that are ignored.
@@ -93,6 +104,7 @@ class ControllerSpec:
     publish_pid: tuple[bool, ...] = ()
     extra_joints: tuple[tuple[str, float, float, float], ...] = ()
     drive: object | None = None
+    action: object | None = None
     claims: tuple[tuple[str, tuple[str, ...]], ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
