@@ -103,13 +103,31 @@ class Link:
     color: tuple[float, float, float, float] | None = None
 
 
+@dataclass(frozen=True)
+class Mimic:
+    """What a joint that follows another does.
+
+    Attributes:
+        joint: name of the one it follows.
+        multiplier, offset: its position is multiplier times the other's, plus offset [rad, m].
+        max_effort: to follow with [N m, N]; None: the joint's limit.
+        sensitiveness: deviation below which it is not corrected [rad, m].
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+    max_effort: float | None = None
+    sensitiveness: float = 0.0
+
+
 @dataclass
 class Joint:
     """A joint: origin of the child's frame in the parent's, unit axis in the child's frame.
 
     Limits: lower/upper [rad, m] (None: none), effort [N m, N], velocity [rad/s, m/s];
     0 effort or velocity means that the file gives none. anchor: the joint's frame in the child
-    link's frame, in which the axis is given; in a URDF the two are one.
+    link's frame, in which the axis is given; in a URDF the two are one. mimic: it follows another.
     """
 
     name: str
@@ -125,6 +143,7 @@ class Joint:
     damping: float = 0.0
     friction: float = 0.0
     anchor: Pose = Pose()
+    mimic: Mimic | None = None
 
 
 @dataclass

@@ -6,7 +6,13 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
 from bullet_sim.formats.tags import hector
 from bullet_sim.formats.tags.imus import imu_spec
-from bullet_sim.formats.tags.wheels import diff_drive, joint_states, planar_move, skid_steer
+from bullet_sim.formats.tags.wheels import (
+    diff_drive,
+    joint_states,
+    mimic_joint,
+    planar_move,
+    skid_steer,
+)
 from bullet_sim.formats.xml_read import child_floats, child_number, child_text
 
 
@@ -110,6 +116,8 @@ _READERS = {
     "gazebo_ros_skid_steer_drive": skid_steer,
     "gazebo_ros_joint_state_publisher": joint_states,
     "gazebo_ros_planar_move": planar_move,
+    "roboticsgroup_gazebo_mimic_joint_plugin": mimic_joint,
+    "roboticsgroup_upatras_gazebo_mimic_joint_plugin": mimic_joint,
     "hector_gazebo_ros_imu": hector.imu,
     "hector_gazebo_ros_gps": hector.gps,
     "hector_gazebo_ros_magnetic": hector.magnetic,
