@@ -180,14 +180,17 @@ class World:
             for model in self.models.values()
             if model.manager is not None and model.manager.periodic
         ]
+        mimics = [model.mimics for model in self.models.values() if model.mimics]
         self.contacts.prepare(self.models)
         end = self.step_count + count
         while self.step_count < end:
             stride = self.contacts.stride(self.step_count, end - self.step_count)
-            if managers or self.forces.active:
+            if managers or mimics or self.forces.active:
                 stride = 1
                 for manager in managers:
                     manager.update(self.time_step)
+                for followers in mimics:
+                    followers.update(self.time_step)
                 if self.forces.active:
                     self.forces.apply(self.step_count)
             self.contacts.apply_forces()

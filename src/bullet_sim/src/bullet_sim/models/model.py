@@ -6,6 +6,7 @@ import numpy as np
 
 from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
+from bullet_sim.controllers.mimic import Mimics
 from bullet_sim.description.lump import lump
 from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.errors import ModelError
@@ -49,12 +50,13 @@ class Model:
         self.source = BodySource(key, path, description.static or description.fixed_base)
         self._load()
         self.joints = Joints(engine, self.body, self._lumped.joints)
+        inertias = joint_inertias(self._lumped, description.fixed_base)
+        mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
+        self.mimics = Mimics(self.joints, mimics, inertias)
         self.manager = (
             None
             if description.control_namespace is None
-            else Manager(
-                self.joints, description, joint_inertias(self._lumped, description.fixed_base)
-            )
+            else Manager(self.joints, description, inertias)
         )
 
     def _load(self):
