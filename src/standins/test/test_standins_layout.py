@@ -27,7 +27,7 @@ GAZEBO_ARGUMENTS = {
     "server_required",
     "gui_required",
 }
-OURS = {"real_time_factor", "lockstep", "renderer"}
+OURS = {"real_time_factor", "lockstep", "renderer", "shadows", "antialias"}
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",
     "gazebo_plugins",
