@@ -5,6 +5,7 @@ import os
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+import yaml
 
 STANDINS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAUNCH = os.path.join(STANDINS, "gazebo_ros", "launch")
@@ -42,6 +43,7 @@ NAMED_IN_FIND_PACKAGE = (
     "diff_drive_controller",
     "ackermann_steering_controller",
     "control_msgs",
+    "cv_bridge",
     "ackermann_msgs",
     "gazebo_msgs",
     "xacro",
@@ -57,6 +59,7 @@ NAMED_IN_FIND_PACKAGE = (
     "robot_localization",
 )
 WITH_NODES = {
+    "cv_bridge",
     "joy",
     "teleop_twist_joy",
     "teleop_twist_keyboard",
@@ -97,6 +100,17 @@ def test_package_exists_under_its_name(name):
 def test_package_says_what_it_leaves_out(name):
     words = _root(os.path.join(STANDINS, name, "package.xml")).findtext("description")
     assert "left out" in " ".join(words.lower().split())
+
+
+def test_the_joint_state_controllers_default_configuration():
+    path = os.path.join(STANDINS, "joint_state_controller", "joint_state_controller.yaml")
+    with open(path, encoding="utf-8") as stream:
+        assert yaml.safe_load(stream) == {
+            "joint_state_controller": {
+                "type": "joint_state_controller/JointStateController",
+                "publish_rate": 50,
+            }
+        }
 
 
 @pytest.fixture(name="give_way")
