@@ -57,8 +57,11 @@ NAMED_IN_FIND_PACKAGE = (
     "map_server",
     "geographic_msgs",
     "robot_localization",
+    "velodyne_description",
 )
 WITH_NODES = {
+    "state_publisher",
+    "velodyne_description",
     "cv_bridge",
     "joy",
     "teleop_twist_joy",
