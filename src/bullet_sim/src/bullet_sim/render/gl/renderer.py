@@ -44,7 +44,7 @@ class GlRenderer(Pictures):
         self._programs = Programs(gl)
         self._store = Store(gl, anisotropy)
         self._stage = Stage(gl, self._store)
-        self._shadows = Shadows(gl, self._programs.depth, 2048 if self.software else 4096)
+        self._shadows = Shadows(gl, self._programs.depth, 4096)
         self._sky = Sky(gl, self._programs.sky)
         self._targets = Targets(self._context)
         self._frame = frame_buffer(gl)

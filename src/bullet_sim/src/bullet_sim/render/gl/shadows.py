@@ -6,11 +6,11 @@ another part of it. The second is drawn for each snapshot and fits what moves, s
 
 import numpy as np
 
-WIDEST = 48.0  # [m] edge of the part of the world that a map covers
-CELL = 12.0  # [m] the part follows the camera in steps of this
+WIDEST = 32.0  # [m] edge of the part of the world that a map covers
+CELL = 8.0  # [m] the part follows the camera in steps of this
 LEAST = 0.25  # [m] least edge of a map
 NOTHING = "nothing"  # what a map shows without casters
-OFFSET = 1.6  # texels by which surfaces are moved out before they are compared
+OFFSET = 1.6  # texels by which surfaces that the sun grazes are moved out before the comparison
 
 
 def sun_axes(towards):
@@ -82,12 +82,12 @@ class Shadows:
     Args:
         gl: moderngl.Context.
         program: shaders.Programs.depth.
-        size: edge of the maps [px].
+        size: edge of the map of what stands still [px].
     """
 
     def __init__(self, gl, program, size):
         self._gl, self._program = gl, program
-        self.fixed, self.moving = Map(gl, size), Map(gl, size // 2)
+        self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
 
     def update(self, stage, casts, towards, eye):
         """Draw the maps that have changed.
