@@ -6,7 +6,7 @@ import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
-from bullet_sim.render.gl.mesh_parts import GREY
+from bullet_sim.render.gl.meshes.parts import GREY
 
 ROWS = 12  # numbers of an instance's place
 WIDTH = ROWS + 20  # and with its colours: diffuse, ambient, specular, emissive, label
