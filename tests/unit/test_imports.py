@@ -157,9 +157,9 @@ SUITES = {
     "bullet_sim": (
         "errors",
         "pose",
-        "snapshot",
         "system",
         "description",
+        "snapshot",
         "formats",
         "meshes",
         "controllers",
