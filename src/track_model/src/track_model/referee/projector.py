@@ -1,5 +1,7 @@
 """A course for thousands of questions a second: tables and windows of arrays."""
 
+import math
+
 import numpy as np
 
 from track_model import curves
@@ -13,12 +15,15 @@ class Projector:
 
     Args:
         course: track_model.referee.course.Course.
+        window: arc length around the known place that is searched [m].
 
     Attributes:
         course: the Course.
+        even_sides: (left, right) from the centreline to the edges [m] where the lane is as wide
+            everywhere, else None.
     """
 
-    def __init__(self, course):
+    def __init__(self, course, window=WINDOW):
         self.course = course
         self.closed, self.length = course.closed, course.length
         lane = course.lane
@@ -27,7 +32,7 @@ class Projector:
         lengths = np.linalg.norm(chords, axis=1)
         self._count = len(chords)
         self._step = self.length / self._count
-        self._reach = int(WINDOW / lengths[0]) + 1
+        self._reach = int(window / lengths[0]) + 1
         low, high = np.zeros(self._count), np.ones(self._count)
         if not self.closed:
             low[0], high[-1] = -np.inf, np.inf
@@ -36,6 +41,8 @@ class Projector:
         rows = (*ends[:-1].T, *chords.T, *(chords / lengths[:, None] ** 2).T, low, high)
         self._rows = np.array([self._padded(row) for row in (*rows, along[:-1], lengths)])
         self._sides = self._padded_points(np.stack([lane.left, lane.right]))
+        even = not np.ptp(lane.left) and not np.ptp(lane.right)
+        self.even_sides = (float(lane.left[0]), float(lane.right[0])) if even else None
         tangents = curves.tangents(lane.curve, self.closed)
         yaw = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
         if self.closed:  # one more, a whole turn or none after the first
@@ -43,7 +50,7 @@ class Projector:
             yaw = np.append(yaw, yaw[0] + 2.0 * np.pi * turns)
             self._turn = 2.0 * np.pi * turns
         self._yaw = yaw
-        self._tangents = np.vstack([tangents, tangents[:1]]) if self.closed else tangents
+        self._yaws = yaw.tolist()
         self._ends = ends
         self._bends = self._curvatures()
 
@@ -101,14 +108,17 @@ class Projector:
         Returns:
             (2,) or (2, N).
         """
+        if self.even_sides is not None and np.ndim(s) == 0:
+            return self.even_sides
         k, share = self._place(s)
         return self._sides[:, k] + share * (self._sides[:, k + 1] - self._sides[:, k])
 
     def heading(self, s):
         """Direction [rad] of the centreline at an arc length [m], within -pi to pi."""
-        k, share = self._place(s)
-        x, y = self._tangents[k] + share * (self._tangents[k + 1] - self._tangents[k])
-        return float(np.arctan2(y, x))
+        at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
+        k = min(int(at), self._count - 1)
+        yaw = self._yaws[k]
+        return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
 
     def pose(self, s):
         """(x, y, yaw) of the centreline at an arc length [m], as Course.pose."""
