@@ -1,13 +1,16 @@
 """One model in the world: its body, links, joints, controllers and sensors."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
 from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
+from bullet_sim.controllers.mimic import Mimics
 from bullet_sim.description.lump import lump
 from bullet_sim.description.parts import EVERYTHING
+from bullet_sim.description.visual import visual_links
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
 from bullet_sim.models.joints import Joints
@@ -43,19 +46,22 @@ class Model:
         self.is_ghost = False
         self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
-        localise(self._lumped, folder, description.warn)
+        visuals = localise(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
         with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
         self._load()
+        order = sorted(self._links, key=self._links.get)
+        self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
         self.joints = Joints(engine, self.body, self._lumped.joints)
+        inertias = joint_inertias(self._lumped, description.fixed_base)
+        mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
+        self.mimics = Mimics(self.joints, mimics, inertias)
         self.manager = (
             None
             if description.control_namespace is None
-            else Manager(
-                self.joints, description, joint_inertias(self._lumped, description.fixed_base)
-            )
+            else Manager(self.joints, description, inertias)
         )
 
     def _load(self):
