@@ -10,9 +10,11 @@ import tempfile
 from setuptools import find_packages, setup
 
 NEEDED = ("bullet_sim", "deepracer_control", "paddock_common", "track_model")
-SHARED = ("config", "meshes", "tracks", "urdf")  # folders of track_model
+SHARED = ("meshes", "tracks", "urdf", "worlds")  # folders of track_model
 REQUIRES = (
+    "glcontext>=2.3",
     "gymnasium>=1.0,<1.1",
+    "moderngl>=5.8,<6",
     "numpy>=1.24,<2",
     "onnxruntime>=1.17",
     "opencv-python-headless>=4.8,<5",

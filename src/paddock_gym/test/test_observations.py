@@ -79,7 +79,7 @@ def test_a_robots_messages_make_the_environments_observation():
         observation, *_ = env.step(action)
         assembler.set_motion(env.run.motion)
         assembler.set_ranges(observation["lidar"] * ranges.FARTHEST)
-        assembler.set_picture(env.run._camera.picture())
+        assembler.set_picture(env.run.camera.picture())
         found = assembler.observe(env.options.actions.command(action))
         assert (found["state"] == observation["state"]).all()
         assert found["lidar"] == pytest.approx(observation["lidar"], abs=1e-6)

@@ -43,7 +43,7 @@ class Touch(Client):
         )
 
     def set_ghost(self, body, link):
-        """Let a link touch only what never moves; rays still hit it."""
+        """Let a link touch only what never moves; rays go through it."""
         p.setCollisionFilterGroupMask(body, link, _GHOST, _STATIC, physicsClientId=self._client)
 
     def set_pair_collision(self, body, link, other, other_link, collide):

@@ -78,11 +78,14 @@ def parse(action):
     """Actions of an option.
 
     Args:
-        action: "continuous", the path of a model_metadata.json, or its content as a dict.
+        action: "continuous", the path of a model_metadata.json, its content as a dict, or what
+            parse() has given before.
 
     Raises:
         GymError: something in it is wrong.
     """
+    if isinstance(action, (Continuous, Discrete)):
+        return action
     if action == "continuous":
         return Continuous()
     if isinstance(action, dict):

@@ -9,7 +9,7 @@ from paddock_gym.errors import GymError
 from paddock_gym.simulation.obstacles import Obstacles
 from paddock_gym.simulation.randomize import offset_pose
 from paddock_gym.simulation.scene import Scene
-from paddock_gym.simulation.sensors import onlooker_picture
+from paddock_gym.simulation.sensors import Onlooker
 
 
 class DeepRacerEnv(gymnasium.Env):
@@ -61,6 +61,7 @@ class DeepRacerEnv(gymnasium.Env):
         self._obstacles = Obstacles(self.scene, kind) if kind else None
         self.run = Run(self.scene, self.scene.cars[0], self.options, self._obstacles)
         self._window = Window() if render_mode == "human" else None
+        self._onlooker = None
 
     def reset(self, *, seed=None, options=None):
         """Start a run.
@@ -90,7 +91,13 @@ class DeepRacerEnv(gymnasium.Env):
         """(360, 480, 3) uint8 RGB from behind the car, with render_mode rgb_array."""
         if self.render_mode != "rgb_array":
             return None
-        return onlooker_picture(self.scene.world, self.scene.cars[0])
+        return self.onlooker_picture()
+
+    def onlooker_picture(self):
+        """(360, 480, 3) uint8 RGB from behind the car."""
+        if self._onlooker is None:
+            self._onlooker = Onlooker(self.scene.painter, self.scene.cars[0])
+        return self._onlooker.picture()
 
     def close(self):
         """Free the engine and close the window."""
@@ -100,8 +107,7 @@ class DeepRacerEnv(gymnasium.Env):
 
     def _show(self):
         if self._window:
-            picture = onlooker_picture(self.scene.world, self.scene.cars[0])
-            self._window.show(picture, self.metadata["render_fps"])
+            self._window.show(self.onlooker_picture(), self.metadata["render_fps"])
 
 
 def start_of(projector, options):

@@ -51,6 +51,7 @@ class Run:
         standing: Standing after the last action.
         motion: Motion then.
         delay: physics steps after which apply() is due.
+        camera: CarCamera, or None.
     """
 
     def __init__(self, scene, car, options, obstacles=None):
@@ -64,7 +65,7 @@ class Run:
         self._may_crash = scene.has_walls or obstacles is not None
         names = options.observations
         self._lidar = CarLidar(scene.world, car) if "lidar" in names else None
-        self._camera = CarCamera(scene.world, car) if "camera" in names else None
+        self.camera = CarCamera(scene.painter, car) if "camera" in names else None
         self._observers = {"state": self._state, "lidar": self._ranges, "camera": self._picture}
 
     def begin(self, rng, start=None):
@@ -157,8 +158,7 @@ class Run:
         return ranges.ranges(self._lidar.scan(self._rng))
 
     def _picture(self):
-        self._camera.jitter = self._randomizer.jitter
-        rgb = self._randomizer.picture(self._camera.picture())
+        rgb = self._randomizer.picture(self.camera.picture(self._randomizer.jitter))
         return picture.picture(rgb, self._options.colour)
 
 

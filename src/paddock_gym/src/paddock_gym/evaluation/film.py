@@ -3,7 +3,6 @@
 import cv2
 
 from paddock_gym.evaluation.laps import drive
-from paddock_gym.simulation.sensors import onlooker_picture
 
 CODEC = "mp4v"
 
@@ -27,7 +26,7 @@ def film_lap(env, driver, start, path):
     frames = {}
 
     def add():
-        picture = onlooker_picture(env.scene.world, env.scene.cars[0])[..., ::-1].copy()
+        picture = env.onlooker_picture()[..., ::-1].copy()
         standing, motion = env.run.standing, env.run.motion
         words = (
             f"{standing.progress:3.0f} %  {standing.steps / rate:4.1f} s  {motion.forward:.2f} m/s"

@@ -1,7 +1,5 @@
 """Writes a network of stable-baselines3 as an ONNX file."""
 
-import copy
-
 import onnx
 import torch
 from stable_baselines3.common.preprocessing import is_image_space
@@ -43,7 +41,7 @@ def export(policy, space, description, path):
     """Write the policy's actor.
 
     Args:
-        policy: of stable-baselines3's PPO.
+        policy: of stable-baselines3's PPO, on the processor.
         space: Gymnasium space of the environment's observations (pictures as (H, W, C)).
         description: PolicyDescription.
         path: of the file.
@@ -51,7 +49,8 @@ def export(policy, space, description, path):
     names = description.observations
     spaces = space.spaces if len(names) > 1 else {names[0]: space}
     images = [name for name in names if is_image_space(spaces[name])]
-    network = _Deterministic(copy.deepcopy(policy).to("cpu").eval(), names, images)
+    network = _Deterministic(policy, names, images)
+    policy.set_training_mode(False)
     samples = tuple(torch.as_tensor(spaces[name].sample()[None]) for name in names)
     torch.onnx.export(
         network,

@@ -5,6 +5,7 @@ import functools
 import pathlib
 
 import xacro
+from bullet_sim.formats.sdf import world as sdf
 from track_model.files import writer
 
 from track_model import source
@@ -48,6 +49,12 @@ def track_sdf(track, walls=None):
     spec = dataclasses.replace(spec, walls=dataclasses.replace(spec.walls, enabled=walls))
     model = writer.model_sdf(track.lane, spec, track.directory)
     return f'<sdf version="1.6">\n{model}</sdf>\n'
+
+
+def light():
+    """Scene (light and background) of the worlds that track_model launches."""
+    text = (share() / "worlds" / "track.world").read_text(encoding="utf-8")
+    return sdf.parse_world(text, resolve).scene
 
 
 def resolve(uri):

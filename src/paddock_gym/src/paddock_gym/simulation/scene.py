@@ -9,6 +9,7 @@ from track_model.track import load_track
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import description
 from paddock_gym.simulation.car import Car
+from paddock_gym.simulation.painter import Painter
 
 SETTLING = 1.0  # simulated time until the cars stand still [s]
 # Of a shape's radius, see Engine.set_contact_breaking: circles and speeds agree with those of
@@ -50,6 +51,7 @@ class Scene:
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
         self.world = World(self.period / self.substeps)
+        self.world.scene = description.light()
         engine = self.world.engine
         engine.set_contact_breaking(CONTACT_BREAKING)
         engine.position_gain = 1.0 - (1.0 - engine.position_gain) ** (
@@ -69,7 +71,7 @@ class Scene:
         self.world.step(round(SETTLING / self.world.time_step))
         for car in self.cars:
             car.settled()
-        self._rested = None
+        self._rested = self._painter = None
 
     def restore(self):
         """Go back to the state of the first start, to the bit; place the cars then."""
@@ -82,8 +84,17 @@ class Scene:
         """Advance by one action, or by some physics steps."""
         self.world.step(self.substeps if substeps is None else substeps)
 
+    @property
+    def painter(self):
+        """Painter of the world, made when it is first asked for."""
+        if self._painter is None:
+            self._painter = Painter(self.world)
+        return self._painter
+
     def close(self):
-        """Free the engine."""
+        """Free engine and renderer."""
+        if self._painter is not None:
+            self._painter.close()
         self.world.close()
 
 

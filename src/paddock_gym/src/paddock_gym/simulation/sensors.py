@@ -2,16 +2,15 @@
 
 import math
 
-import numpy as np
 from bullet_sim.description.specs import CameraSpec, RaySpec
 from bullet_sim.pose import Pose
-from bullet_sim.sensors import camera
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors.lidar import Lidar
 
 ONLOOKER_SIZE = (480, 360)  # [px]
 ONLOOKER = Pose.from_xyz_rpy((-0.75, 0.0, 0.55), (0.0, math.radians(25.0), 0.0))  # from the car
 ONLOOKER_FOV = math.radians(70.0)
-CLIP = (0.02, 60.0)  # of the pictures [m]
+CLIP = (0.02, 300.0)  # of the pictures [m]
 
 
 def spec_of(car, kind):
@@ -45,34 +44,42 @@ class CarCamera:
     """The camera of the URDF.
 
     Args:
-        world: World.
+        painter: Painter of the world.
         car: Car.
     """
 
-    def __init__(self, world, car):
-        self._engine, self._model = world.engine, car.model
-        self._spec = spec_of(car, CameraSpec)
-        self._engine.start_renderer("tiny")
-        self.jitter = Pose()  # of the mount, in the camera's frame
+    def __init__(self, painter, car):
+        self._painter, spec = painter, spec_of(car, CameraSpec)
+        model = car.model
+        index, self._mount = model.link_in_body(spec.link)
+        self._request = CameraRequest.from_spec(spec, model.source.key, index + 1)
+
+    def picture(self, jitter=Pose()):
+        """(120, 160, 3) uint8 RGB as the camera sees now.
+
+        Args:
+            jitter: Pose of the camera beside its mount.
+        """
+        return self._painter.picture(self._request, self._mount * jitter)
+
+
+class Onlooker:
+    """Looks at a car from behind and above.
+
+    Args:
+        painter: Painter of the world.
+        car: Car.
+    """
+
+    def __init__(self, painter, car):
+        self._painter, self._car = painter, car
+        nowhere = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        self._request = CameraRequest(
+            "onlooker", None, 0, nowhere, *ONLOOKER_SIZE, ONLOOKER_FOV, *CLIP
+        )
 
     def picture(self):
-        """(120, 160, 3) uint8 RGB as the camera sees now."""
-        spec = self._spec
-        frame = self._model.link_state(spec.link)[0] * self.jitter
-        view = camera.view_matrix(frame.position, frame.matrix)
-        projection = camera.projection_matrix(
-            spec.horizontal_fov, spec.width / spec.height, CLIP[0], CLIP[1]
-        )
-        return self._engine.render(spec.width, spec.height, view, projection)
-
-
-def onlooker_picture(world, car):
-    """(360, 480, 3) uint8 RGB from behind and above the car."""
-    world.engine.start_renderer("tiny")
-    x, y, _ = car.model.pose.position
-    yaw = car.motion().yaw
-    frame = Pose.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw)) * ONLOOKER
-    width, height = ONLOOKER_SIZE
-    view = camera.view_matrix(np.array(frame.position), frame.matrix)
-    projection = camera.projection_matrix(ONLOOKER_FOV, width / height, *CLIP)
-    return world.engine.render(width, height, view, projection)
+        """(360, 480, 3) uint8 RGB."""
+        motion = self._car.motion()
+        frame = Pose.from_xyz_rpy((motion.x, motion.y, 0.0), (0.0, 0.0, motion.yaw))
+        return self._painter.picture(self._request, frame * ONLOOKER)

@@ -13,6 +13,7 @@ from torch.nn import functional
 
 from paddock_gym.contract import hyperparameters
 from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.evaluation import plots
 from paddock_gym.evaluation.drivers import PolicyDriver
 from paddock_gym.evaluation.film import film_lap
 from paddock_gym.evaluation.laps import drive, starts
@@ -139,7 +140,7 @@ def _finish(settings, folder, model):
     rows = pictures.episodes(folder)
     pictures.learning_curve(rows, os.path.join(folder, "learning_curve.png"))
     pictures.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
-    pictures.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
+    plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
     whole = [lap for lap in laps if lap.is_lap]
     best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
     filmed = starts(STARTS)[laps.index(best)]

@@ -3,7 +3,6 @@
 import csv
 import os
 
-import cv2
 import matplotlib
 import numpy as np
 
@@ -12,6 +11,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from paddock_gym.course.judge import LAP  # noqa: E402
+from paddock_gym.evaluation.plots import draw_ground  # noqa: E402
 from paddock_gym.training.watch import EPISODES, RECENT  # noqa: E402
 
 
@@ -67,7 +67,7 @@ def heat_map(rows, track, path):
         [(float(row["x"]), float(row["y"])) for row in rows if row["end"] != LAP]
     ).reshape(-1, 2)
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
-    _ground(axes, track)
+    draw_ground(axes, track)
     drawn = axes.scatter(
         places[:, 0], places[:, 1], c=np.arange(len(places)), cmap="autumn_r", s=14, zorder=3
     )
@@ -77,30 +77,3 @@ def heat_map(rows, track, path):
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)
-
-
-def paths(laps, track, path):
-    """Draw driven ways over the track, coloured by speed.
-
-    Args:
-        laps: evaluation.laps.Lap list.
-        track: Track.
-        path: of the PNG.
-    """
-    figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
-    _ground(axes, track)
-    way = np.concatenate([lap.way for lap in laps])
-    drawn = axes.scatter(way[:, 0], way[:, 1], c=way[:, 2], s=4, cmap="viridis", zorder=3)
-    figure.colorbar(drawn, ax=axes, label="speed [m/s]")
-    figure.tight_layout()
-    figure.savefig(path)
-    pyplot.close(figure)
-
-
-def _ground(axes, track):
-    left, right, low, high = track.extent
-    picture = cv2.imread(track.texture)
-    if picture is not None:
-        small = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        axes.imshow(small[..., ::-1], extent=(left, right, low, high), alpha=0.6)
-    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")

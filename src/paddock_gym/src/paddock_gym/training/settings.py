@@ -8,8 +8,6 @@ from paddock_gym.contract import hyperparameters
 from paddock_gym.errors import GymError
 
 FILE = "settings.json"
-# Steps until a policy drives well, with some margin; docs/learning.md tells what was measured.
-STEPS = {"state": 60_000, "lidar": 200_000, "camera": 300_000}
 MAY_CHANGE = ("steps", "workers")  # by --resume
 
 
