@@ -43,6 +43,7 @@ class Model:
         self._engine = engine
         self._key = key
         self._changes = {}
+        self.is_ghost = False
         self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
         visuals = localise(self._lumped, folder, description.warn)
@@ -106,6 +107,18 @@ class Model:
         """
         change()
         self._changes[key] = change
+
+    def make_ghost(self):
+        """Let the model touch only what never moves; call it before the first step.
+
+        Several robots can then train in one world, each as if it were alone.
+        """
+        self.is_ghost = True
+        for name in self._lumped.links:
+            self.change(
+                ("ghost", name),
+                lambda name=name: self._engine.set_ghost(self.body, self._links[name]),
+            )
 
     def apply_wrench(self, index, force, torque):
         """Apply a force and a torque (world axes) to a link of the body for one step."""
