@@ -42,6 +42,7 @@ class Context:
         except Exception as error:  # pylint: disable=broad-except  # glcontext raises Exception
             raise RenderError(f"no OpenGL context by EGL: {error}") from error
         Context._current = self
+        self._closed = False
         self.device = self.gl.info["GL_RENDERER"]
         self.software = any(word in self.device for word in SOFTWARE)
         self.calls.depth_from_zero_to_one()
@@ -58,7 +59,10 @@ class Context:
         self.gl.gc()
 
     def close(self):
-        """Release it; what was made in it goes with it."""
+        """Release it; what was made in it goes with it. Again: nothing."""
+        if self._closed:
+            return
+        self._closed = True
         self.use()
         self.gl.gc()
         Context._current = None
