@@ -10,6 +10,7 @@ from bullet_sim.render.process import Worker
 from bullet_sim.render.request import DEFAULT, RENDERERS, Renderer
 
 MAX_RESTARTS = 3
+SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
 class RenderClient:
@@ -109,7 +110,7 @@ class RenderClient:
         """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
         self._orders.discard()
 
-    def render_sync(self, snapshot, requests, timeout=10.0):
+    def render_sync(self, snapshot, requests, timeout=SYNC_TIMEOUT):
         """Render now and wait for the pictures (lockstep), for which on_frame is not called.
 
         Args:

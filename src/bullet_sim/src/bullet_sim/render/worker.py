@@ -11,6 +11,7 @@ to the parent. Drivers' output goes to the file descriptors 1 and 2 that the par
 failing driver ends the process, which is one reason why rendering has a separate one.
 """
 
+import importlib
 import os
 import signal
 import sys
@@ -105,12 +106,22 @@ def draw(connection, renderer, memory, sources, snapshot, requests, layout):
     connection.send([*answers, ("done",)])
 
 
+def warm_up():
+    """Import what reads meshes and pictures while nothing is asked for yet."""
+    for name in ("trimesh", "PIL.Image", "collada"):
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            pass  # said when a mesh needs it
+
+
 def serve(connection, memory, kind, quality):
     """Start the renderer, send `ready`, draw until the connection closes."""
     renderer, details = make_renderer(kind, quality)
     check_renderer(renderer)
     try:
         connection.send(("ready", details))
+        warm_up()
         while True:
             draw(connection, renderer, memory, *connection.recv())
     except (EOFError, ConnectionError):
