@@ -43,9 +43,7 @@ class CarsEnv(gymnasium.vector.VectorEnv):
     ):
         self.scene = None
         if render_mode is not None:
-            raise GymError(
-                f"render_mode is {render_mode!r}; several cars have no picture"
-            )
+            raise GymError(f"render_mode is {render_mode!r}; several cars have no picture")
         self.options = gym_options.parse(
             observation, action, reward, "time_trial", randomize, False
         )
