@@ -10,6 +10,8 @@ from roslib import packages
 NODES = [
     ("image_transport", "republish"),
     ("joint_state_publisher", "joint_state_publisher"),
+    ("joint_state_publisher_gui", "joint_state_publisher_gui"),
+    ("nodelet", "nodelet"),
     ("robot_state_publisher", "robot_state_publisher"),
     ("tf", "static_transform_publisher"),
     ("tf", "tf_echo"),
@@ -28,7 +30,9 @@ MODULES = [
     "diagnostic_updater",
     "interactive_markers.interactive_marker_server",
     "laser_geometry",
+    "map_msgs.msg",
     "message_filters",
+    "move_base_msgs.msg",
     "tf",
     "tf.transformations",
     "tf2_geometry_msgs",
@@ -38,15 +42,23 @@ MODULES = [
 ]
 NAMED_IN_FIND_PACKAGE = [
     "angles",
+    "camera_info_manager",
     "diagnostic_updater",
+    "dynamic_reconfigure",
     "image_transport",
     "interactive_markers",
     "laser_geometry",
+    "map_msgs",
     "message_filters",
+    "move_base_msgs",
+    "nodelet",
+    "pluginlib",
+    "robot_state_publisher",
     "tf",
     "tf2_ros",
     "tf_conversions",
     "topic_tools",
+    "urdf",
 ]
 
 

@@ -185,9 +185,9 @@ SUITES = {
     "bullet_sim": (
         "errors",
         "pose",
-        "snapshot",
         "system",
         "description",
+        "snapshot",
         "formats",
         "meshes",
         "controllers",

@@ -65,7 +65,7 @@ def main():
         server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
         StatisticsService(jobs, server)
-        DescribeService(jobs, world, robots)
+        DescribeService(jobs, world, robots, described)
         StepService(jobs, server, arrivals, config.step_timeout)
         robots.connect_world_models()
         viewer = ViewerLink(jobs, world, server, config.renderer)

@@ -2,6 +2,7 @@
 
 from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.joint import JointServices
+from bullet_bridge.services.light import LightServices
 from bullet_bridge.services.link import LinkServices
 from bullet_bridge.services.model import ModelServices
 from bullet_bridge.services.physics import PhysicsServices
@@ -31,3 +32,4 @@ class GazeboServices:
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)
         PhysicsTuning(prefix, jobs, properties)
+        LightServices(prefix, world, jobs, robots.show_scene)

@@ -7,11 +7,11 @@ from bullet_sim.errors import RenderError
 from bullet_sim.render.gl.camera import in_view, metres, projection, view, view_planes
 from bullet_sim.render.gl.context import Context
 from bullet_sim.render.gl.frame import frame_buffer, frame_bytes, light_rows
+from bullet_sim.render.gl.meshes.store import Store
 from bullet_sim.render.gl.shaders import Programs
 from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.gl.sky import Sky
 from bullet_sim.render.gl.stage import Stage
-from bullet_sim.render.gl.store import Store
 from bullet_sim.render.gl.targets import Targets
 from bullet_sim.render.pictures import Pictures
 from bullet_sim.render.request import DEFAULT
@@ -44,7 +44,7 @@ class GlRenderer(Pictures):
         self._programs = Programs(gl)
         self._store = Store(gl, anisotropy)
         self._stage = Stage(gl, self._store)
-        self._shadows = Shadows(gl, self._programs.depth, 2048 if self.software else 4096)
+        self._shadows = Shadows(gl, self._programs.depth, 4096)
         self._sky = Sky(gl, self._programs.sky)
         self._targets = Targets(self._context)
         self._frame = frame_buffer(gl)
@@ -71,6 +71,7 @@ class GlRenderer(Pictures):
         wanted = {source.key: source for source in sources}
         if wanted == self._sources:
             return
+        self._context.use()
         bodies, failures = {}, []
         for key, source in wanted.items():
             try:
@@ -123,6 +124,7 @@ class GlRenderer(Pictures):
         """See Pictures."""
         position, rotation = self.camera_pose(request)
         stage, gl = self._stage, self._context.gl
+        self._context.use()
         stage.set_origin(np.round(position / GRID) * GRID)
         samples = 0 if request.depth else self._samples
         target = self._targets.get(request.width, request.height, samples)

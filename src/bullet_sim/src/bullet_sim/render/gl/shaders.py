@@ -92,11 +92,14 @@ void main() {
     v_specular = vec4(in_specular.rgb, in_ambient.w);
     v_emissive = in_emissive.rgb;
 #endif
+#if SHADOWED
+    vec3 aside = outward * (0.1 + sqrt(max(1.0 - v_facing * v_facing, 0.0)));
+#endif
 #if SHADOWED & 1
-    v_fixed = (fixed_shadow * vec4(place + sun.w * outward, 1.0)).xyz;
+    v_fixed = (fixed_shadow * vec4(place + sun.w * aside, 1.0)).xyz;
 #endif
 #if SHADOWED & 2
-    v_moving = (moving_shadow * vec4(place + eye.w * outward, 1.0)).xyz;
+    v_moving = (moving_shadow * vec4(place + eye.w * aside, 1.0)).xyz;
 #endif
 }
 """

@@ -6,11 +6,13 @@ another part of it. The second is drawn for each snapshot and fits what moves, s
 
 import numpy as np
 
-WIDEST = 48.0  # [m] edge of the part of the world that a map covers
-CELL = 12.0  # [m] the part follows the camera in steps of this
+WIDEST = 32.0  # [m] edge of the part of the world that a map covers
+CELL = 8.0  # [m] the part follows the camera in steps of this
+FINEST = 0.002  # [m] texels need not be smaller
+SMALLEST = 256  # [px] least edge of a map's texture
 LEAST = 0.25  # [m] least edge of a map
 NOTHING = "nothing"  # what a map shows without casters
-OFFSET = 1.6  # texels by which surfaces are moved out before they are compared
+OFFSET = 1.6  # texels by which surfaces that the sun grazes are moved out before the comparison
 
 
 def sun_axes(towards):
@@ -31,23 +33,30 @@ class Map:
 
     Args:
         gl: moderngl.Context.
-        size: edge [px].
+        most: greatest edge [px].
 
     Attributes:
         texture: moderngl depth texture that compares.
+        target: Framebuffer of the texture.
         clip: (4, 4) from places relative to the stage's origin to OpenGL's clip space.
         offset: [m] along the normal, see OFFSET.
-        drawn: what it shows; None: nothing yet.
+        drawn: what it shows.
     """
 
-    def __init__(self, gl, size):
-        self._gl, self.size = gl, size
-        self.texture = gl.depth_texture((size, size))
-        self.texture.compare_func = "<="
-        self.texture.filter = (gl.LINEAR, gl.LINEAR)
-        self.texture.repeat_x = self.texture.repeat_y = False
-        self.target = gl.framebuffer(depth_attachment=self.texture)
-        self.clip, self.offset, self.drawn = np.eye(4), 0.0, None
+    def __init__(self, gl, most):
+        self._gl, self._most, self._made = gl, most, {}
+        self.clip, self.offset, self.drawn = np.eye(4), 0.0, NOTHING
+        self._choose(SMALLEST)
+
+    def _choose(self, size):
+        """Use a texture of that edge [px]."""
+        if size not in self._made:
+            texture = self._gl.depth_texture((size, size))
+            texture.compare_func = "<="
+            texture.filter = (self._gl.LINEAR, self._gl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+            self._made[size] = texture, self._gl.framebuffer(depth_attachment=texture)
+        self.texture, self.target = self._made[size]
 
     def fit(self, axes, low, high, origin):
         """Cover a box of the light's axes.
@@ -59,7 +68,10 @@ class Map:
         """
         edge = max(*(high - low)[:2], LEAST) * 1.02
         edge = 2.0 ** (np.ceil(2.0 * np.log2(edge)) / 2.0)  # few sizes: shadows do not crawl
-        texel = edge / self.size
+        size = 2.0 ** np.ceil(np.log2(edge / FINEST))
+        size = int(min(max(size, SMALLEST), self._most))
+        self._choose(size)
+        texel = edge / size
         middle = np.round((low + high)[:2] / 2.0 / texel) * texel
         depth = max(high[2] - low[2], 1e-3) * 1.02 + 4.0 * texel
         start = (low[2] + high[2]) / 2.0 - depth / 2.0
@@ -82,12 +94,12 @@ class Shadows:
     Args:
         gl: moderngl.Context.
         program: shaders.Programs.depth.
-        size: edge of the maps [px].
+        size: edge of the map of what stands still [px].
     """
 
     def __init__(self, gl, program, size):
         self._gl, self._program = gl, program
-        self.fixed, self.moving = Map(gl, size), Map(gl, size // 2)
+        self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
 
     def update(self, stage, casts, towards, eye):
         """Draw the maps that have changed.
@@ -123,20 +135,24 @@ class Shadows:
         middle = np.array(part) * CELL
         near = (low[:, :2] < middle + WIDEST / 2).all(axis=1)
         casts = casts & near & (high[:, :2] > middle - WIDEST / 2).all(axis=1)
-        shadow.target.use()
-        self._gl.enable_only(self._gl.DEPTH_TEST | self._gl.CULL_FACE)
-        self._gl.front_face = "ccw"
-        self._gl.depth_func = "<"
-        shadow.target.clear(depth=1.0)
         if not casts.any():
             shadow.fit(axes, np.zeros(3), np.ones(3), stage.origin)
+            self._clear(shadow)
             return
         low, high = low[casts].min(axis=0), high[casts].max(axis=0)
         low[:2] = np.maximum(low[:2], middle - WIDEST / 2)
         high[:2] = np.minimum(high[:2], middle + WIDEST / 2)
         shadow.fit(axes, low, high, stage.origin)
+        self._clear(shadow)
         self._program["shadow"].write(shadow.clip.T.astype(np.float32).tobytes())
         for batch in stage.batches:
             selection = stage.select(batch, casts, name)
             if selection:
                 stage.array(batch, selection, self._program).render(instances=selection.count)
+
+    def _clear(self, shadow):
+        shadow.target.use()
+        self._gl.enable_only(self._gl.DEPTH_TEST | self._gl.CULL_FACE)
+        self._gl.front_face = "ccw"
+        self._gl.depth_func = "<"
+        shadow.target.clear(depth=1.0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
-from bullet_sim.render.gl.mesh_parts import GREY
+from bullet_sim.render.gl.meshes.parts import GREY
 
 ROWS = 12  # numbers of an instance's place
 WIDTH = ROWS + 20  # and with its colours: diffuse, ambient, specular, emissive, label
@@ -23,7 +23,7 @@ INSTANCE_NAMES = (
 )
 CORNER, CORNER_NAMES = ("3f", "3f", "2f"), ("in_position", "in_normal", "in_uv")
 LONGEST_SHADOW = 60.0  # [m]
-GROUND = (0.01, 20.0)  # [m] thinner and wider than that: a floor, which casts no shadow
+SUNK = 0.02  # [m] what stands on a floor may reach into it and throw no shadow on it
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Stage:
         batches: list of Batch, the transparent ones last.
         table: (n, WIDTH) float32 as the graphics memory has it, places relative to `origin`.
         centres (n, 3), radii (n,): spheres around the instances in the world [m].
-        casts, still: (n,) bool: casts shadows, never moves.
+        casts, still: (n,) bool: casts shadows on something else, never moves.
         kinematics: Kinematics.
         moving_version, still_version: count the changes of places: of any, of those that never
             move by themselves.
@@ -153,13 +153,14 @@ class Stage:
         self._locals = np.array([entry["local"] for entry in entries]).reshape(-1, 4, 4)
         self._middles = np.array([entry["middle"] for entry in entries]).reshape(-1, 4)
         self.radii = np.array([entry["radius"] for entry in entries])
-        self.casts = np.array([entry["casts"] for entry in entries], bool)
+        self._may_cast = np.array([entry["casts"] for entry in entries], bool)
+        self.casts = self._may_cast
         self.still = np.array([entry["still"] for entry in entries], bool)
         if entries:
             self.table[:, ROWS:] = [entry["colors"] for entry in entries]
         self._places = np.zeros((len(entries), 4, 4))
         self._halves = np.array([entry["half"] for entry in entries]).reshape(-1, 3)
-        self._low = np.zeros(len(entries))  # of their lowest points [m]
+        self._low, self._high = np.zeros((2, len(entries)))  # of their lowest points [m]
         self.centres = np.zeros((len(entries), 3))
         self._place(np.arange(len(entries)))
 
@@ -178,10 +179,23 @@ class Stage:
         self._places[chosen] = places
         self.centres[chosen] = (places @ self._middles[chosen, :, None])[:, :3, 0]
         half = (np.abs(places[:, 2, :3]) * self._halves[chosen]).sum(axis=1)
-        self._low[chosen] = self.centres[chosen, 2] - half
+        self._low[chosen], self._high[chosen] = (
+            self.centres[chosen, 2] - half,
+            self.centres[chosen, 2] + half,
+        )
+        self.casts = self._may_cast & (self._high > self._lowest_others() + SUNK)
         self._write(chosen, places)
         self.moving_version += 1
         self.still_version += int(self.still[chosen].any())
+
+    def _lowest_others(self):
+        """Height of the lowest point of all others, for each instance (n,) [m]."""
+        if len(self._low) < 2:
+            return np.full(len(self._low), np.inf)
+        lowest = int(self._low.argmin())
+        found = np.full(len(self._low), self._low[lowest])
+        found[lowest] = np.delete(self._low, lowest).min()
+        return found
 
     def shadow_lengths(self, away):
         """How far (n,) the instances' shadows reach at most, down to the lowest point [m].
@@ -285,8 +299,6 @@ def _describe(key, row, moves, shape, look):
         double_sided=look.part.double_sided,
         transparent=alpha < 0.999 or look.clear,
     )
-    extent = np.multiply(look.mesh.high - look.mesh.low, size)
-    is_floor = not moves and extent.min() < GROUND[0] and extent.max() > GROUND[1]
     return {
         "group": (look.mesh, look.texture, kind),
         "look": look,
@@ -295,7 +307,7 @@ def _describe(key, row, moves, shape, look):
         "middle": (*look.mesh.centre, 1.0),
         "half": (look.mesh.high - look.mesh.low) / 2.0,
         "radius": look.mesh.radius * max(size),
-        "casts": finish.cast_shadows and alpha > 0.5 and not is_floor,
+        "casts": finish.cast_shadows and alpha > 0.5,
         "still": not moves,
         "colors": [
             *color[:3],

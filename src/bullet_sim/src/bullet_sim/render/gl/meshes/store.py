@@ -5,8 +5,8 @@ import os
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.render.gl.mesh_parts import WHITE, Part, color_of, mesh_parts, picture_of
-from bullet_sim.render.gl.solids import solid
+from bullet_sim.render.gl.meshes.parts import WHITE, Part, color_of, mesh_parts, picture_of
+from bullet_sim.render.gl.meshes.solids import solid
 
 MAX_PICTURE = 8192  # [px] longest side of a texture
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bullet_sim.meshes.convert import GREY, WHITE, mean_color
 from bullet_sim.meshes.parts import check_corners, read_parts
-from bullet_sim.render.gl.normals import crease_normals
+from bullet_sim.render.gl.meshes.normals import crease_normals
 
 NO_LIGHT = (0.0, 0.0, 0.0)
 
