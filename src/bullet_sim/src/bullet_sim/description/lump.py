@@ -12,7 +12,7 @@ from bullet_sim.pose import Pose
 
 MIN_MASS = 1e-3  # [kg] of a movable part without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
-WELD_AXIS = (1.0, 0.0, 0.0)
+WELD_AXIS = (1.0, 0.0, 0.0)  # of the joint that measures the forces in a stiff one
 MIN_RADIUS = 5e-3  # [m] least half size of the block whose inertia an impossible one becomes
 
 
