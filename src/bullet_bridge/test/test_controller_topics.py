@@ -8,6 +8,7 @@ from bullet_bridge.control import robot as control
 from bullet_bridge.control.pid_tuning import config_type
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
+from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
@@ -32,6 +33,11 @@ URDF = (
             ("right", "0 -0.2 0"),
             ("arm", "0 0 1"),
             ("spare", "0 0 2"),
+            ("tail", "0 0 -1"),
+            ("fl", "0 0 3"),
+            ("fr", "0 0 4"),
+            ("rl", "0 0 5"),
+            ("rr", "0 0 6"),
         )
     )
     + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
@@ -69,6 +75,16 @@ PARAMS = {
         "left_wheel": "left",
         "right_wheel": "right",
         "publish_rate": 5000,
+    },
+    "/bot/four": {
+        "type": "four_wheel_steering_controller/FourWheelSteeringController",
+        "front_wheel": ["left", "right"],
+        "rear_wheel": ["arm", "tail"],
+        "front_steering": ["fl", "fr"],
+        "rear_steering": ["rl", "rr"],
+        "publish_rate": 100,
+        "track": 0.8,
+        "wheel_base": 1.0,
     },
     "/bot/gazebo_ros_control/pid_gains": {"spare": {"p": 0.5}, "nose": {"p": 1}, "arm": {"i": 1}},
 }
@@ -140,6 +156,24 @@ def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
         lambda: bot.tunings["/bot/gazebo_ros_control/pid_gains/spare"].apply(PidGains(2.0))
     )
     assert hardware.pid("spare").gains.p == 2.0
+
+
+def test_a_base_with_four_steered_wheels_takes_and_gives_its_own_message(bot):
+    bot.start("four")
+    assert bot.endpoints["/bot/four/cmd_vel"].kind is Twist
+    bot.endpoints["/bot/four/cmd_four_wheel_steering"].call(
+        FourWheelSteering(speed=0.5, front_steering_angle=0.2, rear_steering_angle=0.2)
+    )
+    bot.run(400)
+    state = bot.endpoints["/bot/four/odom_steer"]
+    assert state.kind is FourWheelSteeringStamped and len(state.sent) == 40
+    last, odometry = state.sent[-1], bot.endpoints["/bot/four/odom"].sent[-1]
+    assert (last.header.frame_id, last.header.stamp) == ("odom", odometry.header.stamp)
+    assert last.data.speed == pytest.approx(0.5, rel=0.02)
+    assert last.data.front_steering_angle == pytest.approx(0.2, rel=0.02)
+    twist_now = odometry.twist.twist
+    assert math.hypot(twist_now.linear.x, twist_now.linear.y) == pytest.approx(last.data.speed)
+    assert twist_now.linear.y == pytest.approx(0.5 * math.sin(0.2), rel=0.05)
 
 
 def test_odometry_is_that_of_its_stamp(bot):

@@ -100,9 +100,9 @@ def test_joint_is_read():
     assert read.origin.position == (0, 0, 1)
 
 
-def test_mimic_is_ignored_with_a_warning():
+def test_mimic_of_no_joint_is_a_warning():
     model = parse_urdf(robot(TWO_LINKS + joint("continuous", extra='<mimic joint="x"/>')), str)
-    assert "mimic" in model.warnings[0]
+    assert "mimics 'x', which is no other joint" in model.warnings[0]
 
 
 def test_different_frictions_along_and_across():

@@ -11,9 +11,9 @@ fields alone. Where an original changed, the sum is that of its last form, as No
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
 
-Those of geographic_msgs, robot_localization and twist_mux_msgs were computed from the originals'
-definitions; of these GeoPoint, GeoPath, SetPose, GetState, FromLL and ToggleFilterProcessing were
-found in such code, too.
+Those of geographic_msgs, robot_localization, twist_mux_msgs and four_wheel_steering_msgs were
+computed from the originals' definitions; of these GeoPoint, GeoPath, SetPose, GetState, FromLL,
+ToggleFilterProcessing and FourWheelSteering were found in such code, too.
 """
 
 EMPTY = "d41d8cd98f00b204e9800998ecf8427e"
@@ -77,6 +77,10 @@ SUMS = {
     ),
     "controller_manager_msgs/srv/SwitchController.srv": ("36d99a977432b71d4bf16ce5847949d7", OK),
     "controller_manager_msgs/srv/UnloadController.srv": ("c1f3d28f1b044c871e6eff2e9fc3c667", OK),
+    "four_wheel_steering_msgs/msg/FourWheelSteering.msg": ("04dd0f55e1f168668af1e2587a7cdd2a",),
+    "four_wheel_steering_msgs/msg/FourWheelSteeringStamped.msg": (
+        "9226582df815bc6df9e3206bc05923af",
+    ),
     "gazebo_msgs/msg/ContactState.msg": ("48c0ffb054b8c444f870cecea1ee50d9",),
     "gazebo_msgs/msg/ContactsState.msg": ("acbcb1601a8e525bf72509f18e6f668d",),
     "gazebo_msgs/msg/LinkState.msg": ("0818ebbf28ce3a08d48ab1eaa7309ebe",),

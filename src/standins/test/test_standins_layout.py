@@ -28,7 +28,7 @@ GAZEBO_ARGUMENTS = {
     "server_required",
     "gui_required",
 }
-OURS = {"real_time_factor", "lockstep", "renderer"}
+OURS = {"real_time_factor", "lockstep", "renderer", "shadows", "antialias"}
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",
     "gazebo_plugins",
@@ -42,6 +42,18 @@ NAMED_IN_FIND_PACKAGE = (
     "joint_state_controller",
     "diff_drive_controller",
     "ackermann_steering_controller",
+    "four_wheel_steering_controller",
+    "four_wheel_steering_msgs",
+    "steer_bot_hardware_gazebo",
+    "steer_drive_controller",
+    "urdf_geometry_parser",
+    "joint_trajectory_controller",
+    "gripper_action_controller",
+    "imu_sensor_controller",
+    "force_torque_sensor_controller",
+    "roboticsgroup_gazebo_plugins",
+    "roboticsgroup_upatras_gazebo_plugins",
+    "realsense_gazebo_plugin",
     "control_msgs",
     "cv_bridge",
     "ackermann_msgs",

@@ -4,6 +4,7 @@ import math
 
 import rospy
 from control_msgs.msg import JointControllerState, PidState
+from four_wheel_steering_msgs.msg import FourWheelSteeringStamped
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 
@@ -57,9 +58,25 @@ def drive_odometry(time, drive, odometry):
     position.x, position.y = odometry.x, odometry.y
     orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
     message.twist.twist.linear.x = odometry.linear
+    message.twist.twist.linear.y = odometry.lateral
     message.twist.twist.angular.z = odometry.angular
     message.pose.covariance = _diagonal(drive.pose_covariance)
     message.twist.covariance = _diagonal(drive.twist_covariance)
+    return message
+
+
+def four_wheel_state(time, frame, odometry):
+    """four_wheel_steering_msgs/FourWheelSteeringStamped of a FourWheelOdometry."""
+    message = FourWheelSteeringStamped()
+    message.header.stamp, message.header.frame_id = stamp(time), frame
+    data = message.data
+    data.speed, data.acceleration, data.jerk = (
+        odometry.speed,
+        odometry.acceleration,
+        odometry.jerk,
+    )
+    data.front_steering_angle, data.rear_steering_angle = odometry.angles
+    data.front_steering_angle_velocity, data.rear_steering_angle_velocity = odometry.rates
     return message
 
 

@@ -4,12 +4,14 @@ import math
 import threading
 
 import rospy
+from bullet_sim.controllers.drive import steer_bot
 from bullet_sim.controllers.pid import parse_pid
+from bullet_sim.description.parts import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import ControllerError, SimError
 
 from bullet_bridge.control.pid_tuning import PidTuning
 from bullet_bridge.control.services import ControllerServices
-from bullet_bridge.control.topics import topics_of
+from bullet_bridge.control.table import topics_of
 from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.loop.jobs import Ended
 from bullet_bridge.transport.publishing import all_or_none
@@ -40,13 +42,31 @@ class RobotControl:
         self._publishing = {}  # of the topics: those of running controllers that publish
         self.closed = False
         try:
-            self._set_joint_gains()
+            self._set_hardware()
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload
             )
         except BaseException:
             self._close_topics()
             raise
+
+    def _set_hardware(self):
+        """Set up the hardware layer that <robotSimType> names."""
+        if self.model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
+            self._set_joint_gains()
+            return
+        where = f"{self.namespace}/{steer_bot.NAMESPACE}"
+        joints = self.model.joints
+        try:
+            config = steer_bot.parse_steer_bot(
+                rospy.get_param(where, None), where, joints.names, self.model.description
+            )
+        except SimError as error:
+            rospy.logerr("%s; the joints are those of the URDF", error)
+            return
+        self.manager.hardware.put_before(
+            steer_bot.SteerBotJoints(joints, config), config.interfaces()
+        )
 
     def _set_joint_gains(self):
         """Read the gains of joints that follow their commands by a PID."""
@@ -83,6 +103,8 @@ class RobotControl:
 
     def pid_namespace(self, spec, number):
         """Namespace of the parameters of a controller's PID, that of its joint `number`."""
+        if spec.kind.action:
+            return f"{self.namespace}/{spec.name}/gains/{spec.joints[number]}"
         of_joint = f"/{spec.joints[number]}" if spec.kind.group else ""
         return f"{self.namespace}/{spec.name}{of_joint}/pid"
 
@@ -197,7 +219,7 @@ class RobotControl:
     def _check_rate(self, spec):
         """Refuse and unload a controller whose publish_rate is above one per physics step."""
         if (
-            spec.kind.interface == "state" or spec.kind.drive
+            spec.kind.interface == "state" or spec.kind.drive or spec.kind.reports_sensors
         ) and spec.publish_rate * self.world.time_step > 1.0001:
             self.manager.unload(spec.name)
             raise ControllerError(
@@ -226,6 +248,10 @@ class RobotControl:
         for part in [topics] * (topics is not None) + tunings:
             part.close()
         return True
+
+    def call(self, work):
+        """Result of a job of the simulation thread; what it raises is raised here."""
+        return self._jobs.call(work)
 
     def _run_job(self, work):
         """Result of a job, or None with the reason in the log."""

@@ -1,15 +1,10 @@
-"""Topics of loaded controllers: commands in; joint states, PID states and odometry out."""
+"""Topics of loaded controllers of joints: commands in; joint states and PID states out."""
 
 import math
 
-import rospy
 from control_msgs.msg import JointControllerState, PidState
-from geometry_msgs.msg import Twist, TwistStamped
-from nav_msgs.msg import Odometry
-from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
-from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.control import messages as control_messages
 from bullet_bridge.loop.schedule import SubscribedSchedule
@@ -33,12 +28,18 @@ class Topics:
 
     def _every(self, rate, *publishers):
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
+        return self._every_while(
+            rate, lambda: any(publisher.get_num_connections() > 0 for publisher in publishers)
+        )
+
+    def _every_while(self, rate, has_subscribers):
+        """As _every, due while a function says so."""
         world = self._robot.world
         schedule = SubscribedSchedule(
             min(rate, 1.0 / world.time_step),
             world.time_step,
             world.step_count,
-            lambda: any(publisher.get_num_connections() > 0 for publisher in publishers),
+            has_subscribers,
         )
         self._schedules.append(schedule)
         return schedule
@@ -95,7 +96,7 @@ class JointStates(Topics):
         super().__init__(robot, spec)
         self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(spec.publish_rate, self._states)
-        names = robot.model.joints.names
+        names = robot.manager.hardware.names
         self._numbers = [names.index(name) for name in spec.joints or names]
         joints = [names[number] for number in self._numbers]
         self._extra = [row for row in spec.extra_joints if row[0] not in joints]
@@ -105,7 +106,7 @@ class JointStates(Topics):
         """Publish joint states that are due."""
         if not self._schedule.due(step):
             return
-        columns = self._robot.model.joints.columns(self._numbers)
+        columns = self._robot.manager.hardware.joints.columns(self._numbers)
         for number, column in enumerate(columns, 1):
             column += [row[number] for row in self._extra]
         self._sender.send(time, *columns)
@@ -166,58 +167,3 @@ class PidCommands(Commands):
             )
         for _, number, states in inner_due:
             states.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
-
-
-class Drive(Commands):
-    """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
-
-    topic = "cmd_vel"
-
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
-        self._odometry = self._publisher(f"{self.name}/odom", Odometry)
-        drive = spec.drive
-        self._transform = self._publisher("/tf", TFMessage) if drive.publish_tf else None
-        self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
-        self._schedule = self._every(spec.publish_rate, *self._outputs)
-        self._limited = None
-        if drive.publish_command:
-            self._limited = self._publisher(f"{self.name}/cmd_vel_out", TwistStamped)
-            self._limited_schedule = self._every(
-                1.0 / robot.manager.control_period(robot.world.time_step), self._limited
-            )
-
-    def _kind(self):
-        return Twist
-
-    def _on_command(self, message):
-        values = (message.linear.x, message.angular.z)
-        if self._spec.drive.single_publisher and self._subscriber.get_num_connections() > 1:
-            rospy.logerr_throttle(
-                1.0,
-                f"{self.name}/{self.topic} has more than one publisher, "
-                "which allow_multiple_cmd_vel_publishers forbids; it brakes",
-            )
-            values = (0.0, 0.0)
-        self._robot.buffer_command(self._spec.name, values)
-
-    def publish(self, step, time):
-        """Publish the odometry of this step and the limited command."""
-        if self._limited is not None and self._limited_schedule.due(step):
-            self._limited.publish(control_messages.limited_twist(time, *self.controller.limited))
-        if not self._schedule.due(step):
-            return
-        outputs = [out for out in self._outputs if out.get_num_connections()]
-        self._robot.manager.observe()
-        message = control_messages.drive_odometry(time, self._spec.drive, self.controller.odometry)
-        for out in outputs:
-            out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
-
-
-def topics_of(robot, spec):
-    """The Topics of a ControllerSpec."""
-    if spec.kind.interface == "state":
-        return JointStates(robot, spec)
-    if spec.kind.drive:
-        return Drive(robot, spec)
-    return (PidCommands if spec.kind.goal else Commands)(robot, spec)

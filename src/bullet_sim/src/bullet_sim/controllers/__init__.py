@@ -1,9 +1,13 @@
 """Controllers: the table of their types, their configuration and their implementations."""
 
+from bullet_sim.controllers.actions.gripper import GripperControl
+from bullet_sim.controllers.actions.trajectory import TrajectoryControl
+from bullet_sim.controllers.commands import MAX_COMMAND, check_command
 from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
+from bullet_sim.controllers.drive.four_wheel import FourWheel
 from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
-from bullet_sim.controllers.parse import MAX_COMMAND, check_command, parse_controller
+from bullet_sim.controllers.parse import parse_controller
 
 __all__ = [
     "KINDS",
@@ -15,13 +19,16 @@ __all__ = [
     "parse_controller",
 ]
 
-_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann}
+_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann, "four_wheel": FourWheel}
+_ACTIONS = {"trajectory": TrajectoryControl, "gripper": GripperControl}
 
 
 def make_controller(spec, hardware):
     """The Controller of a ControllerSpec."""
-    if spec.kind.interface == "state":
+    if spec.kind.interface == "state" or spec.kind.reports_sensors:
         return Controller(spec, hardware)
     if spec.kind.drive:
         return _DRIVES[spec.kind.drive](spec, hardware)
+    if spec.kind.action:
+        return _ACTIONS[spec.kind.action](spec, hardware)
     return (PidControl if spec.kind.goal else Forward)(spec, hardware)

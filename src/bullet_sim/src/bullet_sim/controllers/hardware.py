@@ -31,6 +31,20 @@ class Hardware:
         self._by_pid = {}
         self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
 
+    def put_before(self, joints, interfaces):
+        """Use other joints than the robot's own, e.g. SteerBotJoints before them.
+
+        Args:
+            joints: with the methods of bullet_sim.models.joints.Joints.
+            interfaces: as for the constructor.
+        """
+        self._joints, self._interfaces = joints, interfaces
+
+    @property
+    def joints(self):
+        """The joints that controllers see."""
+        return self._joints
+
     @property
     def names(self):
         """Names of the movable joints."""
@@ -132,7 +146,9 @@ class Hardware:
                 self._joints.release([name])
             self._efforts[name] = value
 
-    def regulate(self, name, pid, goal, error, velocity, period):
+    def regulate(
+        self, name, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
+    ):
         """Command a joint's effort by a PID, until the next command.
 
         Args:
@@ -142,27 +158,47 @@ class Hardware:
             error: of the goal.
             velocity: the joint's [rad/s, m/s].
             period: since the last time, and to the next [s].
+            moving: velocity of a position goal [rad/s, m/s]; None: unknown, the derivative is that
+                of the error.
+            extra: effort beside the PID's [N m, N].
+            limit: most effort either way [N m, N].
 
         Returns:
             The effort that the PID gives [N m, N].
         """
-        self._regulate(self._efforts, name, pid, goal, error, velocity, period)
+        self._regulate(
+            self._efforts, name, pid, goal, error, velocity, period, moving, extra, limit
+        )
         return pid.output
 
-    def _regulate(self, efforts, name, pid, goal, error, velocity, period):
+    def _regulate(
+        self,
+        efforts,
+        name,
+        pid,
+        goal,
+        error,
+        velocity,
+        period,
+        moving=None,
+        extra=0.0,
+        limit=math.inf,
+    ):
         inertia = self._inertias.get(name)
         if inertia is None or not is_stiff(pid.gains, goal, inertia, period):
             if self._tracked.pop(name, None) is not None:
                 self._joints.release([name])
-            efforts[name] = pid.compute(error, period)
+            rate = None if moving is None else moving - velocity
+            efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
             return
         servo = self._servos.get(name)
         if servo is None or servo.goal != goal or name not in self._tracked:
             servo = self._servos[name] = SERVOS[goal](inertia)
-        rate = -velocity if goal == "position" else 0.0
-        pid.compute(error, period, error_rate=rate)
+        own = velocity - (moving or 0.0)  # as seen from the goal
+        pid.compute(error, period, error_rate=-own if goal == "position" else 0.0)
         efforts.pop(name, None)
-        self._tracked[name] = servo.target(pid.gains, error, velocity, pid.terms[1], period)
+        speed, effort = servo.target(pid.gains, error, own, pid.terms[1] + extra, period)
+        self._tracked[name] = speed + (moving or 0.0), min(effort, limit)
 
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""

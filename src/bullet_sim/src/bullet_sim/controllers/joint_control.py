@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bullet_sim.controllers.angles import position_error
+from bullet_sim.controllers.commands import check_command
 from bullet_sim.controllers.pid import Pid
 
 
@@ -33,6 +34,14 @@ class Controller:
     def restart(self, time):
         """Restart after a reset of the world."""
         self.start(time)
+
+    def check(self, values):
+        """Check a command: a sequence of numbers; returns it as a tuple of floats.
+
+        Raises:
+            CommandError: wrong count, NaN or out of bounds.
+        """
+        return check_command(self.spec.name, values, self.spec.command_sizes)
 
     def command(self, values):
         """Set a checked command (a tuple of floats)."""

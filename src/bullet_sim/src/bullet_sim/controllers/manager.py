@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-from bullet_sim.controllers import KINDS, check_command, make_controller, parse_controller
+from bullet_sim.controllers import KINDS, make_controller, parse_controller
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.errors import ControllerError
 
@@ -170,12 +170,16 @@ class Manager:
     def command(self, name, values):
         """Pass a command to a running controller; a stopped one ignores it.
 
+        Args:
+            name: the controller.
+            values: what its check() takes: numbers, or a trajectory.
+
         Raises:
             ControllerError: not loaded.
             CommandError: wrong count, NaN or out of bounds; the last command stays.
         """
         controller = self.get(name)
-        values = check_command(name, values, controller.spec.command_size)
+        values = controller.check(values)
         if self.is_running(name):
             controller.command(values)
 

@@ -1,12 +1,21 @@
 """Entries of the controllers' YAML -> ControllerSpecs."""
 
+from bullet_sim.controllers.actions.config import parse_trajectory
+from bullet_sim.controllers.actions.gripper import parse_gripper
 from bullet_sim.controllers.drive.config import parse_ackermann, parse_diff
+from bullet_sim.controllers.drive.four_wheel_config import parse_four_wheel
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.controllers.settings import Settings
-from bullet_sim.errors import CommandError, ControllerError
+from bullet_sim.description.field_specs import ForceTorqueSpec
+from bullet_sim.description.specs import ImuSpec
+from bullet_sim.errors import ControllerError
 
-MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
+_SENSORS = {  # interface -> specification and words for it
+    "imu": (ImuSpec, "IMUs"),
+    "force_torque": (ForceTorqueSpec, "force and torque of joints (libgazebo_ros_ft_sensor.so)"),
+}
+_DRIVES = {"diff": parse_diff, "ackermann": parse_ackermann, "four_wheel": parse_four_wheel}
 
 
 def parse_controller(name, config, joint_names, description=None):
@@ -34,8 +43,12 @@ def parse_controller(name, config, joint_names, description=None):
         )
     if kind.interface == "state":
         values = _state(settings, joint_names)
+    elif kind.reports_sensors:
+        values = _sensors(settings, kind, description)
     elif kind.drive:
         values = _drive(settings, kind, joint_names, description)
+    elif kind.action:
+        values = _action(settings, kind, joint_names)
     else:
         values = _command(settings, kind, joint_names)
     values["warnings"] = (*values.get("warnings", ()), *settings.unknown())
@@ -73,14 +86,22 @@ def _state(settings, joint_names):
     }
 
 
+def _sensors(settings, kind, description):
+    sort, words = _SENSORS[kind.interface]
+    if not any(isinstance(spec, sort) for spec in getattr(description, "sensors", ())):
+        raise ControllerError(f"{settings.what} publishes {words}, of which the robot has none")
+    if settings.number("publish_rate", None, above=0.0) is None:
+        raise ControllerError(f"{settings.what} has no publish_rate, which {kind.type} needs [Hz]")
+    return {"publish_rate": rate(settings)}
+
+
 def rate(settings):
     """The publish_rate [Hz]."""
     return settings.number("publish_rate", 50.0, above=0.0)
 
 
 def _drive(settings, kind, joint_names, description):
-    parse = {"diff": parse_diff, "ackermann": parse_ackermann}[kind.drive]
-    drive, claims, notes = parse(settings, description)
+    drive, claims, notes = _DRIVES[kind.drive](settings, description)
     joints = tuple(joint for _, names in claims for joint in names)
     check_joints(joints, settings.what, joint_names)
     return {
@@ -89,6 +110,25 @@ def _drive(settings, kind, joint_names, description):
         "drive": drive,
         "claims": claims,
         "notes": notes,
+    }
+
+
+def _action(settings, kind, joint_names):
+    joints, warnings = _joints(settings, kind, joint_names), []
+    regulated = kind.interface != "position"
+    if kind.action == "trajectory":
+        config, gains, state_rate = parse_trajectory(settings, joints, regulated, warnings)
+    else:
+        config, gains = parse_gripper(settings, joints, regulated, warnings)
+        state_rate = config.monitor_rate
+    return {
+        "joints": joints,
+        "publish_rate": state_rate,
+        "claims": ((kind.interface, joints),),
+        "gains": gains,
+        "publish_pid": (False,) * len(gains),
+        "action": config,
+        "warnings": warnings,
     }
 
 
@@ -149,28 +189,3 @@ def check_joints(joints, what, joint_names):
             )
         if joint in joints[:number]:
             raise ControllerError(f"{what} names joint '{joint}' twice, must be once")
-
-
-def check_command(name, values, count):
-    """Check a command.
-
-    Args:
-        name: controller name.
-        values: sequence of `count` numbers [rad/s, m/s, rad, m, N m, N].
-
-    Returns:
-        The values as a tuple of floats.
-
-    Raises:
-        CommandError: wrong count, NaN or beyond MAX_COMMAND.
-    """
-    values = tuple(float(value) for value in values)
-    if len(values) != count:
-        raise CommandError(f"command of '{name}' has {len(values)} values, must have {count}")
-    for value in values:
-        if not abs(value) <= MAX_COMMAND:
-            raise CommandError(
-                f"command of '{name}' is {value}, must be a finite number, at most "
-                f"{MAX_COMMAND:g} either way; the last good command stays"
-            )
-    return values

@@ -4,11 +4,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bullet_sim.description.finish import PLAIN, Finish
 from bullet_sim.description.read_warning import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
 MOVABLE_TYPES = ("revolute", "continuous", "prismatic")
+DEFAULT_SIM_TYPE = "gazebo_ros_control/DefaultRobotHWSim"
+STEER_BOT_SIM_TYPE = "steer_bot_hardware_gazebo/SteerBotHardwareGazebo"
 
 
 @dataclass
@@ -36,6 +39,7 @@ class Shape:
     Attributes:
         texture: path of a texture image; empty: none.
         painted: the colour replaces a mesh's own materials.
+        finish: how it reflects light.
         name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
     """
@@ -47,6 +51,7 @@ class Shape:
     painted: bool = False
     name: str = ""
     link: str = ""
+    finish: Finish = PLAIN
 
     def at(self, pose):
         """The same shape in a frame in which its present frame has the given pose."""
@@ -101,13 +106,31 @@ class Link:
     color: tuple[float, float, float, float] | None = None
 
 
+@dataclass(frozen=True)
+class Mimic:
+    """What a joint that follows another does.
+
+    Attributes:
+        joint: name of the one it follows.
+        multiplier, offset: its position is multiplier times the other's, plus offset [rad, m].
+        max_effort: to follow with [N m, N]; None: the joint's limit.
+        sensitiveness: deviation below which it is not corrected [rad, m].
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+    max_effort: float | None = None
+    sensitiveness: float = 0.0
+
+
 @dataclass
 class Joint:
     """A joint: origin of the child's frame in the parent's, unit axis in the child's frame.
 
     Limits: lower/upper [rad, m] (None: none), effort [N m, N], velocity [rad/s, m/s];
     0 effort or velocity means that the file gives none. anchor: the joint's frame in the child
-    link's frame, in which the axis is given; in a URDF the two are one.
+    link's frame, in which the axis is given; in a URDF the two are one. mimic: it follows another.
     """
 
     name: str
@@ -123,6 +146,7 @@ class Joint:
     damping: float = 0.0
     friction: float = 0.0
     anchor: Pose = Pose()
+    mimic: Mimic | None = None
 
 
 @dataclass
@@ -135,6 +159,8 @@ class ModelDescription:
         sensors: sensor specifications (see specs.py).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
+        robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
+        measured: joints whose force and torque a sensor reads; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
@@ -149,6 +175,8 @@ class ModelDescription:
     sensors: list[object] = field(default_factory=list)
     control_namespace: str | None = None
     control_period: float = 0.0
+    robot_sim_type: str = ""
+    measured: set[str] = field(default_factory=set)
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     static: bool = False
     self_collide: bool = False

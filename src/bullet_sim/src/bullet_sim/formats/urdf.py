@@ -10,7 +10,7 @@ from bullet_sim.formats.colors import rgba_of
 from bullet_sim.formats.geometry import mesh_geometry, usable_size
 from bullet_sim.formats.tags import gazebo as gazebo_tags
 from bullet_sim.formats.transmissions import parse_transmissions
-from bullet_sim.formats.urdf_joints import UNSUPPORTED_TYPES, read_joints
+from bullet_sim.formats.urdf_joints import UNSUPPORTED_TYPES, check_mimics, read_joints
 from bullet_sim.formats.xml_parse import parse
 from bullet_sim.formats.xml_read import floats_of, number_of, urdf_origin
 
@@ -48,8 +48,9 @@ def parse_urdf(text, resolve, name="robot"):
     _tie_to_world(model)
     for joint in model.joints.values():
         _stiffen(joint, model)
-    gazebo_tags.apply(robot, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
+    check_mimics(model)
+    gazebo_tags.apply(robot, model)
     return model
 
 

@@ -1,6 +1,6 @@
 """<joint> elements of a URDF -> joints that make a tree."""
 
-from bullet_sim.description.parts import MOVABLE_TYPES, Joint
+from bullet_sim.description.parts import MOVABLE_TYPES, Joint, Mimic
 from bullet_sim.formats.joints import closes_loop, set_stops, unit_axis
 from bullet_sim.formats.xml_read import bound_of, floats_of, number_of, urdf_origin
 
@@ -44,13 +44,37 @@ def _joint(element, model):
     if dynamics is not None:
         joint.damping = max(0.0, number_of(dynamics, "damping", what, 0.0))
         joint.friction = max(0.0, number_of(dynamics, "friction", what, 0.0))
-    if element.find("mimic") is not None:
-        model.warn(
-            f"{what} has <mimic>, which Gazebo ignores, too",
-            "joints have <mimic>, which Gazebo ignores, too",
-            f"'{name}'",
-        )
+    joint.mimic = _mimic(element, joint, what)
     return joint
+
+
+def _mimic(element, joint, what):
+    mimic = element.find("mimic")
+    if mimic is None or joint.kind not in MOVABLE_TYPES:
+        return None
+    return Mimic(
+        mimic.get("joint") or "",
+        number_of(mimic, "multiplier", f"{what} mimic", 1.0),
+        number_of(mimic, "offset", f"{what} mimic", 0.0),
+    )
+
+
+def check_mimics(model):
+    """Drop a <mimic> of a joint that does not exist, with a warning, or of a commanded joint."""
+    for joint in model.joints.values():
+        if joint.mimic is None:
+            continue
+        other = model.joints.get(joint.mimic.joint)
+        if other is None or other is joint or other.kind not in MOVABLE_TYPES:
+            model.warn(
+                f"joint '{joint.name}' of '{model.name}' mimics '{joint.mimic.joint}', which is no "
+                "other joint that moves; it moves freely",
+                "joints mimic what is no other joint that moves, and move freely",
+                f"'{joint.name}'",
+            )
+            joint.mimic = None
+        elif joint.name in model.transmissions:
+            joint.mimic = None  # controllers move it
 
 
 def _fault(name, parent, child, model):

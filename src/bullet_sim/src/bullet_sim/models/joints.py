@@ -124,6 +124,17 @@ class Joints:
                 self._body, self._index[name], min(max(value, -speed), speed), self._effort(name)
             )
 
+    def greatest_effort(self, name):
+        """A joint's effort limit [N m, N], or a very great one."""
+        return self._effort(name)
+
+    def drive_within(self, name, velocity, effort):
+        """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
+        speed = self._speed(name)
+        self._applied.pop(name, None)
+        velocity = min(max(velocity, -speed), speed)
+        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
+
     def drive_positions(self, names, values):
         """Track positions, clipped to the URDF's position limits."""
         for name, value in zip(names, values):

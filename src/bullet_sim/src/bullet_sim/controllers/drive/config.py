@@ -14,17 +14,11 @@ _WITHOUT_EFFECT = (
 )
 
 
-@dataclass(frozen=True)
-class DriveConfig:
-    """Configuration that both kinds of bases share.
+@dataclass(frozen=True, kw_only=True)
+class BaseConfig:
+    """Configuration that all kinds of bases share.
 
     Attributes:
-        left, right: wheel joints; of an Ackermann base `left` is the rear wheel and `right` the
-            front steering joint.
-        separation: between left and right wheels, or between axles [m], with its multiplier.
-        radii: of the left and right wheels, or of the rear wheel for odometry and for the
-            command [m], with their multipliers.
-        steer_multiplier: of the measured steering angle in the odometry.
         linear, angular: SpeedLimiters of the command.
         timeout: age [s] at which a command counts as 0.
         open_loop: odometry from the commands instead of from the joints.
@@ -36,11 +30,6 @@ class DriveConfig:
         pose_covariance, twist_covariance: six diagonal elements each.
     """
 
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float
-    radii: tuple[float, float]
-    steer_multiplier: float = 1.0
     linear: SpeedLimiter = SpeedLimiter()
     angular: SpeedLimiter = SpeedLimiter()
     timeout: float = 0.5
@@ -55,7 +44,28 @@ class DriveConfig:
     twist_covariance: tuple[float, ...] = (0.0,) * 6
 
 
-def _common(settings):
+@dataclass(frozen=True)
+class DriveConfig(BaseConfig):
+    """Configuration of a base with two sides, or with one rear wheel and one steering joint.
+
+    Attributes:
+        left, right: wheel joints; of an Ackermann base `left` is the rear wheel and `right` the
+            front steering joint.
+        separation: between left and right wheels, or between axles [m], with its multiplier.
+        radii: of the left and right wheels, or of the rear wheel for odometry and for the
+            command [m], with their multipliers.
+        steer_multiplier: of the measured steering angle in the odometry.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    radii: tuple[float, float]
+    steer_multiplier: float = 1.0
+
+
+def common(settings):
+    """Values of a BaseConfig, and notes about keys without effect."""
     values = {
         "linear": parse_limiter(settings.block("linear", "x")),
         "angular": parse_limiter(settings.block("angular", "z")),
@@ -86,7 +96,8 @@ def _diagonal(settings, key):
     return tuple(numbers)
 
 
-def _wheels(settings, key):
+def wheel_names(settings, key):
+    """Joint names: a list, or one name alone."""
     value = settings.get(key)
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) and name for name in names):
@@ -96,7 +107,7 @@ def _wheels(settings, key):
     return tuple(names)
 
 
-def _size(settings, key, measure):
+def size(settings, key, measure):
     """A length [m] from the settings, or as measured in the URDF."""
     value = settings.number(key, None, above=0.0)
     if value is not None:
@@ -120,17 +131,17 @@ def parse_diff(settings, description):
     Raises:
         ControllerError: names the key, the value and what is valid.
     """
-    left, right = _wheels(settings, "left_wheel"), _wheels(settings, "right_wheel")
+    left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
     if len(left) != len(right):
         raise ControllerError(
             f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as many"
         )
     both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
-    radius = _size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
-    separation = _size(
+    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
+    separation = size(
         settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
     )
-    values, notes = _common(settings)
+    values, notes = common(settings)
     drive = DriveConfig(
         left,
         right,
@@ -148,13 +159,13 @@ def parse_ackermann(settings, description):
     """Configuration of an ackermann_steering_controller; see parse_diff."""
     rear = settings.text("rear_wheel", "rear_wheel_joint")
     front = settings.text("front_steer", "front_steer_joint")
-    radius = _size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
-    separation = _size(
+    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
+    separation = size(
         settings,
         "wheel_separation_h",
         lambda: abs(joint_position(description, front)[0] - joint_position(description, rear)[0]),
     )
-    values, notes = _common(settings)
+    values, notes = common(settings)
     drive = DriveConfig(
         (rear,),
         (front,),

@@ -18,7 +18,10 @@ class Odometry:
         x, y: [m] in the frame in which it started.
         heading: [rad], left positive, not wrapped.
         linear, angular: [m/s, rad/s] in the robot's own frame.
+        lateral: velocity to the left [m/s]: wheels do not slide.
     """
+
+    lateral = 0.0
 
     def __init__(self, window=10):
         self._arcs = collections.deque(maxlen=max(1, window))

@@ -1,11 +1,18 @@
 """<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
+from bullet_sim.description.parts import DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
-from bullet_sim.formats.tags import hector
+from bullet_sim.formats.tags import cameras, hector, wrenches
 from bullet_sim.formats.tags.imus import imu_spec
-from bullet_sim.formats.tags.wheels import diff_drive, joint_states, planar_move, skid_steer
+from bullet_sim.formats.tags.wheels import (
+    diff_drive,
+    joint_states,
+    mimic_joint,
+    planar_move,
+    skid_steer,
+)
 from bullet_sim.formats.xml_read import child_floats, child_number, child_text
 
 
@@ -34,6 +41,14 @@ def parse_plugin(element, model):
 def _control(element, model, _):
     model.control_namespace = child_text(element, "robotNamespace", "")
     model.control_period = child_number(element, "controlPeriod", "gazebo_ros_control", 0.0)
+    kind = child_text(element, "robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
+    if kind not in (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE):
+        model.warn(
+            f"gazebo_ros_control has robotSimType '{kind}', known are {DEFAULT_SIM_TYPE} and "
+            f"{STEER_BOT_SIM_TYPE}; the first is used"
+        )
+        kind = DEFAULT_SIM_TYPE
+    model.robot_sim_type = kind
 
 
 def _body(element, model, what):
@@ -105,6 +120,13 @@ _READERS = {
     "gazebo_ros_skid_steer_drive": skid_steer,
     "gazebo_ros_joint_state_publisher": joint_states,
     "gazebo_ros_planar_move": planar_move,
+    "roboticsgroup_gazebo_mimic_joint_plugin": mimic_joint,
+    "roboticsgroup_upatras_gazebo_mimic_joint_plugin": mimic_joint,
+    "gazebo_ros_ft_sensor": wrenches.ft_sensor,
+    "gazebo_ros_f3d": wrenches.f3d,
+    "gazebo_ros_hand_of_god": wrenches.hand_of_god,
+    "gazebo_ros_joint_pose_trajectory": wrenches.joint_pose_trajectory,
+    "realsense_gazebo_plugin": cameras.realsense,
     "hector_gazebo_ros_imu": hector.imu,
     "hector_gazebo_ros_gps": hector.gps,
     "hector_gazebo_ros_magnetic": hector.magnetic,

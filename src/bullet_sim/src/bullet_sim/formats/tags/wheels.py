@@ -1,7 +1,7 @@
 """<plugin> elements that move wheels or report joints -> specifications."""
 
 from bullet_sim.description.field_specs import PlanarMoveSpec
-from bullet_sim.description.parts import MOVABLE_TYPES
+from bullet_sim.description.parts import MOVABLE_TYPES, Mimic
 from bullet_sim.description.specs import JointStatesSpec, WheelDriveSpec
 from bullet_sim.formats.xml_read import child_number, child_text, is_true
 
@@ -75,6 +75,22 @@ def planar_move(element, model, names):
                 child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
             ),
         )
+    )
+
+
+def mimic_joint(element, model, _):
+    """roboticsgroup's mimic joint plugin; with <hasPID> it follows as without."""
+    what = _what(element)
+    names = [child_text(element, tag, "") for tag in ("joint", "mimicJoint")]
+    if len(_known(tuple(names), model, what)) < 2:
+        return
+    effort = child_number(element, "maxEffort", what, -1.0)
+    model.joints[names[1]].mimic = Mimic(
+        names[0],
+        child_number(element, "multiplier", what, 1.0),
+        child_number(element, "offset", what, 0.0),
+        effort if effort >= 0.0 else None,
+        abs(child_number(element, "sensitiveness", what, 0.0)),
     )
 
 

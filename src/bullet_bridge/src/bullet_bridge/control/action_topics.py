@@ -1,0 +1,77 @@
+"""Action servers of controllers.
+
+actionlib's server holds a lock while it calls back, and a callback waits for the simulation
+thread. So that thread never calls the server: what it has to say goes through a queue to a thread
+that does.
+"""
+
+import queue
+import threading
+
+import actionlib
+import rospy
+
+STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
+
+
+class _Server(actionlib.ActionServer):
+    """A server without a timer of its own: one would die when simulated time jumps back."""
+
+    def initialize(self):
+        super().initialize()
+        if self.status_timer is not None:
+            self.status_timer.shutdown()
+
+
+class ActionTopics:
+    """The topics of one action.
+
+    Args:
+        name: of the action, resolved.
+        action: its type.
+        on_goal: function of a ServerGoalHandle, which accepts or rejects it.
+        on_cancel: function of a ServerGoalHandle.
+    """
+
+    def __init__(self, name, action, on_goal, on_cancel):
+        self._orders = queue.SimpleQueue()
+        self._server = _Server(name, action, on_goal, on_cancel, auto_start=False)
+        self._server.start()
+        self._thread = threading.Thread(target=self._work, name=f"{name} results", daemon=True)
+        self._thread.start()
+
+    def has_subscribers(self):
+        """Whether anybody hears feedback."""
+        return self._server.feedback_pub.get_num_connections() > 0
+
+    def say(self, call, *arguments):
+        """Have a method of a goal handle called soon, in order; returns at once."""
+        self._orders.put((call, arguments))
+
+    def _work(self):
+        while True:
+            try:
+                order = self._orders.get(timeout=STATUS_PERIOD)
+            except queue.Empty:
+                order = self._server.publish_status_async, (None,)
+            if order is None:
+                return
+            call, arguments = order
+            try:
+                call(*arguments)
+            except rospy.ROSException:
+                pass  # the topics were just unregistered
+
+    @staticmethod
+    def same(first, second):
+        """Whether two goal handles, or None, are of one goal."""
+        if first is None or second is None:
+            return first is second
+        return first.get_goal_id().id == second.get_goal_id().id
+
+    def unregister(self):
+        """Say what is left to say, then end the topics."""
+        self._orders.put(None)
+        if threading.current_thread() is not self._thread:
+            self._thread.join(2.0)
+        self._server.stop()

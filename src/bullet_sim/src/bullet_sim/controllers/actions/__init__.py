@@ -1,0 +1,1 @@
+"""Controllers whose goals come by an action: trajectories of several joints, grippers."""
