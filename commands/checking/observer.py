@@ -16,9 +16,9 @@ import launch_log
 import rospy
 import sources
 from controller_manager_msgs.srv import ListControllers
-from gazebo_msgs.srv import GetModelState
+from gazebo_msgs.srv import GetModelState, GetPhysicsProperties
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
+from std_srvs.srv import Empty, Trigger
 
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
@@ -119,6 +119,16 @@ def state_of(simulator, model):
     }
 
 
+def unpause(simulator):
+    """Lets a world that starts paused go on; returns whether it was paused."""
+    answer = call(f"{simulator}/get_physics_properties", GetPhysicsProperties)
+    paused = answer is not None and answer.pause
+    if paused:
+        call(f"{simulator}/unpause_physics", Empty)
+        time.sleep(SETTLED)
+    return paused
+
+
 def controllers_of(namespace):
     """(name, type, state) of the controllers in a namespace, None where nobody answers."""
     answer = call(f"{namespace}/controller_manager/list_controllers", ListControllers)
@@ -134,6 +144,7 @@ def observe(launch, seconds):
     found = wait_for_models(launch, simulator)
     if found is None:
         return {"simulator": False}
+    found["was_paused"] = unpause(simulator)
     moving = [model for model in found["models"] if not model["static"]]
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}

@@ -10,8 +10,9 @@ LISTED = 3  # names that a sentence gives
 LOWEST = -1.0  # [m] below which a robot has fallen out of the world
 
 
-# Programs that need a screen: they end at once here, where there is none, and are no problem.
+# Programs that need a screen or a terminal: they end at once here and are no problem.
 WITH_SCREEN = ("rviz", "rqt", "gzclient", "joint_state_publisher_gui", "image_view", "xterm")
+AT_KEYBOARD = ("keyboard", "keyop", "teleop_key")  # in the names of programs
 
 
 def problems(found):
@@ -50,10 +51,12 @@ def problems(found):
 def notes(found):
     """Sentences about what is worth knowing and no fault of the package or of the simulator."""
     said = [
-        f"node {name} ({program}) needs a screen and was not looked at"
+        f"node {name} ({program}) needs a screen or a terminal and was not looked at"
         for name, _, program in found["died"]
         if needs_screen(program)
     ]
+    if found.get("was_paused"):
+        said.append("the file starts the world paused; the check let it go on")
     factor = found.get("real_time_factor")
     if found["simulator"] and factor is not None and 0.0 < factor < SLOW:
         said.append(f"this machine simulates {factor:.2f} s in a second")
@@ -82,8 +85,8 @@ def _restless(found):
 
 
 def needs_screen(program):
-    """Whether a program opens a window."""
-    return program.startswith(WITH_SCREEN)
+    """Whether a program opens a window or reads a terminal's keys."""
+    return program.startswith(WITH_SCREEN) or any(word in program for word in AT_KEYBOARD)
 
 
 def _listed(names):

@@ -115,10 +115,12 @@ def test_one_problem_each(found, words):
 def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
     camera = {"topic": "/image", "type": "sensor_msgs/Image", "rate": 30.0, "count": 80,
               "measured": 10.0, "link": "eye", "is_camera": True}  # fmt: skip
-    found = changed(died=[["view", -6, "rviz"]], car_sensors=[camera], real_time_factor=0.5)
+    died = [["view", -6, "rviz"], ["keys", 1, "teleop_twist_keyboard.py"]]
+    found = changed(died=died, car_sensors=[camera], real_time_factor=0.5, was_paused=True)
     assert verdict.problems(found) == []
-    screen, slow, image = verdict.notes(found)
+    screen, keys, paused, slow, image = verdict.notes(found)
     assert "view (rviz) needs a screen" in screen and "0.50 s" in slow
+    assert "keys" in keys and "starts the world paused" in paused
     assert "/image 10.0" in image and "30 are wanted" in image
     page = "\n".join(verdict.page(found, 8.0))
     assert "worth knowing" in page and "no problems" in page

@@ -60,7 +60,7 @@ def test_plain_sentences_are_grouped_too():
         ("plugins name a link that does not exist and are left out", True),
         ("sensors are left out", True),
         ("sensors have a type that is not known here and are left out", True),
-        ("sensors refer to a link that does not exist and are left out", True),
+        ("sensors refer to a link that does not exist and are left out", False),
         ("sensors have no ROS plugin and so no topic and are left out", False),
         ("sensors have no update rate and run at 30 Hz", False),
         ("meshes are missing and left out", False),

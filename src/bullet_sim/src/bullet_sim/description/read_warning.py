@@ -5,7 +5,7 @@ import re
 LISTED = 3  # items that a line names; of more it names the first and counts the others
 _LOSS = re.compile(
     r"(world plugins|plugins|plugins of sensors) .*(ignored|left out)"
-    r"|sensors (have a type that is not known here and|refer to a link .*|)\s*are left out"
+    r"|sensors (have a type that is not known here and )?are left out"
 )
 _QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 
