@@ -23,6 +23,7 @@ class CameraSpec:
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
         encoding: of the messages: rgb8, bgr8 or mono8.
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
+        distortion: (k1, k2, p1, p2, k3) of its lens, as CameraInfo's plumb_bob; (): a pinhole.
     """
 
     name: str
@@ -41,6 +42,7 @@ class CameraSpec:
     noise_mean: float = 0.0
     encoding: str = "rgb8"
     baseline: float = 0.0
+    distortion: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import zlib
 
 import numpy as np
 
+from bullet_sim.render import lenses
 from bullet_sim.sensors import camera
 
 
@@ -48,7 +49,10 @@ class Pictures:
         camera.check(
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
-        rgb, depth = self.picture(request, rgb, depth)
+        if request.distortion:
+            rgb, depth = lenses.picture(self.picture, request, rgb, depth)
+        else:
+            rgb, depth = self.picture(request, rgb, depth)
         if request.noise_stddev > 0.0 or request.noise_mean:
             rgb[:] = camera.add_noise(
                 rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean

@@ -25,6 +25,7 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
+        distortion: (k1, k2, p1, p2, k3) of its lens, see render.lenses; (): a pinhole.
     """
 
     name: str
@@ -40,6 +41,7 @@ class CameraRequest:
     seed: int = 0
     noise_mean: float = 0.0
     depth: bool = False
+    distortion: tuple = ()
 
     @classmethod
     def from_spec(cls, spec, key, link_index, seed=0):
@@ -59,6 +61,7 @@ class CameraRequest:
             int(seed),
             float(spec.noise_mean),
             isinstance(spec, DepthCameraSpec),
+            tuple(map(float, spec.distortion)),
         )
 
 

@@ -33,6 +33,7 @@ def _camera_values(sensor):
         noise_stddev=stddev,
         noise_mean=mean,
         encoding=lenses.encoding(camera, what, sensor.model),
+        distortion=lenses.distortion(camera, sensor.plugin, what),
         baseline=child_number(sensor.plugin, "hackBaseline", what, 0.0),
     )
 

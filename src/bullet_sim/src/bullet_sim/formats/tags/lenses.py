@@ -6,6 +6,7 @@ from bullet_sim.formats.xml_read import child_number, child_text, replace
 
 WIDEST = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
 FIELD_OF_VIEW = 1.047  # [rad] where none is given
+INVISIBLE = 1e-6  # of a coefficient of a lens
 CLIP = (0.1, 100.0)  # [m] nearest and furthest that is drawn, where none is given
 FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
 ENCODINGS = {
@@ -54,6 +55,19 @@ def field_of_view(camera, what, wide=False):
     )
     replace(camera.find("horizontal_fov"), f"{what} <horizontal_fov>", f"{angle:g}", sentence, used)
     return used
+
+
+def distortion(camera, plugin, what):
+    """(k1, k2, p1, p2, k3) of a lens, () of a pinhole.
+
+    Those of the <camera> count, else those of its plugin; values too small to be seen are none.
+    """
+    names = ("k1", "k2", "p1", "p2", "k3")
+    found = [child_number(camera, f"distortion/{name}", what, 0.0) for name in names]
+    if camera.find("distortion") is None:
+        names = ("K1", "K2", "T1", "T2", "K3")
+        found = [child_number(plugin, f"distortion{name}", what, 0.0) for name in names]
+    return tuple(found) if max(map(abs, found)) > INVISIBLE else ()
 
 
 def clip(camera, what):
