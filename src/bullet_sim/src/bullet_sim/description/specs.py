@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from bullet_sim.description.lens import Lens
+
 PoseTuple = tuple[tuple[float, float, float], tuple[float, float, float]]
 ZERO_POSE: PoseTuple = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -24,6 +26,7 @@ class CameraSpec:
         encoding: of the messages: rgb8, bgr8 or mono8.
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
         distortion: (k1, k2, p1, p2, k3) of its lens, as CameraInfo's plumb_bob; (): a pinhole.
+        lens: of a wide-angle camera; horizontal_fov is then that of a pinhole, for camera_info.
     """
 
     name: str
@@ -43,6 +46,7 @@ class CameraSpec:
     encoding: str = "rgb8"
     baseline: float = 0.0
     distortion: tuple[float, ...] = ()
+    lens: Lens | None = None
 
 
 @dataclass(frozen=True)

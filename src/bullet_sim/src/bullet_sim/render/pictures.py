@@ -4,7 +4,7 @@ import zlib
 
 import numpy as np
 
-from bullet_sim.render import lenses
+from bullet_sim.render import lenses, wide
 from bullet_sim.sensors import camera
 
 
@@ -49,7 +49,9 @@ class Pictures:
         camera.check(
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
-        if request.distortion:
+        if request.lens is not None:
+            rgb, depth = wide.picture(self.picture, request, rgb), None
+        elif request.distortion:
             rgb, depth = lenses.picture(self.picture, request, rgb, depth)
         else:
             rgb, depth = self.picture(request, rgb, depth)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bullet_sim.description.lens import Lens
 from bullet_sim.description.specs import DepthCameraSpec
 
 RENDERERS = ("auto", "gl", "tiny")
@@ -26,6 +27,7 @@ class CameraRequest:
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
         distortion: (k1, k2, p1, p2, k3) of its lens, see render.lenses; (): a pinhole.
+        lens: a wide-angle Lens, see render.wide; horizontal_fov does not count then.
     """
 
     name: str
@@ -42,6 +44,7 @@ class CameraRequest:
     noise_mean: float = 0.0
     depth: bool = False
     distortion: tuple = ()
+    lens: Lens | None = None
 
     @classmethod
     def from_spec(cls, spec, key, link_index, seed=0):
@@ -62,6 +65,7 @@ class CameraRequest:
             float(spec.noise_mean),
             isinstance(spec, DepthCameraSpec),
             tuple(map(float, spec.distortion)),
+            spec.lens,
         )
 
 
