@@ -4,7 +4,7 @@ import zlib
 
 import numpy as np
 
-from bullet_sim.render import lenses, wide
+from bullet_sim.render.lenses import plumb_bob, wide_angle
 from bullet_sim.sensors import camera
 
 
@@ -50,9 +50,9 @@ class Pictures:
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
         if request.lens is not None:
-            rgb, depth = wide.picture(self.picture, request, rgb), None
+            rgb, depth = wide_angle.picture(self.picture, request, rgb), None
         elif request.distortion:
-            rgb, depth = lenses.picture(self.picture, request, rgb, depth)
+            rgb, depth = plumb_bob.picture(self.picture, request, rgb, depth)
         else:
             rgb, depth = self.picture(request, rgb, depth)
         if request.noise_stddev > 0.0 or request.noise_mean:

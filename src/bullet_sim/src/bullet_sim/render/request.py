@@ -26,8 +26,8 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
-        distortion: (k1, k2, p1, p2, k3) of its lens, see render.lenses; (): a pinhole.
-        lens: a wide-angle Lens, see render.wide; horizontal_fov does not count then.
+        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses.plumb_bob; (): a pinhole.
+        lens: a wide-angle Lens, see lenses.wide_angle; horizontal_fov does not count then.
     """
 
     name: str

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
 from bullet_bridge.services.handlers import empty_service_handler, service_handler
-from bullet_bridge.services.physics_properties import FIXED
+from bullet_bridge.services.physics.properties import FIXED
 from bullet_bridge.transport.conversions import vector
 
 
