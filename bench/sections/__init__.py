@@ -25,6 +25,7 @@ SECTIONS = {
     "latency": "command to the joint states that show it",
     "scale": "1 to 32 cars with a lidar each",
     "growth": "memory over simulated minutes",
+    "learning": "actions a second of the learner's environments over bare stepping",
     "meshes": "a step with ten times the triangles far away",
 }
 

@@ -12,7 +12,8 @@ _DIED = re.compile(
 _CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
 _UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
 _REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
-_CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*|^Resource not found: .*", re.M)
+_TRACEBACK = "The traceback for the exception was written"
+_CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
 
 
 def read(path):
@@ -43,9 +44,14 @@ def read(path):
 
 
 def _refused(text):
+    """Why roslaunch gave up: its last words before it mentions the traceback, and their cause."""
     found = _REFUSED.search(text)
-    if found is None:
+    end = found.start() if found else text.find(_TRACEBACK)
+    if end < 0:
         return None
-    words = [" ".join(found.group(1).split())]
-    causes = [line for line in _CAUSE.findall(text[: found.start()]) if line not in words[0]]
+    words = [" ".join(found.group(1).split())] if found else []
+    causes = [line for line in _CAUSE.findall(text[:end]) if not words or line not in words[0]]
+    if not words and not causes:
+        lines = [line.strip() for line in text[:end].splitlines() if line.strip()]
+        causes = [line for line in lines if not line.startswith("ROS path")][-1:]
     return "; ".join(words + causes[:REFUSED_LINES])

@@ -161,6 +161,24 @@ def test_the_launch_log(tmp_path):
     assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
 
 
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (
+            "Done checking log.\nResource not found: ferry\nROS path [0]=/a\nROS path [1]=/b\n",
+            "ferry",
+        ),
+        ("Done checking log.\nunused args [x] for include of [a.launch]\n", "unused args [x]"),
+    ],
+)
+def test_what_roslaunch_refuses(tmp_path, text, words):
+    (tmp_path / "log").write_text(f"{text}The traceback for the exception was written to the log")
+    refused = launch_log.read(str(tmp_path / "log"))["refused"]
+    assert words in refused and "ROS path" not in refused
+    (tmp_path / "log").write_text(text)
+    assert launch_log.read(str(tmp_path / "log"))["refused"] is None
+
+
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     for name in ("base", "hover"):
         (tmp_path / name).mkdir()

@@ -1,6 +1,7 @@
 """Nodes and modules that other people's launch files and nodes take from Debian are there."""
 
 import importlib
+import os
 import shutil
 import subprocess
 
@@ -13,6 +14,7 @@ NODES = [
     ("joint_state_publisher_gui", "joint_state_publisher_gui"),
     ("nodelet", "nodelet"),
     ("robot_state_publisher", "robot_state_publisher"),
+    ("robot_state_publisher", "state_publisher"),  # its name in older launch files
     ("tf", "static_transform_publisher"),
     ("tf", "tf_echo"),
     ("tf", "tf_monitor"),
@@ -65,6 +67,18 @@ NAMED_IN_FIND_PACKAGE = [
 @pytest.mark.parametrize("package, node", NODES)
 def test_rosrun_finds_a_node(package, node):
     assert packages.find_node(package, node), f"{package} has no node {node}"
+
+
+@pytest.mark.parametrize("node", ["robot_state_publisher", "state_publisher"])
+def test_both_names_of_the_state_publisher_run_it(node):
+    (program,) = packages.find_node("robot_state_publisher", node)
+    environ = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:1"}  # where nobody answers
+    with subprocess.Popen([program], env=environ, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT) as running:  # fmt: skip
+        try:
+            assert "Failed to contact master" in running.stdout.readline()
+        finally:
+            running.kill()
 
 
 @pytest.mark.parametrize("name", MODULES)

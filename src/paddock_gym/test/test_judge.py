@@ -2,9 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 from paddock_gym.course.judge import STUCK_STEPS, Judge
 from paddock_gym.course.motion import Motion, motion_from
+from track_model.referee.course import Course
+from track_model.referee.projector import Projector
+from track_model.referee.rules import Car
+from track_model.track import load_track
 
 
 def at(x, y=0.0, yaw=0.0):
@@ -48,6 +53,22 @@ def test_wheels_beside_the_lane(straight_track, y, off, end):
     assert standing.wheels_off == off
     assert standing.end == end
     assert standing.all_wheels_on == (not any(off))
+
+
+@pytest.mark.parametrize("name", ["default", "hard"])
+def test_wheels_are_judged_as_the_referee_does(name):
+    """Against the referee's polygons of the lane, for poses all over the track."""
+    course = Course(load_track(name).lane)
+    judge, rng = Judge(Projector(course)), np.random.default_rng(3)
+    differ = 0
+    for _ in range(400):
+        x, y, yaw = course.pose(rng.uniform(0.0, course.length))
+        side, yaw = rng.uniform(-0.55, 0.55), yaw + rng.uniform(-0.6, 0.6)
+        motion = at(x - side * math.sin(yaw), y + side * math.cos(yaw), yaw)
+        turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
+        wheels = np.array(Car().wheels) @ turn.T + motion[:2]
+        differ += np.count_nonzero(~course.contains(wheels) != judge.start(motion).wheels_off)
+    assert differ <= 4  # of 1600: wheels within millimetres of the edge
 
 
 def test_a_whole_round_is_a_lap(circuit):

@@ -39,6 +39,13 @@ def test_arc_length_and_side_are_those_of_course(course, near):
         assert [float(value[0]) for value in got] == pytest.approx(expected, abs=1e-9)
 
 
+def test_one_point_is_projected_as_several(course):
+    fast = Projector(course)
+    for s, point in zip(*points_around(course)):
+        expected = fast.project(point[None], s)
+        assert fast.place(*point, s) == pytest.approx([float(v[0]) for v in expected], abs=1e-9)
+
+
 def test_several_points_share_a_window(course):
     s, points = points_around(course, 8)
     near = float(s[0])
@@ -61,6 +68,12 @@ def test_curvature_is_that_of_course(course):
     s = np.linspace(0.1, course.length - 0.1, 300)
     expected = np.array([course.curvature(at) for at in s])
     assert Projector(course).curvature(s) == pytest.approx(expected, abs=0.02)
+
+
+def test_the_bend_is_the_curvature(course):
+    fast = Projector(course)
+    for s in np.linspace(0.1, course.length - 0.1, 100):
+        assert fast.bend(s) == pytest.approx(float(fast.curvature(s)), abs=0.05)
 
 
 def test_sides_are_those_of_the_lane(course):

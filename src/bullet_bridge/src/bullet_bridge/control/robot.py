@@ -219,7 +219,7 @@ class RobotControl:
     def _check_rate(self, spec):
         """Refuse and unload a controller whose publish_rate is above one per physics step."""
         if (
-            spec.kind.interface == "state" or spec.kind.drive
+            spec.kind.interface == "state" or spec.kind.drive or spec.kind.reports_sensors
         ) and spec.publish_rate * self.world.time_step > 1.0001:
             self.manager.unload(spec.name)
             raise ControllerError(

@@ -3,6 +3,7 @@
 from bullet_bridge.control import topics
 from bullet_bridge.control.bases import Drive, FourWheelDrive
 from bullet_bridge.control.gripper import Gripper
+from bullet_bridge.control.sensors import Sensors
 from bullet_bridge.control.trajectory import Trajectories
 
 _BASES = {"diff": Drive, "ackermann": Drive, "four_wheel": FourWheelDrive}
@@ -14,6 +15,8 @@ def topics_of(robot, spec):
     kind = spec.kind
     if kind.interface == "state":
         return topics.JointStates(robot, spec)
+    if kind.reports_sensors:
+        return Sensors(robot, spec)
     if kind.drive:
         return _BASES[kind.drive](robot, spec)
     if kind.action:

@@ -94,3 +94,37 @@ class DepthCameraOutput(CameraOutput):
         super().close()
         for out in (self._depth, self._depth_info, self._points):
             out.unregister()
+
+
+class RangeCameraOutput(CameraOutput):
+    """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._points = None
+        if spec.points_topic:
+            self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
+
+    def _has_points(self):
+        return self._points is not None and self._points.get_num_connections() > 0
+
+    def has_subscribers(self):
+        return super().has_subscribers() or self._has_points()
+
+    def publish_frame(self, frame):
+        """Publish depths and points with the snapshot's stamp."""
+        self._info_publisher.publish(self.info_message(frame.time))
+        if frame.depth is None:
+            return
+        spec = self.spec
+        depth = camera.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
+        self.publisher.publish(depth_image(frame.time, spec, depth))
+        if self._has_points():
+            near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
+            self._points.publish(point_cloud(frame.time, spec, near, frame.rgb, self._k))
+
+    def close(self):
+        super().close()
+        if self._points is not None:
+            self._points.unregister()

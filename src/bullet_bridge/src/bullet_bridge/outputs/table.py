@@ -1,6 +1,14 @@
 """Table of sensor specifications and their outputs."""
 
-from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
+from bullet_sim.description.field_specs import (
+    ForceTorqueSpec,
+    GpsSpec,
+    HandOfGodSpec,
+    JointPosesSpec,
+    LinkForceSpec,
+    MagneticSpec,
+    PlanarMoveSpec,
+)
 from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
 from bullet_sim.description.specs import (
     CameraSpec,
@@ -9,17 +17,24 @@ from bullet_sim.description.specs import (
     GroundTruthSpec,
     ImuSpec,
     JointStatesSpec,
+    RangeCameraSpec,
     RaySpec,
     WheelDriveSpec,
 )
 
 from bullet_bridge.outputs.contact import ContactOutput
-from bullet_bridge.outputs.depth import DepthCameraOutput
+from bullet_bridge.outputs.depth import DepthCameraOutput, RangeCameraOutput
 from bullet_bridge.outputs.earth import GpsOutput, MagneticOutput
 from bullet_bridge.outputs.planar import PlanarMoveOutput
 from bullet_bridge.outputs.rays import RangeOutput, cloud_output
 from bullet_bridge.outputs.sensors import CameraOutput, GroundTruthOutput, ImuOutput, LidarOutput
 from bullet_bridge.outputs.wheels import JointStatesOutput, WheelDriveOutput
+from bullet_bridge.outputs.wrenches import (
+    ForceTorqueOutput,
+    HandOfGodOutput,
+    JointPosesOutput,
+    LinkForceOutput,
+)
 
 OUTPUTS = {
     GroundTruthSpec: GroundTruthOutput,
@@ -35,4 +50,9 @@ OUTPUTS = {
     GpsSpec: GpsOutput,
     MagneticSpec: MagneticOutput,
     PlanarMoveSpec: PlanarMoveOutput,
+    RangeCameraSpec: RangeCameraOutput,
+    ForceTorqueSpec: ForceTorqueOutput,
+    LinkForceSpec: LinkForceOutput,
+    HandOfGodSpec: HandOfGodOutput,
+    JointPosesSpec: JointPosesOutput,
 }

@@ -5,8 +5,8 @@ from bullet_bridge.services.joint import JointServices
 from bullet_bridge.services.light import LightServices
 from bullet_bridge.services.link import LinkServices
 from bullet_bridge.services.model import ModelServices
-from bullet_bridge.services.physics.calls import PhysicsServices
 from bullet_bridge.services.physics.properties import PhysicsProperties
+from bullet_bridge.services.physics.service import PhysicsServices
 from bullet_bridge.services.physics.tuning import PhysicsTuning
 
 

@@ -46,10 +46,10 @@ def twist_to_msg(linear, angular):
 
 
 def pixels(rgb, encoding):
-    """An (H, W, 3) uint8 RGB array as rgb8, bgr8 or mono8 (Rec. 601 luma), contiguous."""
+    """An (H, W, 3) uint8 RGB array as rgb8, bgr8, mono8 or 8UC1 (Rec. 601 luma), contiguous."""
     if encoding == "bgr8":
         return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
-    if encoding == "mono8":
+    if encoding in ("mono8", "8UC1"):
         rgb = np.rint(rgb @ np.array((0.299, 0.587, 0.114))).astype(np.uint8)
     return np.ascontiguousarray(rgb)
 

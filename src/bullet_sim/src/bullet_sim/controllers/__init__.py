@@ -25,7 +25,7 @@ _ACTIONS = {"trajectory": TrajectoryControl, "gripper": GripperControl}
 
 def make_controller(spec, hardware):
     """The Controller of a ControllerSpec."""
-    if spec.kind.interface == "state":
+    if spec.kind.interface == "state" or spec.kind.reports_sensors:
         return Controller(spec, hardware)
     if spec.kind.drive:
         return _DRIVES[spec.kind.drive](spec, hardware)

@@ -17,7 +17,7 @@ def joint_inertias(lumped, fixed_base):
         sides, each as one rigid body.
     """
     frames = {lumped.root: Pose()}
-    waiting = list(lumped.joints)
+    waiting = [*lumped.joints, *lumped.welds]
     while waiting:
         waiting, before = [], waiting
         for joint in before:
@@ -39,8 +39,9 @@ def joint_inertias(lumped, fixed_base):
 
 def _descendants(lumped, link):
     found = {link}
-    for _ in lumped.joints:
-        found |= {joint.child for joint in lumped.joints if joint.parent in found}
+    joints = (*lumped.joints, *lumped.welds)
+    for _ in joints:
+        found |= {joint.child for joint in joints if joint.parent in found}
     return found
 
 

@@ -9,6 +9,8 @@ INTERFACES = {
     "position": "hardware_interface::PositionJointInterface",
     "effort": "hardware_interface::EffortJointInterface",
     "state": "hardware_interface::JointStateInterface",
+    "imu": "hardware_interface::ImuSensorInterface",
+    "force_torque": "hardware_interface::ForceTorqueSensorInterface",
 }
 
 
@@ -18,7 +20,8 @@ class Kind:
 
     Attributes:
         type: its ros_control name.
-        interface: what it commands: velocity, position, effort; state: nothing.
+        interface: what it commands: velocity, position, effort; state: nothing; imu, force_torque:
+            sensors that it publishes.
         group: several joints, with a command each.
         goal: what a PID regulates, velocity or position; None: the command goes to the joint.
         drive: 'diff', 'ackermann' or 'four_wheel' for a controller of a whole base; None
@@ -34,6 +37,11 @@ class Kind:
     action: str | None = None
 
     @property
+    def reports_sensors(self):
+        """Whether it publishes a robot's sensors."""
+        return self.interface in ("imu", "force_torque")
+
+    @property
     def hardware_interface(self):
         """Name of the ros_control hardware interface, as list_controllers reports it."""
         return INTERFACES[self.interface]
@@ -43,6 +51,8 @@ KINDS = {
     kind.type: kind
     for kind in (
         Kind("joint_state_controller/JointStateController", "state"),
+        Kind("imu_sensor_controller/ImuSensorController", "imu"),
+        Kind("force_torque_sensor_controller/ForceTorqueSensorController", "force_torque"),
         Kind("velocity_controllers/JointVelocityController", "velocity"),
         Kind("velocity_controllers/JointGroupVelocityController", "velocity", True),
         Kind("velocity_controllers/JointPositionController", "velocity", goal="position"),
@@ -85,7 +95,7 @@ class ControllerSpec:
         name: the entry's key.
         kind: its row of the table.
         joints: joint names; empty for a state controller that reports all.
-        publish_rate: of joint states or odometry [Hz].
+        publish_rate: of joint states, odometry or sensors [Hz].
         gains: PidGains of each joint, where the type has a PID.
         publish_pid: whether each joint's PID publishes its inner state.
         extra_joints: (name, position, velocity, effort) added to joint states.

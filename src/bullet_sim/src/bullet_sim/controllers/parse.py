@@ -7,8 +7,14 @@ from bullet_sim.controllers.drive.four_wheel_config import parse_four_wheel
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.controllers.settings import Settings
+from bullet_sim.description.field_specs import ForceTorqueSpec
+from bullet_sim.description.specs import ImuSpec
 from bullet_sim.errors import ControllerError
 
+_SENSORS = {  # interface -> specification and words for it
+    "imu": (ImuSpec, "IMUs"),
+    "force_torque": (ForceTorqueSpec, "force and torque of joints (libgazebo_ros_ft_sensor.so)"),
+}
 _DRIVES = {"diff": parse_diff, "ackermann": parse_ackermann, "four_wheel": parse_four_wheel}
 
 
@@ -37,6 +43,8 @@ def parse_controller(name, config, joint_names, description=None):
         )
     if kind.interface == "state":
         values = _state(settings, joint_names)
+    elif kind.reports_sensors:
+        values = _sensors(settings, kind, description)
     elif kind.drive:
         values = _drive(settings, kind, joint_names, description)
     elif kind.action:
@@ -76,6 +84,15 @@ def _state(settings, joint_names):
         "extra_joints": tuple(rows),
         "warnings": warnings,
     }
+
+
+def _sensors(settings, kind, description):
+    sort, words = _SENSORS[kind.interface]
+    if not any(isinstance(spec, sort) for spec in getattr(description, "sensors", ())):
+        raise ControllerError(f"{settings.what} publishes {words}, of which the robot has none")
+    if settings.number("publish_rate", None, above=0.0) is None:
+        raise ControllerError(f"{settings.what} has no publish_rate, which {kind.type} needs [Hz]")
+    return {"publish_rate": rate(settings)}
 
 
 def rate(settings):

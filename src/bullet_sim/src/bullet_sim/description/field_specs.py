@@ -85,3 +85,62 @@ class PlanarMoveSpec:
     topic: str = "/odom"
     frame_id: str = "odom"
     child_frame_id: str = "base_footprint"
+
+
+@dataclass(frozen=True)
+class ForceTorqueSpec:
+    """libgazebo_ros_ft_sensor: the wrench of a joint's child link on its parent.
+
+    Attributes:
+        link: the child link, whose frame it is given in.
+        joint: its name.
+        rate: messages per simulated second [Hz]; 0: one a physics step.
+        noise_stddev: on each number [N, N m].
+    """
+
+    name: str
+    link: str
+    joint: str
+    rate: float = 0.0
+    topic: str = "/wrench"
+    frame_id: str = ""
+    noise_stddev: float = 0.0
+
+
+@dataclass(frozen=True)
+class LinkForceSpec:
+    """libgazebo_ros_f3d: the net force and torque on a link, along the world's axes."""
+
+    name: str
+    link: str
+    rate: float = 0.0
+    topic: str = "/force"
+    frame_id: str = "world"
+
+
+@dataclass(frozen=True)
+class HandOfGodSpec:
+    """libgazebo_ros_hand_of_god: pulls a link to the frame FRAME_desired.
+
+    Attributes:
+        frame: FRAME; where the link is comes as FRAME_actual.
+        linear, angular: stiffness [N/m], [N m/rad]; it is critically damped.
+    """
+
+    name: str
+    link: str
+    frame: str = "hog"
+    linear: float = 200.0
+    angular: float = 200.0
+    rate: float = 0.0
+    topic: str = "/tf"
+
+
+@dataclass(frozen=True)
+class JointPosesSpec:
+    """libgazebo_ros_joint_pose_trajectory: puts joints to the points of a trajectory in time."""
+
+    name: str
+    link: str
+    rate: float = 0.0
+    topic: str = "/set_joint_trajectory"

@@ -12,6 +12,7 @@ from bullet_sim.pose import Pose
 
 MIN_MASS = 1e-3  # [kg] of a movable part without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
+WELD_AXIS = (1.0, 0.0, 0.0)  # of the joint that measures the forces in a stiff one
 MIN_RADIUS = 5e-3  # [m] least half size of the block whose inertia an impossible one becomes
 
 
@@ -24,38 +25,45 @@ class LumpedModel:
         joints: the movable joints, in the original's order.
         root: name of the root link.
         frames: for every original link: the link it is merged into and its pose in that.
+        welds: fixed joints that are not merged, for sensors to measure; continuous ones that a
+            motor is to hold, as Bullet's fixed joints lose the contacts beyond them.
     """
 
     links: dict[str, Link]
     joints: tuple[Joint, ...]
     root: str
     frames: dict[str, tuple[str, Pose]]
+    welds: tuple[Joint, ...] = ()
 
 
 def lump(model: ModelDescription) -> LumpedModel:
     """Merge all fixed joints (of a static model: all joints, at their zero position)."""
     frames, links, joints = {model.root: (model.root, Pose())}, {}, []
+    welds: list[Joint] = []
     links[model.root] = _copy(model.links[model.root])
     pending = [model.root]
     while pending:
         name = pending.pop(0)
         parent, pose = frames[name]
         for joint in model.joints_of(name):
-            if joint.kind == "fixed" or model.static:
+            welded = joint.name in model.measured and not model.static and _is_stiff(joint)
+            if not welded and (joint.kind == "fixed" or model.static):
                 frames[joint.child] = (parent, pose * joint.origin)
                 _merge(links[parent], model.links[joint.child], pose * joint.origin)
             else:
                 inner = joint.anchor.inverse()  # the link's frame in the joint's
                 frames[joint.child] = (joint.child, inner)
                 links[joint.child] = moved(model.links[joint.child], inner)
-                joints.append(
-                    replace(
-                        joint,
-                        parent=parent,
-                        anchor=Pose(),
-                        origin=pose * joint.origin * joint.anchor,
-                    )
+                kept = replace(
+                    joint,
+                    kind="continuous" if welded else joint.kind,
+                    axis=WELD_AXIS if welded else joint.axis,
+                    lower=None if welded else joint.lower,
+                    parent=parent,
+                    anchor=Pose(),
+                    origin=pose * joint.origin * joint.anchor,
                 )
+                (welds if welded else joints).append(kept)
             pending.append(joint.child)
     if not model.static:
         for link in links.values():
@@ -64,7 +72,12 @@ def lump(model: ModelDescription) -> LumpedModel:
             _mend_inertia(link, model)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
-    return LumpedModel(links, tuple(joints), model.root, frames)
+    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
+
+
+def _is_stiff(joint):
+    """Whether a joint holds its links: fixed, or with both stops at one place."""
+    return joint.kind == "fixed" or (joint.lower is not None and joint.lower == joint.upper == 0.0)
 
 
 def _copy(link):

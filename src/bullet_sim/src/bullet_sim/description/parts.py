@@ -160,6 +160,7 @@ class ModelDescription:
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
+        measured: joints whose force and torque a sensor reads; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
@@ -175,6 +176,7 @@ class ModelDescription:
     control_namespace: str | None = None
     control_period: float = 0.0
     robot_sim_type: str = ""
+    measured: set[str] = field(default_factory=set)
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     static: bool = False
     self_collide: bool = False

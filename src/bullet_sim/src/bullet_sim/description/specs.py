@@ -68,6 +68,19 @@ class DepthCameraSpec(CameraSpec):
 
 
 @dataclass(frozen=True)
+class RangeCameraSpec(DepthCameraSpec):
+    """The depth camera of a RealSense, without a colour picture: 16UC1 [mm], 0 for unknown.
+
+    Attributes:
+        range_min, range_max: depths outside are unknown in the picture [m].
+        points_topic: of the point cloud; empty: none. The cutoffs are those of the points.
+    """
+
+    range_min: float = 0.0
+    range_max: float = 65.535
+
+
+@dataclass(frozen=True)
 class RaySpec:
     """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
 

@@ -84,6 +84,24 @@ class Motion(Client):
             p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self._client)[0]
         )
 
+    def measure_joint(self, body, link):
+        """Have the forces of the joint above a link measured from the next step on."""
+        p.enableJointForceTorqueSensor(body, link, 1, physicsClientId=self._client)
+
+    def joint_load(self, body, link):
+        """What a measured joint exerts on its child link.
+
+        Returns:
+            force (3,) [N] and torque (3,) [N m] about the joint in the child link's axes, without
+            what its motor does; the motor's effort [N m, N].
+        """
+        _, _, load, effort = p.getJointState(body, link, physicsClientId=self._client)
+        force, torque = np.array(load[:3]), np.array(load[3:])
+        centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self._client)[3:5]
+        turn = np.array(p.getMatrixFromQuaternion(axes)).reshape(3, 3)
+        force, torque = turn @ force, turn @ torque  # PyBullet: along the principal axes
+        return force, torque + np.cross(centre, force), effort
+
     def joint_states(self, body):
         """(position, velocity, reaction forces, motor effort) of each movable joint."""
         joints = self._movable[body]

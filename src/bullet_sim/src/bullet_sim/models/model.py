@@ -13,7 +13,7 @@ from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.description.visual import visual_links
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
-from bullet_sim.models.joints import Joints
+from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints
 from bullet_sim.models.prepare import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Pose, cross
 from bullet_sim.snapshot import BodySource, BodyState
@@ -95,6 +95,15 @@ class Model:
             if link.surface.bitmask != EVERYTHING:
                 self._engine.set_bitmask(self.body, self._links[name], link.surface.bitmask)
 
+        self.measured = {}  # joint name -> index of its child link in the engine
+        for joint in (*self._lumped.joints, *self._lumped.welds):
+            if joint.name in self.description.measured:
+                self.measured[joint.name] = self._links[joint.child]
+                self._engine.measure_joint(self.body, self._links[joint.child])
+        names = self._engine.joint_names(self.body)
+        for joint in self._lumped.welds:
+            number = names.index(joint.name)
+            self._engine.drive_position(self.body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
 

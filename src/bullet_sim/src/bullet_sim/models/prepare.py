@@ -83,6 +83,8 @@ def prepared_urdf(lumped, static):
             radius = wheels[joint.child].geometry.size[0]
             friction = ROLLING_RESISTANCE * weight / len(wheels) * radius
         _joint(robot, joint, friction)
+    for joint in lumped.welds:
+        _joint(robot, joint, 0.0)
     ET.indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
     return ET.tostring(robot, encoding="unicode")
 

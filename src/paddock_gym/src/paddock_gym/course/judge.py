@@ -8,7 +8,6 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-import numpy as np
 from track_model.referee.rules import Car
 
 STUCK_STEPS = 15  # actions without progress
@@ -70,7 +69,7 @@ class Judge:
 
     def __init__(self, projector, car=Car()):
         self.projector = projector
-        self._points = np.array([(0.0, 0.0), *car.wheels])  # from base_link
+        self._wheels = car.wheels  # from base_link
 
     def start(self, motion):
         """Start a run where the car is.
@@ -79,12 +78,13 @@ class Judge:
             Standing.
         """
         self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
+        lateral = self.projector.place(motion.x, motion.y, self._s)[1]
         self._way = self._best = 0.0
         self._steps = 0
         length = self.projector.length
         self._goal = length if self.projector.closed else max(length - self._s, 1e-6)
         self._past = deque([0.0], maxlen=STUCK_STEPS + 1)
-        return self._standing(motion, *self._locate(motion), 0.0, False)
+        return self._standing(motion, lateral, 0.0, False)
 
     def update(self, motion, crashed=False):
         """Judge after one more action.
@@ -96,34 +96,27 @@ class Judge:
         Returns:
             Standing.
         """
-        arc, lateral = self._locate(motion)
-        gain = self.projector.course.difference(arc[0], self._s)
-        self._s = float(arc[0])
+        s, lateral = self.projector.place(motion.x, motion.y, self._s)
+        gain = self.projector.course.difference(s, self._s)
+        self._s = s
         self._way += gain
         self._best = max(self._best, self._way)
         self._past.append(self._best)
         self._steps += 1
-        return self._standing(motion, arc, lateral, float(gain), crashed)
+        return self._standing(motion, lateral, gain, crashed)
 
-    def _locate(self, motion):
-        """Arc lengths and lateral distances (5,) of base_link and the wheels."""
-        c, s = math.cos(motion.yaw), math.sin(motion.yaw)
-        points = self._points @ ((c, s), (-s, c)) + (motion.x, motion.y)
-        return self.projector.project(points, self._s)
-
-    def _standing(self, motion, arc, lateral, gain, crashed):
-        left, right = self.projector.even_sides or self.projector.sides(arc)
-        wheels_off = tuple(((lateral > left) | (lateral < -right)).tolist()[1:])
+    def _standing(self, motion, lateral, gain, crashed):
         heading = self.projector.heading(self._s)
-        if self.projector.even_sides is None:
-            left, right = float(left[0]), float(right[0])
+        error = math.remainder(motion.yaw - heading, 2.0 * math.pi)
+        wheels_off = self._wheels_off(lateral, error)
+        left, right = self.projector.sides(self._s)
         return Standing(
             self._s,
-            float(lateral[0]),
+            lateral,
             heading,
-            math.remainder(motion.yaw - heading, 2.0 * math.pi),
-            left,
-            right,
+            error,
+            float(left),
+            float(right),
             wheels_off,
             self._way,
             gain,
@@ -131,6 +124,20 @@ class Judge:
             self._steps,
             self._end(all(wheels_off), crashed),
         )
+
+    def _wheels_off(self, lateral, error):
+        """Whether each wheel is beside the lane, which is an arc over the length of a car."""
+        bend, projector = self.projector.bend(self._s), self.projector
+        c, s = math.cos(error), math.sin(error)
+        found = []
+        for x, y in self._wheels:
+            along, aside = c * x - s * y, lateral + s * x + c * y
+            if abs(bend) > 1e-6:
+                radius = math.hypot(bend * along, 1.0 - bend * aside)  # in those of the lane
+                aside = (1.0 - radius) / bend
+            left, right = projector.even_sides or projector.sides(self._s + along)
+            found.append(not -right <= aside <= left)
+        return tuple(found)
 
     def _end(self, off, crashed):
         if crashed:

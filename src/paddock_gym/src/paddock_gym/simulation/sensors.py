@@ -37,7 +37,10 @@ class CarLidar:
             rng: numpy.random.Generator.
         """
         position, orientation, _, _ = self._model.link_motion(self._lidar.spec.link)
-        return self._lidar.scan(self._engine, position, orientation, rng, self._model.body)
+        # what is nearer than range_min touches the car, whose run is over then
+        return self._lidar.scan(
+            self._engine, position, orientation, rng, self._model.body, too_near=False
+        )
 
 
 class CarCamera:

@@ -20,6 +20,7 @@ from paddock_gym.evaluation.laps import drive, starts
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
 from paddock_gym.training import checkpoint, pictures
+from paddock_gym.training.network import Features
 from paddock_gym.training.watch import Watch
 from paddock_gym.training.workers import Workers, factory
 
@@ -40,7 +41,8 @@ def train(settings, folder, resume=False, say=print):
     Returns:
         The report, a dict.
     """
-    torch.set_num_threads(1)  # the networks are small, the cores belong to the workers
+    # Small networks are fastest on one thread; those for pictures learn while the workers wait.
+    torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
     stop = _Stop()
     workers = Workers([factory(settings.environment())] * settings.workers)
     begin = time.monotonic()
@@ -82,7 +84,11 @@ def _model(settings, folder, workers, resume):
         checkpoint.restore_numbers(folder)
         return model
     kinds = settings.observation
-    network = {"log_std_init": INITIAL_DEVIATION}
+    network = {
+        "log_std_init": INITIAL_DEVIATION,
+        "features_extractor_class": Features,
+        "net_arch": [64, 64],
+    }
     policy = "CnnPolicy" if kinds == ("camera",) else "MlpPolicy"
     if len(kinds) > 1:
         policy = "MultiInputPolicy"

@@ -62,7 +62,7 @@ class Settings:
             "n_steps": 512,
             "batch_size": 256,
             "n_epochs": 4 if pictures else 10,
-            "learning_rate": 3e-4 if pictures else 1e-3,
+            "learning_rate": 5e-4 if pictures else 1e-3,
             "gamma": 0.98,
             "gae_lambda": 0.95,
             "ent_coef": 0.0,

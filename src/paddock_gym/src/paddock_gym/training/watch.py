@@ -86,7 +86,7 @@ class Watch(BaseCallback):
         """One line about how far it is."""
         seconds = time.monotonic() - self._begin
         rate = (self.num_timesteps - self._first) / max(seconds, 1e-3)
-        left = (self._steps - self.num_timesteps) / max(rate, 1e-3)
+        left = max(0, self._steps - self.num_timesteps) / max(rate, 1e-3)
         laps, mean = self.score()
         words = f"{laps} laps in the last {len(self._recent)} runs"
         if laps:

@@ -1,6 +1,7 @@
 """Environments in processes of their own; one that dies is replaced and costs only its episode."""
 
 import multiprocessing
+import os
 import signal
 
 import gymnasium
@@ -23,6 +24,7 @@ def factory(options):
 
     def make():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
         import paddock_gym  # noqa: F401  (registers the environment)
 
         return Monitor(gymnasium.make("Paddock/DeepRacer-v0", **options), info_keywords=KEPT)

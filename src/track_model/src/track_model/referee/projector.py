@@ -53,6 +53,12 @@ class Projector:
         self._yaws = yaw.tolist()
         self._ends = ends
         self._bends = self._curvatures()
+        self._bend_list = self._bends.tolist()
+        self._xs, self._ys = (self._padded(row) for row in ends[:-1].T)
+        if not self.closed:
+            self._xs, self._ys = ends.T
+        columns = (*ends[:-1].T, *chords.T, lengths, low, high, along[:-1])
+        self._chord_rows = list(zip(*(column.tolist() for column in columns)))
 
     def _padded(self, row):
         """A row of the chords, on a circuit continued by a window at both ends."""
@@ -88,6 +94,39 @@ class Projector:
             along[best] + share[row, best] * lengths[best],
             np.copysign(np.sqrt(gap[row, best]), side),
         )
+
+    def place(self, x, y, near):
+        """Project one point near a known arc length, as project() does; for every step of a drive.
+
+        Args:
+            x, y: [m], track frame.
+            near: arc length [m].
+
+        Returns:
+            (arc length [m], distance to the left [m]).
+        """
+        begin, end = self._window(near)
+        dx, dy = self._xs[begin:end] - x, self._ys[begin:end] - y
+        first = begin + int((dx * dx + dy * dy).argmin())
+        best = None
+        for k in (first - 1, first):  # the chords that meet in the nearest point
+            if not self.closed and not 0 <= k < self._count:
+                continue
+            k = (k - self._reach) % self._count if self.closed else k
+            ax, ay, cx, cy, length, low, high, along = self._chord_rows[k]
+            ox, oy = x - ax, y - ay
+            share = min(max((ox * cx + oy * cy) / (length * length), low), high)
+            gx, gy = ox - share * cx, oy - share * cy
+            gap = gx * gx + gy * gy
+            if best is None or gap < best[0]:
+                best = gap, along + share * length, cx * oy - cy * ox
+        gap, s, side = best
+        return s, math.copysign(math.sqrt(gap), side)
+
+    def bend(self, s):
+        """Curvature [1/m] at an arc length [m], positive to the left; of the nearest point."""
+        at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
+        return self._bend_list[int(at + 0.5)]
 
     def _window(self, near):
         """First and last (excluded) column of the rows to search."""

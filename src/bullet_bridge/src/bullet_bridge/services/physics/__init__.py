@@ -1,1 +1,1 @@
-"""The physics: pause, reset, step, gravity; its properties, also by dynamic_reconfigure."""
+"""The services that read and change physics: gazebo_msgs' and dynamic_reconfigure's."""

@@ -1,9 +1,9 @@
 """<sensor>s with pictures, and their plugins -> specifications."""
 
-from bullet_sim.description.specs import CameraSpec, DepthCameraSpec
+from bullet_sim.description.specs import CameraSpec, DepthCameraSpec, RangeCameraSpec
 from bullet_sim.formats.tags import lenses
-from bullet_sim.formats.tags.sensor_element import noise_of
-from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true
+from bullet_sim.formats.tags.sensor_element import SensorElement, noise_of
+from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true, sdf_pose
 
 WIDE = "wideanglecamera"
 
@@ -72,3 +72,72 @@ def depth_camera(sensor, cutoff_max=float("inf")):
 def kinect(sensor):
     """DepthCameraSpec of libgazebo_ros_openni_kinect.so."""
     return depth_camera(sensor, cutoff_max=5.0)
+
+
+# RealSense ----------------------------------------------------------------------------------------
+_STREAMS = {  # sensor's name -> the start of its tags, and the default topic
+    "color": ("color", "color/image_raw"),
+    "ired1": ("infrared1", "infra1/image_raw"),
+    "ired2": ("infrared2", "infra2/image_raw"),
+    "depth": ("depth", "depth/image_raw"),
+}
+
+
+def realsense(element, model, names):
+    """librealsense_gazebo_plugin.so: the four cameras of a model, found by their names.
+
+    Topics are below the plugin's own name; camera_info is beside each picture.
+    """
+    what, prefix = f"plugin '{element.get('filename')}'", child_text(element, "prefix", "")
+    found = _sensors_by_name(element, model)
+    for stream, (tag, default) in _STREAMS.items():
+        if prefix + stream not in found:
+            model.warn(
+                f"{what} needs a camera sensor '{prefix + stream}', which the model has not; it is "
+                "left out"
+            )
+            continue
+        camera_element, link = found[prefix + stream]
+        pose = sdf_pose(camera_element, f"sensor '{prefix + stream}'")
+        place = (pose.position, pose.rpy)
+        sensor = SensorElement(camera_element, element, names, prefix + stream, link, place, model)
+        handle = element.get("name") or "realsense"
+        topic = names.topic(f"/{handle}/{child_text(element, f'{tag}TopicName', default)}")
+        values = dict(
+            _camera_values(sensor),
+            topic=topic,
+            info_topic=topic.rsplit("/", 1)[0] + "/camera_info",
+            frame_id=child_text(element, f"{tag}OpticalframeName", link).lstrip("/"),
+        )
+        if values["encoding"] == "mono8":
+            values["encoding"] = "8UC1"  # as the plugin names it
+        if stream != "depth":
+            model.sensors.append(CameraSpec(**values))
+            continue
+        cloud = is_true(child_text(element, "pointCloud", "false"))
+        points = child_text(element, "pointCloudTopicName", "depth/color/points")
+        values.update(noise_mean=0.0, noise_stddev=0.0)
+        model.sensors.append(
+            RangeCameraSpec(
+                **values,
+                depth_topic=topic,
+                depth_info_topic=values["info_topic"],
+                millimetres=True,
+                range_min=child_number(element, "rangeMinDepth", what, 0.0),
+                range_max=child_number(element, "rangeMaxDepth", what, 65.535),
+                points_topic=names.topic(f"/{handle}/{points}") if cloud else "",
+                cutoff=child_number(element, "pointCloudCutoff", what, 0.0),
+                cutoff_max=child_number(element, "pointCloudCutoffMax", what, 5.0),
+            )
+        )
+
+
+def _sensors_by_name(element, model):
+    """Name -> (<sensor>, link) of the sensors in a plugin's document."""
+    found = {}
+    for holder in element.document.root.iter():
+        link = holder.get("reference") if holder.tag == "gazebo" else holder.get("name")
+        if holder.tag in ("gazebo", "link") and link in model.links:
+            for sensor in holder.findall("sensor"):
+                found.setdefault(sensor.get("name"), (sensor, link))
+    return found

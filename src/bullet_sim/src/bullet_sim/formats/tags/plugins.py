@@ -4,7 +4,7 @@ from bullet_sim.description.parts import DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import Names, library
-from bullet_sim.formats.tags import hector
+from bullet_sim.formats.tags import cameras, hector, wrenches
 from bullet_sim.formats.tags.imus import imu_spec
 from bullet_sim.formats.tags.wheels import (
     diff_drive,
@@ -122,6 +122,11 @@ _READERS = {
     "gazebo_ros_planar_move": planar_move,
     "roboticsgroup_gazebo_mimic_joint_plugin": mimic_joint,
     "roboticsgroup_upatras_gazebo_mimic_joint_plugin": mimic_joint,
+    "gazebo_ros_ft_sensor": wrenches.ft_sensor,
+    "gazebo_ros_f3d": wrenches.f3d,
+    "gazebo_ros_hand_of_god": wrenches.hand_of_god,
+    "gazebo_ros_joint_pose_trajectory": wrenches.joint_pose_trajectory,
+    "realsense_gazebo_plugin": cameras.realsense,
     "hector_gazebo_ros_imu": hector.imu,
     "hector_gazebo_ros_gps": hector.gps,
     "hector_gazebo_ros_magnetic": hector.magnetic,

@@ -11,9 +11,15 @@ from bullet_sim.formats.xml_read import child_text, sdf_pose
 _READ_NO_SENSOR = {
     "gazebo_ros_control",
     "gazebo_ros_diff_drive",
+    "gazebo_ros_f3d",
+    "gazebo_ros_ft_sensor",
+    "gazebo_ros_hand_of_god",
+    "gazebo_ros_joint_pose_trajectory",
     "gazebo_ros_joint_state_publisher",
     "gazebo_ros_p3d",
     "gazebo_ros_skid_steer_drive",
+    "roboticsgroup_gazebo_mimic_joint_plugin",
+    "roboticsgroup_upatras_gazebo_mimic_joint_plugin",
 }
 
 

@@ -40,6 +40,7 @@ class Context:
         except Exception as error:  # pylint: disable=broad-except  # glcontext raises Exception
             raise RenderError(f"no OpenGL context by EGL: {error}") from error
         self._own = self.calls.current()
+        self._closed = False
         self.device = self.gl.info["GL_RENDERER"]
         self.software = any(word in self.device for word in SOFTWARE)
         self.calls.depth_from_zero_to_one()
@@ -55,7 +56,10 @@ class Context:
         self.gl.gc()
 
     def close(self):
-        """Release it; what was made in it goes with it."""
+        """Release it; what was made in it goes with it. Again: nothing."""
+        if self._closed:
+            return
+        self._closed = True
         self.use()
         self.gl.gc()
         self.gl.release()

@@ -1,0 +1,88 @@
+"""<plugin> elements that measure or apply forces, or put joints somewhere -> specifications."""
+
+from bullet_sim.description.field_specs import (
+    ForceTorqueSpec,
+    HandOfGodSpec,
+    JointPosesSpec,
+    LinkForceSpec,
+)
+from bullet_sim.formats.xml_read import child_number, child_text
+
+
+def _what(element):
+    return f"plugin '{element.get('filename')}'"
+
+
+def _named(element, tag, known, model, kind):
+    """What a tag names, or None with a warning."""
+    name = child_text(element, tag, "")
+    if name in known:
+        return name
+    model.warn(
+        f"{_what(element)} has {tag} '{name}', which is no {kind}; {kind}s are "
+        f"{', '.join(known) or '(none)'}; it is left out"
+    )
+    return None
+
+
+def ft_sensor(element, model, names):
+    """libgazebo_ros_ft_sensor.so."""
+    joint = _named(element, "jointName", model.joints, model, "joint")
+    if joint is None:
+        return
+    child = model.joints[joint].child
+    model.measured.add(joint)
+    model.sensors.append(
+        ForceTorqueSpec(
+            name=element.get("name") or joint,
+            link=child,
+            joint=joint,
+            rate=max(0.0, child_number(element, "updateRate", _what(element), 0.0)),
+            topic=names.text_topic("topicName", f"{joint}_wrench"),
+            frame_id=child,
+            noise_stddev=abs(child_number(element, "gaussianNoise", _what(element), 0.0)),
+        )
+    )
+
+
+def f3d(element, model, names):
+    """libgazebo_ros_f3d.so."""
+    link = _named(element, "bodyName", model.links, model, "link")
+    if link is not None:
+        model.sensors.append(
+            LinkForceSpec(
+                name=element.get("name") or link,
+                link=link,
+                topic=names.text_topic("topicName", f"{link}_force"),
+                frame_id=names.frame(child_text(element, "frameName", "world"), prefixed=False),
+            )
+        )
+
+
+def hand_of_god(element, model, _):
+    """libgazebo_ros_hand_of_god.so; the link has no weight."""
+    link = _named(element, "linkName", model.links, model, "link")
+    if link is None:
+        return
+    model.links[link].gravity = False
+    what = _what(element)
+    model.sensors.append(
+        HandOfGodSpec(
+            name=element.get("name") or "hand_of_god",
+            link=link,
+            frame=child_text(element, "frameId", "hog"),
+            linear=abs(child_number(element, "kl", what, 200.0)),
+            angular=abs(child_number(element, "ka", what, 200.0)),
+        )
+    )
+
+
+def joint_pose_trajectory(element, model, names):
+    """libgazebo_ros_joint_pose_trajectory.so."""
+    model.sensors.append(
+        JointPosesSpec(
+            name=element.get("name") or "joint_pose_trajectory",
+            link=model.root,
+            topic=names.text_topic("topicName", "set_joint_trajectory"),
+        )
+    )
