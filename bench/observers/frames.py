@@ -1,7 +1,7 @@
-"""frames: turns of pictures received, of our bare renderer, and of PyBullet's EGL one.
+"""frames KIND: turns of pictures received (KIND received), or of bare renderers (egl or gl).
 
-Answers once it is ready; then each line "KIND SECONDS" is a turn with one answer. KIND is received,
-egl, or SHADOWS/ANTIALIAS of ours, e.g. true/false. The bridge is paused while one of these draws.
+Answers once it is ready; then each line "SECONDS" or, for gl, "SECONDS SHADOWS/ANTIALIAS" (e.g.
+true/false) is a turn with one answer. The bridge is paused but for the turns of received pictures.
 """
 
 import time
@@ -43,7 +43,7 @@ class BareCamera:
         self._renderers = {}
 
     def rate(self, kind, seconds):
-        """Pictures per second of one renderer."""
+        """Pictures per second of one renderer: 'egl', or SHADOWS/ANTIALIAS of ours."""
         if kind not in self._renderers:
             renderer = self._renderers[kind] = self._make(kind)
             renderer.sync_sources(self._sources, self._scene)
@@ -64,23 +64,30 @@ class BareCamera:
         return 1
 
 
-def main():
+def main(kind):
     """Start, then turns until bench.py closes the pipe."""
     graph.join()
+    if kind == "received":
+        receive()
+    bare_camera = BareCamera(bare.bare_world())
+    graph.say(ready=True)
+    while True:
+        seconds, *quality = graph.hear()
+        time.sleep(QUIET)
+        graph.say(rate=bare_camera.rate(*quality or ["egl"], float(seconds)))
+
+
+def receive():
+    """Turns of received pictures, with the car driving."""
     pictures = graph.record("/camera/image", 4)
     graph.wait_for_controllers()
     graph.start_circle(graph.publishers())
     simulation = graph.Simulation()
     time.sleep(1.5)
     simulation.pause()
-    bare_camera = BareCamera(bare.bare_world())
     graph.say(ready=True)
     while True:
-        kind, seconds = graph.hear()
-        if kind != "received":
-            time.sleep(QUIET)
-            graph.say(rate=bare_camera.rate(kind, float(seconds)))
-            continue
+        (seconds,) = graph.hear()
         simulation.unpause()
         time.sleep(QUIET)
         begin, count = time.monotonic(), len(pictures)

@@ -55,16 +55,18 @@ def _measure(name, width, height, rate, pairs, log):
             "lidar:=false",
         ],
     ) as launch:
-        observer = launch.observer("frames")
-        observer.answer()
+        observers = {}
+        for kind in ("received", "egl", "gl"):  # PyBullet's renderer bears no other beside it
+            observers[kind] = launch.observer("frames", kind)
+            observers[kind].answer()
 
-        def turn(kind):
-            return observer.ask(f"{kind} 1.0")["rate"]
+        def turn(kind, quality=""):
+            return observers[kind].ask(f"1.0 {quality}")["rate"]
 
         measured = alternate(
             lambda: turn("egl"),
             {"received": lambda: turn("received")}
-            | {name: partial(turn, "/".join(quality)) for name, quality in BARE.items()},
+            | {name: partial(turn, "gl", "/".join(quality)) for name, quality in BARE.items()},
             pairs,
             Watch(launch.roles()),
         )

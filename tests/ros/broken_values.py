@@ -29,7 +29,6 @@ SAID = {
     "'crate_1'": 1,
     "2 meshes are missing and left out: package://no_such_package/hood.dae": 1,
     "plugin 'libparty.so'": 1,
-    "wide-angle lens": 1,
     "<xacro:property>": 1,
     "joint 'ghost'": 1,
     "legacyModeNS": 0,

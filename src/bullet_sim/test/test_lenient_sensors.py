@@ -74,12 +74,12 @@ def test_cameras(inside, field, expected, words):
 
 
 @pytest.mark.parametrize("angle, used", [(3.6, WIDEST), (6.28, WIDEST), (1.5, 1.5)])
-def test_a_wide_angle_camera_is_a_pinhole(angle, used):
-    lens = "<lens><type>stereographic</type></lens>"
+def test_a_wide_angle_camera_has_its_angle_and_a_pinholes_camera_info(angle, used):
+    lens = "<lens><type>equidistant</type></lens>"
     model = sensor(fov(angle).replace("</camera>", f"{lens}</camera>"), "wideanglecamera")
     (spec,) = model.sensors
     assert spec.horizontal_fov == used < math.pi and spec.topic == "/image_raw"
-    assert len(model.warnings) == 1 and "wide-angle lens" in model.warnings[0]
+    assert model.warnings == [] and spec.lens.fov == angle
     camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
 
 

@@ -162,7 +162,9 @@ class CameraOutput(Output):
         super().__init__(world, model, spec, seed)
         self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
         self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
-        self._info = camera.camera_info_arrays(spec.width, spec.height, spec.horizontal_fov)
+        self._info = camera.camera_info_arrays(
+            spec.width, spec.height, spec.horizontal_fov, spec.distortion
+        )
         index, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)

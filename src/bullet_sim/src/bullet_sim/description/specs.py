@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from bullet_sim.description.lens import Lens
+
 PoseTuple = tuple[tuple[float, float, float], tuple[float, float, float]]
 ZERO_POSE: PoseTuple = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -23,6 +25,8 @@ class CameraSpec:
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
         encoding: of the messages: rgb8, bgr8 or mono8.
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
+        distortion: (k1, k2, p1, p2, k3) of its lens, as CameraInfo's plumb_bob; (): a pinhole.
+        lens: of a wide-angle camera; horizontal_fov is then that of a pinhole, for camera_info.
     """
 
     name: str
@@ -41,6 +45,8 @@ class CameraSpec:
     noise_mean: float = 0.0
     encoding: str = "rgb8"
     baseline: float = 0.0
+    distortion: tuple[float, ...] = ()
+    lens: Lens | None = None
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import zlib
 
 import numpy as np
 
+from bullet_sim.render.lenses import plumb_bob, wide_angle
 from bullet_sim.sensors import camera
 
 
@@ -48,7 +49,12 @@ class Pictures:
         camera.check(
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
-        rgb, depth = self.picture(request, rgb, depth)
+        if request.lens is not None:
+            rgb, depth = wide_angle.picture(self.picture, request, rgb), None
+        elif request.distortion:
+            rgb, depth = plumb_bob.picture(self.picture, request, rgb, depth)
+        else:
+            rgb, depth = self.picture(request, rgb, depth)
         if request.noise_stddev > 0.0 or request.noise_mean:
             rgb[:] = camera.add_noise(
                 rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bullet_sim.description.lens import Lens
 from bullet_sim.description.specs import DepthCameraSpec
 
 RENDERERS = ("auto", "gl", "tiny")
@@ -25,6 +26,8 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
+        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses.plumb_bob; (): a pinhole.
+        lens: a wide-angle Lens, see lenses.wide_angle; horizontal_fov does not count then.
     """
 
     name: str
@@ -40,6 +43,8 @@ class CameraRequest:
     seed: int = 0
     noise_mean: float = 0.0
     depth: bool = False
+    distortion: tuple = ()
+    lens: Lens | None = None
 
     @classmethod
     def from_spec(cls, spec, key, link_index, seed=0):
@@ -59,6 +64,8 @@ class CameraRequest:
             int(seed),
             float(spec.noise_mean),
             isinstance(spec, DepthCameraSpec),
+            tuple(map(float, spec.distortion)),
+            spec.lens,
         )
 
 

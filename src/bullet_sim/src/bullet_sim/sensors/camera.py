@@ -51,15 +51,21 @@ def intrinsics(width, height, horizontal_fov):
     )
 
 
-def camera_info_arrays(width, height, horizontal_fov):
-    """D, K, R and P of a sensor_msgs/CameraInfo without distortion ('plumb_bob').
+def camera_info_arrays(width, height, horizontal_fov, distortion=()):
+    """D, K, R and P of a sensor_msgs/CameraInfo ('plumb_bob').
+
+    Args:
+        width, height: [px].
+        horizontal_fov: [rad].
+        distortion: (k1, k2, p1, p2, k3) of the lens; (): a pinhole.
 
     Returns:
         (D (5,), K (9,), R (9,), P (12,)) float64, row-major.
     """
     k = intrinsics(width, height, horizontal_fov)
     p = np.hstack([k, np.zeros((3, 1))])
-    return np.zeros(5), k.ravel(), np.eye(3).ravel(), p.ravel()
+    d = np.array(distortion, float) if distortion else np.zeros(5)
+    return d, k.ravel(), np.eye(3).ravel(), p.ravel()
 
 
 def project(points_in_optical, k):

@@ -1,7 +1,5 @@
 """<sensor>s with pictures, and their plugins -> specifications."""
 
-import math
-
 from bullet_sim.description.specs import CameraSpec, DepthCameraSpec, RangeCameraSpec
 from bullet_sim.formats.tags import lenses
 from bullet_sim.formats.tags.sensor_element import SensorElement, noise_of
@@ -33,6 +31,7 @@ def _camera_values(sensor):
         noise_stddev=stddev,
         noise_mean=mean,
         encoding=lenses.encoding(camera, what, sensor.model),
+        distortion=lenses.distortion(camera, sensor.plugin, what),
         baseline=child_number(sensor.plugin, "hackBaseline", what, 0.0),
     )
 
@@ -43,14 +42,11 @@ def camera(sensor):
 
 
 def wide_angle_camera(sensor):
-    """A pinhole of the same angle, as far as a pinhole goes; lenses are not modelled."""
-    sensor.model.warn(
-        f"camera '{sensor.name}' has a wide-angle lens, which is not modelled here; a pinhole of "
-        f"its angle, at most {math.degrees(lenses.WIDEST):g} degrees, takes its place",
-        "cameras have a wide-angle lens, which is not modelled here, and become pinholes",
-        f"'{sensor.name}'",
-    )
-    return camera(sensor)
+    """CameraSpec of libgazebo_ros_camera.so with a wide-angle lens."""
+    found = sensor.element.find("camera")
+    found = sensor.element if found is None else found
+    lens = lenses.wide_lens(found, f"camera '{sensor.name}'", sensor.model)
+    return CameraSpec(**dict(_camera_values(sensor), lens=lens, distortion=()))
 
 
 def depth_camera(sensor, cutoff_max=float("inf")):

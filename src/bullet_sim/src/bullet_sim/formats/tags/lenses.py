@@ -2,10 +2,13 @@
 
 import math
 
-from bullet_sim.formats.xml_read import child_number, child_text, replace
+from bullet_sim.description.lens import FUNCTIONS, TYPES, Lens
+from bullet_sim.formats.xml_read import child_flag, child_number, child_text, replace
 
 WIDEST = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
+FULL_TURN = 2.0 * math.pi
 FIELD_OF_VIEW = 1.047  # [rad] where none is given
+INVISIBLE = 1e-6  # of a coefficient of a lens
 CLIP = (0.1, 100.0)  # [m] nearest and furthest that is drawn, where none is given
 FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
 ENCODINGS = {
@@ -54,6 +57,61 @@ def field_of_view(camera, what, wide=False):
     )
     replace(camera.find("horizontal_fov"), f"{what} <horizontal_fov>", f"{angle:g}", sentence, used)
     return used
+
+
+def wide_lens(camera, what, model):
+    """Lens of a wide-angle camera; where it names none, Gazebo's stereographic one."""
+    fov = child_number(camera, "horizontal_fov", what, FIELD_OF_VIEW)
+    fov = min(fov, FULL_TURN) if fov > 0.0 else FIELD_OF_VIEW
+    kind = child_text(camera, "lens/type", "stereographic")
+    scaled = child_flag(camera, "lens/scale_to_hfov", what, True)
+    cutoff = child_number(camera, "lens/cutoff_angle", what, math.pi)
+    if kind == "custom":
+        c1, c2, c3, f = (
+            child_number(camera, f"lens/custom_function/{name}", what, default)
+            for name, default in (("c1", 1.0), ("c2", 1.0), ("c3", 0.0), ("f", 1.0))
+        )
+        function = child_text(camera, "lens/custom_function/fun", "tan")
+    else:
+        if kind not in TYPES:
+            model.warn(
+                f"{what} has a lens of type '{kind}', known are {', '.join(TYPES)}, custom; it "
+                "becomes stereographic",
+                "lenses have a type that is not known here and become stereographic",
+                f"{what} '{kind}'",
+            )
+        c1, c2, function = TYPES.get(kind, TYPES["stereographic"])
+        c3, f = 0.0, 1.0
+    lens = Lens(fov, c1, c2, c3, f, function, scaled, cutoff)
+    if function in FUNCTIONS and c1 * f > 0.0 and c2 > 0.0 and _fills(lens):
+        return lens
+    model.warn(
+        f"{what} has a lens that shows nothing (c1 {c1:g}, c2 {c2:g}, c3 {c3:g}, f {f:g}, function "
+        f"'{function}', {fov:g} rad); it becomes equidistant",
+        "lenses show nothing and become equidistant",
+        what,
+    )
+    return Lens(fov, cutoff=cutoff)
+
+
+def _fills(lens):
+    """Whether the angle of a lens has a place on its picture."""
+    edge = lens.fov / 2.0 / lens.c2 + lens.c3
+    limit = {"tan": math.pi / 2.0 - 1e-3, "sin": math.pi / 2.0 + 1e-9, "id": math.inf}
+    return not lens.scaled or 0.0 < edge < limit[lens.function]
+
+
+def distortion(camera, plugin, what):
+    """(k1, k2, p1, p2, k3) of a lens, () of a pinhole.
+
+    Those of the <camera> count, else those of its plugin; values too small to be seen are none.
+    """
+    names = ("k1", "k2", "p1", "p2", "k3")
+    found = [child_number(camera, f"distortion/{name}", what, 0.0) for name in names]
+    if camera.find("distortion") is None:
+        names = ("K1", "K2", "T1", "T2", "K3")
+        found = [child_number(plugin, f"distortion{name}", what, 0.0) for name in names]
+    return tuple(found) if max(map(abs, found)) > INVISIBLE else ()
 
 
 def clip(camera, what):

@@ -31,6 +31,8 @@ class Calls:
 
     def __init__(self):
         number, whole = ctypes.c_uint, ctypes.c_int
+        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
+        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
         self._clip_control = _function("glClipControl", number, number)
         self._bind_renderbuffer = _function("glBindRenderbuffer", number, number)
         self._storage = _function(
@@ -38,6 +40,10 @@ class Calls:
         )
         self._bind_framebuffer = _function("glBindFramebuffer", number, number)
         self._blit = _function("glBlitFramebuffer", *[whole] * 8, number, number)
+
+    def current(self):
+        """A number that tells the context that is current in this thread; None: none is."""
+        return self._current()
 
     def depth_from_zero_to_one(self):
         """Clip z to 0..w, for a reversed depth buffer that is as precise far away as near by."""

@@ -22,8 +22,6 @@ class Context:
         RenderError: none can be made; the message says why.
     """
 
-    _current = None
-
     def __init__(self):
         try:
             import moderngl
@@ -41,7 +39,7 @@ class Context:
             self.calls = Calls()
         except Exception as error:  # pylint: disable=broad-except  # glcontext raises Exception
             raise RenderError(f"no OpenGL context by EGL: {error}") from error
-        Context._current = self
+        self._own = self.calls.current()
         self._closed = False
         self.device = self.gl.info["GL_RENDERER"]
         self.software = any(word in self.device for word in SOFTWARE)
@@ -50,9 +48,8 @@ class Context:
 
     def use(self):
         """Make it current in the calling thread, where another one may be."""
-        if Context._current is not self:
+        if self.calls.current() != self._own:
             self.gl.__enter__()
-            Context._current = self
 
     def collect(self):
         """Free what is not referenced any more."""
@@ -65,5 +62,4 @@ class Context:
         self._closed = True
         self.use()
         self.gl.gc()
-        Context._current = None
         self.gl.release()

@@ -138,7 +138,8 @@ class GlRenderer(Pictures):
             away = np.array(self._sun.direction)
             ends = centres + stage.shadow_lengths(away)[:, None] * away
             casts = stage.casts & in_view(planes, centres, stage.radii, ends)
-            self._shadows.update(stage, casts, -away, position)
+            focal = request.width / (2.0 * np.tan(request.horizontal_fov / 2.0))
+            self._shadows.update(stage, casts, -away, position, focal)
         self._frame.write(
             frame_bytes(
                 clip,

@@ -8,6 +8,7 @@ import numpy as np
 
 WIDEST = 32.0  # [m] edge of the part of the world that a map covers
 CELL = 8.0  # [m] the part follows the camera in steps of this
+NEAR_BY = 0.4  # [m] where a texel of what moves is a pixel
 FINEST = 0.002  # [m] texels need not be smaller
 SMALLEST = 256  # [px] least edge of a map's texture
 LEAST = 0.25  # [m] least edge of a map
@@ -58,17 +59,18 @@ class Map:
             self._made[size] = texture, self._gl.framebuffer(depth_attachment=texture)
         self.texture, self.target = self._made[size]
 
-    def fit(self, axes, low, high, origin):
+    def fit(self, axes, low, high, origin, finest=FINEST):
         """Cover a box of the light's axes.
 
         Args:
             axes: as sun_axes gives them.
             low, high: (3,) [m] in these axes.
             origin: (3,) [m] of the stage.
+            finest: texels need not be smaller [m].
         """
         edge = max(*(high - low)[:2], LEAST) * 1.02
         edge = 2.0 ** (np.ceil(2.0 * np.log2(edge)) / 2.0)  # few sizes: shadows do not crawl
-        size = 2.0 ** np.ceil(np.log2(edge / FINEST))
+        size = 2.0 ** np.ceil(np.log2(edge / finest))
         size = int(min(max(size, SMALLEST), self._most))
         self._choose(size)
         texel = edge / size
@@ -101,7 +103,7 @@ class Shadows:
         self._gl, self._program = gl, program
         self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
 
-    def update(self, stage, casts, towards, eye):
+    def update(self, stage, casts, towards, eye, focal):
         """Draw the maps that have changed.
 
         Args:
@@ -109,27 +111,29 @@ class Shadows:
             casts: (n,) bool, the instances whose shadows may be seen.
             towards: (3,) to the sun.
             eye: (3,) [m] of the camera in the world.
+            focal: length of the camera [px]; what moves has no finer shadows than it can see.
         """
+        finest = max(FINEST, NEAR_BY / focal)
         axes = sun_axes(towards)
         part = tuple(np.round(axes[:2] @ eye / CELL).tolist())
         light = tuple(map(float, towards))
-        for shadow, chosen, version, name in (
-            (self.fixed, stage.casts & stage.still, stage.still_version, "fixed"),
-            (self.moving, casts & ~stage.still, stage.moving_version, "moving"),
+        for shadow, chosen, version, name, texel in (
+            (self.fixed, stage.casts & stage.still, stage.still_version, "fixed", FINEST),
+            (self.moving, casts & ~stage.still, stage.moving_version, "moving", finest),
         ):
-            key = (version, light, part, chosen.tobytes()) if chosen.any() else NOTHING
+            key = (version, light, part, chosen.tobytes(), texel) if chosen.any() else NOTHING
             if shadow.drawn == key:
                 continue
             shadow.drawn = key
             if key != NOTHING:
-                self._draw(shadow, stage, chosen, axes, part, name)
+                self._draw(shadow, stage, chosen, axes, part, name, texel)
 
     @property
     def present(self):
         """1 if the map of what stands still shows something, and 2 if that of what moves does."""
         return (self.fixed.drawn != NOTHING) + 2 * (self.moving.drawn != NOTHING)
 
-    def _draw(self, shadow, stage, casts, axes, part, name):
+    def _draw(self, shadow, stage, casts, axes, part, name, texel):
         places = stage.centres @ axes.T
         low, high = places - stage.radii[:, None], places + stage.radii[:, None]
         middle = np.array(part) * CELL
@@ -142,7 +146,7 @@ class Shadows:
         low, high = low[casts].min(axis=0), high[casts].max(axis=0)
         low[:2] = np.maximum(low[:2], middle - WIDEST / 2)
         high[:2] = np.minimum(high[:2], middle + WIDEST / 2)
-        shadow.fit(axes, low, high, stage.origin)
+        shadow.fit(axes, low, high, stage.origin, texel)
         self._clear(shadow)
         self._program["shadow"].write(shadow.clip.T.astype(np.float32).tobytes())
         for batch in stage.batches:

@@ -1,0 +1,1 @@
+"""Lenses that pinholes cannot show: pictures put together from pinholes."""

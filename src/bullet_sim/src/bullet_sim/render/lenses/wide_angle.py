@@ -1,0 +1,102 @@
+"""Wide-angle lenses: up to six pinhole pictures of a cube's sides, put together."""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from bullet_sim.pose import Pose, quaternion_from_rpy
+
+QUARTER = math.pi / 2.0
+# Turns (roll, pitch, yaw) [rad] of the cameras that look at the sides.
+SIDES = (
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, QUARTER),
+    (0.0, 0.0, -QUARTER),
+    (0.0, -QUARTER, 0.0),
+    (0.0, QUARTER, 0.0),
+    (0.0, 0.0, 2.0 * QUARTER),
+)
+MARGIN = 2  # [px] that a side's picture goes beyond its edge, for what lies between two pixels
+SMALLEST, LARGEST = 64, 1024  # [px] of a side's picture
+_INVERSE = {"tan": np.arctan, "sin": np.arcsin, "id": np.asarray}
+_FUNCTION = {"tan": math.tan, "sin": math.sin, "id": float}
+
+
+def directions(width, height, lens):
+    """Where each pixel of a lens looks.
+
+    Args:
+        width, height: [px].
+        lens: Lens.
+
+    Returns:
+        (H, W, 3) in the camera frame (x ahead, y left, z up); NaN where nothing is seen.
+    """
+    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    right = (columns - (width - 1) / 2.0) / (width / 2.0)
+    down = (rows - (height - 1) / 2.0) / (width / 2.0)
+    radius = np.hypot(right, down)
+    focal = lens.f
+    if lens.scaled:
+        focal = 1.0 / (lens.c1 * _FUNCTION[lens.function](lens.fov / 2.0 / lens.c2 + lens.c3))
+    with np.errstate(invalid="ignore"):
+        theta = lens.c2 * (_INVERSE[lens.function](radius / (lens.c1 * focal)) - lens.c3)
+    theta = np.where((theta >= 0.0) & (theta <= min(lens.cutoff, math.pi)), theta, np.nan)
+    aside = np.sin(theta) / np.maximum(radius, 1e-12)
+    return np.stack([np.cos(theta), -aside * right, -aside * down], axis=2)
+
+
+@lru_cache(maxsize=8)
+def plan(width, height, lens):
+    """The sides to draw.
+
+    Returns:
+        Edge of a side's picture [px], its angle [rad], and for each side that is seen: number, the
+        places of the pixels in it (H, W, 2) float32, mask (H, W) bool.
+    """
+    looks = directions(width, height, lens)
+    per_radian = width / lens.fov
+    edge = int(min(max(math.ceil(1.5 * QUARTER * per_radian), SMALLEST), LARGEST))
+    focal = edge / 2.0
+    size = edge + 2 * MARGIN
+    found = []
+    turned = [looks @ Pose(orientation=quaternion_from_rpy(*side)).matrix for side in SIDES]
+    ahead = np.stack([np.nan_to_num(look[:, :, 0], nan=-1.0) for look in turned])
+    nearest = np.where(np.isnan(looks[:, :, 0]), -1, ahead.argmax(axis=0))
+    for number, look in enumerate(turned):
+        mask = nearest == number
+        if not mask.any():
+            continue
+        with np.errstate(invalid="ignore", divide="ignore"):
+            plane = -look[:, :, 1:] / look[:, :, :1]
+        places = focal * plane + (size - 1) / 2.0
+        found.append((number, np.nan_to_num(places).astype(np.float32), mask))
+    return size, 2.0 * math.atan(size / (2.0 * focal)), tuple(found)
+
+
+def picture(draw, request, rgb=None):
+    """A picture through the Lens of a request; black where it sees nothing.
+
+    Args:
+        draw: function as Pictures.picture, which draws pinholes.
+        request: CameraRequest with a lens.
+        rgb: array that takes the result; None: a new one.
+
+    Returns:
+        (H, W, 3) uint8.
+    """
+    size, angle, sides = plan(request.width, request.height, request.lens)
+    rgb = np.empty((request.height, request.width, 3), np.uint8) if rgb is None else rgb
+    rgb[:] = 0
+    pose = Pose.from_xyz_rpy(*request.pose)
+    pinhole = replace(
+        request, width=size, height=size, horizontal_fov=angle, lens=None, depth=False
+    )
+    for number, places, mask in sides:
+        side = pose * Pose(orientation=quaternion_from_rpy(*SIDES[number]))
+        colors, _ = draw(replace(pinhole, pose=(side.position, side.rpy)))
+        rgb[mask] = cv2.remap(colors, places, None, cv2.INTER_LINEAR)[mask]
+    return rgb
