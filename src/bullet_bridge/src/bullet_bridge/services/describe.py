@@ -47,6 +47,7 @@ class DescribeService:
                     "link": output.spec.link,
                 }
                 for output in outputs
+                if output.reports
             ],
             "warnings": list(model.description.warnings),
         }
