@@ -8,6 +8,8 @@ COMMANDS = {
     "setup": "install and build what is missing, start nothing",
     "demo": "drive through the real window without a display; pictures and path go to out/",
     "lap": "a whole lap by one of the drivers; film, path and figures go to out/lap/",
+    "train": "learn to drive a track; policy, film and curves go to out/train/",
+    "evaluate": "laps of a trained policy beside those of other drivers",
     "test": "all tests, or: unit, lint, ros, or part of a test's name",
     "world": "the world and the car, without a window",
     "teleop": "the teleop window alone, for a world that runs already",

@@ -1,69 +1,70 @@
-"""frames RENDERER: turns of pictures received, and of bare getCameraImage beside.
+"""frames: turns of pictures received, of our bare renderer, and of PyBullet's EGL one.
 
-Answers once it is ready; then each line "received SECONDS" or "bare SECONDS" is a turn with one
-answer. The bridge is paused while the bare camera draws.
+Answers once it is ready; then each line "KIND SECONDS" is a turn with one answer. KIND is received,
+egl, or SHADOWS/ANTIALIAS of ours, e.g. true/false. The bridge is paused while one of these draws.
 """
 
 import time
+from dataclasses import replace
 
-import pybullet
 from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
+from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.mirror import Mirror
-from bullet_sim.render.request import CameraRequest
-from bullet_sim.sensors import camera
+from bullet_sim.render.request import CameraRequest, Quality
 from pairs import rate_of_work
 
 from observers import bare, graph
 
 QUIET = 0.3  # [s] between pausing or going on and the window
+SNAPSHOTS, STRIDE = 100, 10  # of the driving car, and steps between two of them
 
 
 class BareCamera:
-    """PyBullet's getCameraImage for the car's camera, in this process.
+    """The car's camera in this process, drawn by one renderer after the other.
 
     Args:
-        world: World with the car.
-        renderer: "egl" or "tiny".
+        world: World with the car, which drives.
     """
 
-    def __init__(self, world, renderer):
-        engine = Engine()
-        chosen = engine.start_renderer(renderer)
-        mirror = Mirror(engine, chosen)
-        mirror.sync_sources(world.sources())
-        mirror.apply(world.snapshot())
+    def __init__(self, world):
         car = world.model("racecar")
         spec = next(spec for spec in car.description.sensors if isinstance(spec, CameraSpec))
         index, offset = car.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, car.source.key, index + 1, 1)
-        request = CameraRequest(**dict(vars(request), pose=(pose.position, pose.rpy)))
-        position, rotation = mirror._camera_pose(request)
-        self._size = request.width, request.height
-        self._options = {
-            "viewMatrix": camera.view_matrix(position, rotation),
-            "projectionMatrix": camera.projection_matrix(
-                request.horizontal_fov, request.width / request.height, request.near, request.far
-            ),
-            "shadow": 0,
-            "flags": pybullet.ER_NO_SEGMENTATION_MASK,
-            "renderer": (
-                pybullet.ER_BULLET_HARDWARE_OPENGL if chosen == "egl" else pybullet.ER_TINY_RENDERER
-            ),
-            "physicsClientId": engine._client,
-        }
-        self._engine = engine
-        self.draw()  # the first one uploads textures
+        self._request = replace(request, pose=(pose.position, pose.rpy))
+        self._snapshots = []
+        for _ in range(SNAPSHOTS):
+            world.step(STRIDE)
+            self._snapshots.append(world.snapshot())
+        self._sources, self._scene, self._number = world.sources(), world.scene, 0
+        self._renderers = {}
 
-    def draw(self):
-        """Draw one picture; returns how many that were."""
-        pybullet.getCameraImage(*self._size, **self._options)
+    def rate(self, kind, seconds):
+        """Pictures per second of one renderer."""
+        if kind not in self._renderers:
+            renderer = self._renderers[kind] = self._make(kind)
+            renderer.sync_sources(self._sources, self._scene)
+            self._draw(renderer)  # the first one uploads textures
+        return rate_of_work(lambda: self._draw(self._renderers[kind]), seconds)
+
+    @staticmethod
+    def _make(kind):
+        if kind != "egl":
+            return GlRenderer(Quality(*kind.split("/")))
+        engine = Engine()
+        return Mirror(engine, engine.start_renderer("egl"))
+
+    def _draw(self, renderer):
+        self._number += 1
+        renderer.apply(self._snapshots[self._number % SNAPSHOTS])
+        renderer.render(self._request)
         return 1
 
 
-def main(renderer):
+def main():
     """Start, then turns until bench.py closes the pipe."""
     graph.join()
     pictures = graph.record("/camera/image", 4)
@@ -72,13 +73,13 @@ def main(renderer):
     simulation = graph.Simulation()
     time.sleep(1.5)
     simulation.pause()
-    bare_camera = BareCamera(bare.bare_world(), renderer)
+    bare_camera = BareCamera(bare.bare_world())
     graph.say(ready=True)
     while True:
         kind, seconds = graph.hear()
-        if kind == "bare":
+        if kind != "received":
             time.sleep(QUIET)
-            graph.say(rate=rate_of_work(bare_camera.draw, float(seconds)))
+            graph.say(rate=bare_camera.rate(kind, float(seconds)))
             continue
         simulation.unpause()
         time.sleep(QUIET)

@@ -21,10 +21,11 @@ SECTIONS = {
     "start": "roslaunch to the first joint state, picture and all controllers",
     "efficiency": "the bridge running free over bare stepping, and who had the processors",
     "driving": "camera, pace and processor time at real time",
-    "camera": "pictures received over bare getCameraImage",
+    "camera": "pictures, bare and received, over PyBullet's EGL renderer",
     "latency": "command to the joint states that show it",
     "scale": "1 to 32 cars with a lidar each",
     "growth": "memory over simulated minutes",
+    "learning": "actions a second of the learner's environments over bare stepping",
     "meshes": "a step with ten times the triangles far away",
 }
 

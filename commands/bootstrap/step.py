@@ -25,17 +25,18 @@ class Step:
         log: Path of the log.
     """
 
-    def __init__(self, number, title, advice, log):
+    def __init__(self, number, title, advice, log, of=3):
         """Prepares a step.
 
         Args:
-            number: Its number of three.
+            number: Its number.
             title: Two or three words.
             advice: What to look at if it fails.
             log: The log's name without suffix.
+            of: How many steps there are.
         """
         self.log = os.path.join(LOGS, f"{log}.log")
-        self._name, self._title, self._advice = title, f"[{number}/3] {title}", advice
+        self._name, self._title, self._advice = title, f"[{number}/{of}] {title}", advice
         self._in_place = sys.stdout.isatty()
         self._said = 0
 

@@ -7,13 +7,14 @@ Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check s
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
 import time
 
+import launch_log
 import rospy
+import sources
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState
 from rosgraph_msgs.msg import Clock
@@ -23,32 +24,10 @@ START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
-_DIED = re.compile(r"\[([\w/.-]+?)(?:-\d+)?\] process has died \[pid \d+, exit code (-?\d+)")
-_CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
-_COLOURS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
-
-
-class Watch:
-    """Counts the messages of one topic and the simulated time between first and last."""
-
-    def __init__(self, topic):
-        self.count, self.first, self.last = 0, None, None
-        self._subscriber = rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, queue_size=100)
-
-    def _on_message(self, _message):
-        now = rospy.get_time()
-        self.first = now if self.first is None else self.first
-        self.count, self.last = self.count + 1, now
-
-    def rate(self):
-        """Messages per simulated second, None below two."""
-        if self.count < 2 or self.last <= self.first:
-            return None
-        return (self.count - 1) / (self.last - self.first)
 
 
 class ClockWatch:
-    """Simulated time as /clock has it."""
+    """Simulated time as /clock has it; None before the first message."""
 
     def __init__(self):
         self.now = None
@@ -56,6 +35,25 @@ class ClockWatch:
 
     def _on_clock(self, message):
         self.now = message.clock.to_sec()
+
+
+class Watch:
+    """Counts the messages of one topic and the simulated time between first and last."""
+
+    def __init__(self, topic, clock):
+        self.count, self.first, self.last, self._clock = 0, None, None, clock
+        self._subscriber = rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, queue_size=100)
+
+    def _on_message(self, _message):
+        now = self._clock.now
+        self.first = now if self.first is None else self.first
+        self.count, self.last = self.count + (self.first is not None), now
+
+    def rate(self):
+        """Messages per simulated second, None below two."""
+        if self.count < 2 or self.last <= self.first:
+            return None
+        return (self.count - 1) / (self.last - self.first)
 
 
 def call(service, kind, *arguments):
@@ -67,29 +65,38 @@ def call(service, kind, *arguments):
         return None
 
 
-def describe():
-    """The simulator's own description of what is in the world, or None."""
-    answer = call("/gazebo/describe", Trigger)
-    return json.loads(answer.message) if answer is not None and answer.success else None
+def find_simulator():
+    """Name of the simulator's node, which launch files may put into a namespace, or None."""
+    services = {name for name, _ in rospy.get_master().getSystemState()[2][2]}
+    for name in sorted(services):
+        node, _, service = name.rpartition("/")
+        if service == "describe" and f"{node}/spawn_urdf_model" in services:
+            return node
+    return None
 
 
 def wait_for_simulator(launch):
-    """Waits until /gazebo answers; returns whether it does."""
+    """Waits until the simulator answers; returns its name or None."""
     deadline = time.monotonic() + START_LIMIT
     while time.monotonic() < deadline and launch.poll() is None:
-        try:
-            rospy.wait_for_service("/gazebo/describe", 1.0)
-            return True
-        except rospy.ROSException:
-            continue
-    return False
+        node = find_simulator()
+        if node is not None:
+            return node
+        time.sleep(0.3)
+    return None
 
 
-def wait_for_models(launch):
+def describe(simulator):
+    """The simulator's own description of what is in the world, or None."""
+    answer = call(f"{simulator}/describe", Trigger)
+    return json.loads(answer.message) if answer is not None and answer.success else None
+
+
+def wait_for_models(launch, simulator):
     """Waits until no more models come; returns the last description."""
     found, since, deadline = None, time.monotonic(), time.monotonic() + SPAWN_LIMIT
     while time.monotonic() < deadline and launch.poll() is None:
-        now = describe()
+        now = describe(simulator)
         if now is not None and now != found:
             found, since = now, time.monotonic()
         moving = [model for model in (found or {}).get("models", ()) if not model["static"]]
@@ -99,9 +106,9 @@ def wait_for_models(launch):
     return found
 
 
-def state_of(model):
+def state_of(simulator, model):
     """Position [m], orientation (x, y, z, w) and speed [m/s] of a model, or None."""
-    answer = call("/gazebo/get_model_state", GetModelState, model, "world")
+    answer = call(f"{simulator}/get_model_state", GetModelState, model, "world")
     if answer is None or not answer.success:
         return None
     p, q, v = answer.pose.position, answer.pose.orientation, answer.twist.linear
@@ -120,16 +127,17 @@ def controllers_of(namespace):
 
 def observe(launch, seconds):
     """Watches the running launch; returns what goes into the result."""
-    if not wait_for_simulator(launch):
+    simulator = wait_for_simulator(launch)
+    if simulator is None:
         return {"simulator": False}
     clock = ClockWatch()
-    found = wait_for_models(launch)
+    found = wait_for_models(launch, simulator)
     if found is None:
         return {"simulator": False}
     moving = [model for model in found["models"] if not model["static"]]
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
-    before = {model["name"]: state_of(model["name"]) for model in moving}
-    watches = {sensor["topic"]: Watch(sensor["topic"]) for sensor in sensors}
+    before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
+    watches = {sensor["topic"]: Watch(sensor["topic"], clock) for sensor in sensors}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
         time.sleep(0.1)
@@ -138,7 +146,7 @@ def observe(launch, seconds):
         watch = watches[sensor["topic"]]
         sensor.update(count=watch.count, measured=watch.rate())
     for model in moving:
-        model.update(before=before[model["name"]], after=state_of(model["name"]))
+        model.update(before=before[model["name"]], after=state_of(simulator, model["name"]))
         if model["control_namespace"] is not None:
             model["controllers"] = controllers_of(model["control_namespace"])
     advanced = None if start is None or clock.now is None else clock.now - start
@@ -149,26 +157,6 @@ def observe(launch, seconds):
         real_time_factor=None if advanced is None else advanced / elapsed,
         ended=launch.poll() is not None,
     )
-
-
-def words_of(log):
-    """What roslaunch said of its nodes.
-
-    Returns:
-        died: (node, exit code); cannot: (package, type) of nodes that could not start; errors:
-        lines of errors.
-    """
-    with open(log, encoding="utf-8", errors="replace") as stream:
-        text = _COLOURS.sub("", stream.read())
-    lines = (line.strip() for line in text.splitlines())
-    errors = [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
-    invalid = re.search(r"RLException: (.*)", text)
-    return {
-        "died": [(name, int(code)) for name, code in _DIED.findall(text) if int(code) != 0],
-        "cannot": sorted(set(_CANNOT.findall(text))),
-        "errors": errors[:50],
-        "refused": invalid.group(1) if invalid else None,
-    }
 
 
 def main(result, log, port, seconds, *launch_words):
@@ -197,7 +185,10 @@ def main(result, log, port, seconds, *launch_words):
     finally:
         stop(launch)
         with open(result, "w", encoding="utf-8") as stream:
-            json.dump(dict(found, **words_of(log), exit_status=launch.returncode), stream)
+            said = launch_log.read(log)
+            found.update(said, exit_status=launch.returncode)
+            found["builders"] = sources.builders(found)
+            json.dump(found, stream)
     return 0
 
 

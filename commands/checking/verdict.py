@@ -6,7 +6,12 @@ import math
 SLOW = 0.9  # of the nominal rate, below which a sensor is too slow
 STILL = 0.05  # [m] that a robot nobody drives may move while it is watched
 UPRIGHT = 30.0  # [degrees] of tilt up to which a robot stands upright
+LISTED = 3  # names that a sentence gives
 LOWEST = -1.0  # [m] below which a robot has fallen out of the world
+
+
+# Programs that need a screen: they end at once here, where there is none, and are no problem.
+WITH_SCREEN = ("rviz", "rqt", "gzclient", "joint_state_publisher_gui", "image_view", "xterm")
 
 
 def problems(found):
@@ -18,26 +23,95 @@ def problems(found):
     said = []
     if found.get("refused"):
         said.append(f"roslaunch refuses the file: {found['refused']}")
-    for package, kind in found["cannot"]:
-        said.append(
-            f"node {package}/{kind} cannot start: is the package {package} there and built?"
-        )
-    for name, code in found["died"]:
-        said.append(f"node {name} died with exit code {code}")
+    said += [_cannot(found, package, kind) for package, kind in found["cannot"]]
+    said += [f"node {name} has a program that cannot be run" for name in found.get("unable", ())]
+    said += [
+        f"node {name} ({program}) died with exit code {code}"
+        for name, code, program in found["died"]
+        if not needs_screen(program)
+    ]
     if not found["simulator"]:
-        return [
-            *said,
-            "no simulator came up: does the file include gazebo_ros's empty_world.launch?",
-        ]
-    robots = [model for model in found["models"] if not model["static"]]
-    if not robots:
+        if not found.get("refused"):
+            said.append(
+                "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
+            )
+        return said
+    if not robots(found):
         said.append("no robot was spawned")
-    for model in robots:
+    for model in robots(found):
         said += _stance(model)
         said += _controllers(model)
+    said += [_lost(found, text) for text in losses(found)]
     for model in found["models"]:
         said += [_sensor(model, sensor) for sensor in model["sensors"]]
     return [sentence for sentence in said if sentence]
+
+
+def notes(found):
+    """Sentences about what is worth knowing and no fault of the package or of the simulator."""
+    said = [
+        f"node {name} ({program}) needs a screen and was not looked at"
+        for name, _, program in found["died"]
+        if needs_screen(program)
+    ]
+    factor = found.get("real_time_factor")
+    if found["simulator"] and factor is not None and 0.0 < factor < SLOW:
+        said.append(f"this machine simulates {factor:.2f} s in a second")
+    restless = _restless(found) if found["simulator"] else []
+    if restless:
+        said.append(f"things of the world file move, fall or lie: {_listed(restless)}")
+    for model in found.get("models", ()):
+        said += [
+            f"this machine draws {sensor['topic']} {sensor['measured']:.1f} times a simulated "
+            f"second, {sensor['rate']:g} are wanted"
+            for sensor in model["sensors"]
+            if sensor.get("is_camera") and _is_slow(sensor)
+        ]
+    return said
+
+
+def robots(found):
+    """The models that can move and are more than furniture of the world file."""
+    return [m for m in found["models"] if not m["static"] and not m.get("furniture")]
+
+
+def _restless(found):
+    """Names of the world file's loose things that do not stay where they are."""
+    loose = [m for m in found["models"] if not m["static"] and m.get("furniture")]
+    return [model["name"] for model in loose if _stance(model)]
+
+
+def needs_screen(program):
+    """Whether a program opens a window."""
+    return program.startswith(WITH_SCREEN)
+
+
+def _listed(names):
+    shown = ", ".join(names[:LISTED])
+    return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
+
+
+def losses(found):
+    """What the files name and is not there, once each."""
+    texts = [text for model in found["models"] for text in model.get("lost", ())]
+    return list(dict.fromkeys([*found.get("lost", ()), *texts]))
+
+
+def _lost(found, text):
+    for name, (package, _) in found.get("builders", {}).items():
+        if f"lib{name}.so" in text:
+            return f"{text}: it is C++ of package {package}"
+    return text
+
+
+def _cannot(found, package, kind):
+    builder = found.get("builders", {}).get(kind)
+    if builder is None:
+        return f"node {package}/{kind} cannot start: package {package} has no such node"
+    package_of_it, is_there = builder
+    if not is_there:
+        return f"node {package}/{kind} cannot start: package {package} is not installed"
+    return f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built"
 
 
 def tilt(orientation):
@@ -81,10 +155,15 @@ def _controllers(model):
 def _sensor(model, sensor):
     if not sensor["count"]:
         return f"sensor on {sensor['topic']} of {model['name']} sends nothing"
-    measured = sensor["measured"]
-    if measured is not None and measured < SLOW * sensor["rate"]:
-        return f"sensor on {sensor['topic']} sends {measured:.1f} of {sensor['rate']:g} Hz"
+    if _is_slow(sensor) and not sensor.get("is_camera"):
+        return (
+            f"sensor on {sensor['topic']} sends {sensor['measured']:.1f} of {sensor['rate']:g} Hz"
+        )
     return None
+
+
+def _is_slow(sensor):
+    return sensor["measured"] is not None and sensor["measured"] < SLOW * sensor["rate"]
 
 
 def page(found, seconds):
@@ -96,13 +175,16 @@ def page(found, seconds):
         lines.append(
             f"world {found['world']}, watched for {seconds:g} s, real-time factor {factor}"
         )
-        for model in found["models"]:
-            if not model["static"]:
-                lines += _robot(model)
+        for model in robots(found):
+            lines += _robot(model)
         lines += _sensors(found)
         lines += _ignored(found)
+    told = notes(found)
+    if told:
+        lines += ["", "worth knowing:", *(f"  {sentence}" for sentence in told)]
     wrong = problems(found)
-    lines += ["", f"{len(wrong)} problems:" if wrong else "no problems"]
+    count = "1 problem:" if len(wrong) == 1 else f"{len(wrong)} problems:"
+    lines += ["", count if wrong else "no problems"]
     return lines + [f"  - {sentence}" for sentence in wrong]
 
 
@@ -127,7 +209,8 @@ def _sensors(found):
 
 
 def _ignored(found):
-    texts = collections.Counter(text for model in found["models"] for text in model["warnings"])
+    texts = collections.Counter(found.get("warnings", ()))
+    texts.update(text for model in found["models"] for text in model["warnings"])
     if not texts:
         return []
     lines = ["", "ignored or mended:"]

@@ -9,7 +9,9 @@ ANY_COMMAND = "@commands"  # asks the shell for the programs on PATH
 VALUES = {  # of launch arguments
     "mode": ("original", "ackermann"),
     "odom_source": ("wheels", "ground_truth"),
-    "renderer": ("auto", "egl", "tiny"),
+    "renderer": ("auto", "gl", "tiny"),
+    "shadows": ("auto", "true", "false"),
+    "antialias": ("auto", "true", "false"),
     "view": ("odom", "lidar"),
 }
 SWITCH = ("false", "true")

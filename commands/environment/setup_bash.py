@@ -21,7 +21,8 @@ BASH = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
 def apply(environ):
     """Makes the changes of devel/setup.bash to an environment.
 
-    The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it.
+    The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it. A workspace on
+    top of this one whose setup.bash was sourced stays in front.
 
     Args:
         environ: Changed in place.
@@ -30,11 +31,12 @@ def apply(environ):
         CommandError: setup.bash cannot be sourced.
     """
     packages = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
-    if environ.get("CMAKE_PREFIX_PATH"):
+    on_top = _has_workspace_on_top(environ)
+    if environ.get("CMAKE_PREFIX_PATH") and not on_top:
         packages = _leave_workspaces(environ, packages)
     for how, name, value in changes():
         given = environ.get(name, "")
-        if how == "default":
+        if how == "default" or (on_top and how == "set"):
             environ[name] = given or value
         elif how == "set":
             environ[name] = value
@@ -113,6 +115,13 @@ def _inputs(found):
         if workspace != "/":
             paths += [os.path.join(workspace, name) for name in ("", ".catkin", "lib", "bin")]
     return paths
+
+
+def _has_workspace_on_top(environ):
+    """Whether a workspace that is chained to this one is active."""
+    prefixes = environ.get("CMAKE_PREFIX_PATH", "").split(":")
+    above = prefixes[: prefixes.index(DEVEL)] if DEVEL in prefixes else []
+    return any(path and os.path.isfile(os.path.join(path, ".catkin")) for path in above)
 
 
 def _leave_workspaces(environ, packages):

@@ -2,9 +2,9 @@
 
 ./run check PACKAGE FILE.launch [ARG:=VALUE ...]: nodes that could not start and the package they
 need, controllers, each sensor's topic with its nominal and its measured rate (in simulated time),
-what was ignored, whether the robots stand still and upright, the real-time factor. It runs on a ROS
-master of its own and without a screen (gui:=false is up to the file). Exits 0 if nothing is wrong,
-1 if something is. The log of the launch is in .cache/ros-check/.
+what is missing or was ignored, whether the robots stand still and upright, the real-time factor.
+It runs on a ROS master of its own and without a screen: windows such as rviz are not looked at.
+Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
 """
 
 import json
@@ -15,7 +15,7 @@ import subprocess
 from commands import environment, processes
 from commands.errors import CommandError, UsageError, say
 from commands.launching import master
-from commands.paths import CACHE, ROOT, VENV_PYTHON, relative
+from commands.paths import ROOT, VENV_PYTHON, relative
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
 OBSERVER = os.path.join(ROOT, "commands", "checking", "observer.py")
@@ -41,9 +41,11 @@ def run(options, rest):
             raise UsageError(f"unknown argument {argument!r}; launch arguments are NAME:=VALUE")
     environ = environment.ready()
     _, port = master.use_own(environ)
-    folder = os.path.join(CACHE, "ros-check")
+    folder = os.path.join(environment.logs.FOLDER, f"check-{port}")
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        environ.pop(name, None)
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
     result, log = (os.path.join(folder, name) for name in ("result.json", "roslaunch.txt"))
     command = [VENV_PYTHON, OBSERVER, result, log, port, str(options.seconds)]
@@ -63,11 +65,11 @@ def run(options, rest):
         raise CommandError("the check came to no result", f"logs in {relative(folder)}/")
     with open(result, encoding="utf-8") as stream:
         found = json.load(stream)
-    found["problems"] = verdict.problems(found)
+    found.update(problems=verdict.problems(found), notes=verdict.notes(found), log=log)
     if options.json:
         say(json.dumps(found, indent=2))
     else:
-        say("\n".join(verdict.page(found, options.seconds)))
+        say("\n".join([*verdict.page(found, options.seconds), f"log: {relative(log)}"]))
     if found["problems"]:
         raise SystemExit(1)
 

@@ -4,6 +4,7 @@ Leaves in out/lap/: lap.mp4 (the camera with the window's overlay), lap.png, pat
 the track), path.csv, referee.csv and result.json; out/lap/ is emptied first. With --starts above 1
 each start is at a random pose around the line. Launch arguments go to lap.launch, for example
 real_time_factor:=2 camera_width:=320 rviz:=true, or speed:=0.8 (line and pursuit only).
+With a camera policy the camera has the 160x120 pixels that it has learned from.
 LAP_DEADLINE=SECONDS changes the overall limit (300 and 300 a start).
 """
 
@@ -12,14 +13,14 @@ import shutil
 
 from commands import environment
 from commands.errors import UsageError
-from commands.launching import headless, tracks
+from commands.launching import headless, policies, tracks
 from commands.launching.launch_file import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT
 
 LAUNCH = LaunchFile("deepracer_teleop", "lap.launch", fixed=("out_dir",), options=False)
-USAGE = "[--track TRACK] [--driver DRIVER] [--starts N] [ARG:=VALUE ...]"
-DRIVERS = ("slider", "buttons", "line", "pursuit")
+USAGE = "[--track TRACK] [--driver DRIVER] [--policy NAME] [--starts N] [ARG:=VALUE ...]"
+DRIVERS = ("slider", "buttons", "line", "pursuit", "policy")
 ALIASES = {"slider_driver": "slider", "follow_line": "line", "pure_pursuit": "pursuit"}
 
 
@@ -37,10 +38,17 @@ def add_arguments(parser):
         default="slider",
         type=one_of("driver", DRIVERS, ALIASES),
         help="slider (the real window's slider under cruise control; the default), line (camera "
-        "alone), pursuit (odometry and centreline), buttons (roams with the window's buttons for "
-        "40 s)",
+        "alone), pursuit (odometry and centreline), policy (a trained one, see --policy), buttons "
+        "(roams with the window's buttons for 40 s)",
     )
     driver.complete = lambda: DRIVERS
+    policy = parser.add_argument(
+        "--policy",
+        metavar="NAME",
+        type=policies.resolve,
+        help="of the driver policy: the name of a training (./run train), or an .onnx file",
+    )
+    policy.complete = policies.names
     parser.add_argument(
         "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
     )
@@ -48,13 +56,32 @@ def add_arguments(parser):
 
 def run(options, rest):
     """Runs the lap."""
-    arguments = LAUNCH.check(rest)
+    arguments = [*policy_arguments(options), *LAUNCH.check(rest)]
     deadline = headless.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
     environ = environment.ready()
     out = os.path.join(OUT, "lap")
     shutil.rmtree(out, ignore_errors=True)
     given = [f"{name}:={getattr(options, name)}" for name in ("track", "driver", "starts")]
     headless.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out)
+
+
+def policy_arguments(options):
+    """Gives the launch arguments of the driver policy: its file and the sensors it learned from.
+
+    Raises:
+        UsageError: A policy without its driver, or the driver without one.
+    """
+    if (options.driver == "policy") != bool(options.policy):
+        raise UsageError("--driver policy and --policy NAME belong together")
+    if not options.policy:
+        return []
+    found = [f"policy:={options.policy}"]
+    observation = policies.settings(options.policy).get("observation", ())
+    if "lidar" in observation:
+        found.append("lidar:=true")
+    if "camera" in observation:
+        found += ["camera_width:=160", "camera_height:=120"]
+    return found
 
 
 def _starts(value):

@@ -1,11 +1,12 @@
 """Runs the tests: unit tests (pytest), linters and integration tests (rostest).
 
 Linters are catkin_lint, ruff, mypy and shellcheck; each integration test has a ROS master of its
-own. FILTER: unit, lint, ros, or part of a test's name (./run test circle). -j N runs N jobs side by
-side, by default as many as there are cores; --failed runs what failed when it last ran. Logs and
-JUnit files go to test-results/. At the end come the slowest tests, the flaky ones (failed and
-passed in their last ten runs) and what failed. The last line is the sum; the exit status is 0 only
-if nothing failed.
+own. FILTER: unit, lint, ros, or part of a test's name (./run test circle). Trainings are a stage
+that runs only when it is asked for, as it installs what ./run train needs: ./run test learning. -j
+N runs N jobs side by side, by default as many as there are cores; --failed runs what failed when it
+last ran. Logs and JUnit files go to test-results/. At the end come the slowest tests, the flaky
+ones (failed and passed in their last ten runs) and what failed. The last line is the sum; the exit
+status is 0 only if nothing failed.
 """
 
 import os
@@ -17,7 +18,7 @@ USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
 RUNNER = os.path.join(ROOT, "tests", "runner.py")
 OPTIONS = os.path.join(ROOT, "tests", "runner", "main.py")
-STAGES = ("unit", "lint", "ros")
+STAGES = ("unit", "lint", "ros", "learning")
 
 
 def add_arguments(parser):
@@ -30,6 +31,10 @@ def add_arguments(parser):
 def run(arguments):
     """Becomes the test runner."""
     environ = environment.ready()
+    if "learning" in arguments:
+        from commands.bootstrap import learning
+
+        learning.prepare()
     environ.pop("ROS_HOSTNAME", None)
     environ.update(ROS_IP="127.0.0.1", QT_QPA_PLATFORM="offscreen", PYTHONDONTWRITEBYTECODE="1")
     processes.become([VENV_PYTHON, RUNNER, *arguments], environ)

@@ -33,6 +33,18 @@ def publisher(topic, kind):
     return made
 
 
+def send_until_answered(sender, message, answers):
+    """Publishes a message again and again until a recorder has an answer to it.
+
+    The node that answers may not know its subscriber yet, and then its answer is lost.
+    """
+    deadline = time.monotonic() + START_LIMIT
+    while not answers.messages and time.monotonic() < deadline:
+        sender.publish(message)
+        time.sleep(0.1)
+    answers.wait_count(1)
+
+
 def twist(forward):
     """A command to drive ahead [m/s]."""
     message = Twist()

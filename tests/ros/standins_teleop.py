@@ -14,7 +14,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
 from sim_client import START_LIMIT, Recorder, wait_until
-from standins_rig import SetClock, publisher
+from standins_rig import SetClock, publisher, send_until_answered
 from terminal_rig import Terminal
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit
 
@@ -32,14 +32,17 @@ class Teleops(unittest.TestCase):
             self.addCleanup(recorder.close)
         pad = publisher("/pad/joy", Joy)
         held = [int(number == 10) for number in range(12)]
-        pad.publish(Joy(axes=[0.5, 1.0, -1.0], buttons=held))
-        first = commands.wait_count(1)[0]
-        self.assertEqual((first.linear.x, first.linear.y, first.angular.z), (0.4, 0.2, -0.5))
+        send_until_answered(pad, Joy(axes=[0.5, 1.0, -1.0], buttons=held), commands)
         for _ in range(3):
             pad.publish(Joy(axes=[0.5, 1.0, -1.0], buttons=[0] * 12))
-        self.assertEqual(commands.wait_count(2)[1], Twist())
+        wait_until(lambda: commands.last == Twist(), "the zero")
         pad.publish(Joy(axes=[0.0, -1.0, 0.0], buttons=held))
-        self.assertEqual([m.linear.x for m in commands.wait_count(3)], [0.4, 0.0, -0.4])
+        wait_until(lambda: commands.last.linear.x == -0.4, "the last command")
+        *first, zero, last = commands.messages
+        for command in first:
+            speeds = (command.linear.x, command.linear.y, command.angular.z)
+            self.assertEqual(speeds, (0.4, 0.2, -0.5))
+        self.assertEqual((zero, last.linear.x), (Twist(), -0.4))  # zero once
         self.assertTrue(rosnode.rosnode_ping("/pad/joy_node", max_count=1))
         words = "waiting for the joystick /dev/input/pad_that_is_not_there"
         said = [m for m in log.messages if words in m.msg]
@@ -58,8 +61,8 @@ class Teleops(unittest.TestCase):
         drag.event_type = InteractiveMarkerFeedback.POSE_UPDATE
         drag.pose.position.x, drag.pose.position.y = 0.25, -3.0
         drag.pose.orientation.z, drag.pose.orientation.w = math.sin(0.1), math.cos(0.1)
-        mouse.publish(drag)
-        command = commands.wait_count(1)[0]
+        send_until_answered(mouse, drag, commands)
+        command = commands.messages[0]
         self.assertEqual((command.linear.x, command.linear.y), (0.25, -1.0))
         self.assertAlmostEqual(command.angular.z, 2.2 * 0.2)
 

@@ -13,7 +13,7 @@ class Job:
     """One process of the test run.
 
     Attributes:
-        stage: "unit", "lint" or "ros".
+        stage: "unit", "lint", "ros" or "learning".
         name: What is printed and what a filter matches.
         command: Argument list.
         environment: Variables beyond the inherited ones.

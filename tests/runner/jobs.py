@@ -1,4 +1,4 @@
-"""The table of all jobs: unit tests, linters, rostests."""
+"""The table of all jobs: unit tests, linters, rostests, and trainings where they are asked for."""
 
 import importlib.util
 import shutil
@@ -7,6 +7,8 @@ import xml.etree.ElementTree as ElementTree
 
 from runner.job import ROOT, Job, results_directory
 
+EXTRA = ("learning",)  # stages that need more than ./run setup installs, and minutes
+
 
 def all_jobs():
     """Gives every job of the project.
@@ -14,15 +16,19 @@ def all_jobs():
     Raises:
         LookupError: A runner is not installed.
     """
-    return [*unit_jobs(), *lint_jobs(), *ros_jobs()]
+    return [*unit_jobs(), *lint_jobs(), *ros_jobs(), *learning_jobs()]
 
 
 def selected(jobs, filters):
-    """Keeps jobs whose stage is a filter or whose name contains one; all without filters."""
+    """Keeps jobs whose stage is a filter or whose name contains one.
+
+    Without filters all are kept but those of EXTRA stages, which have to be asked for.
+    """
     return [
         job
         for job in jobs
-        if not filters or any(word == job.stage or word in job.name for word in filters)
+        if (not filters and job.stage not in EXTRA)
+        or any(word == job.stage or word in job.name for word in filters)
     ]
 
 
@@ -65,6 +71,15 @@ def ros_jobs():
             (tool("rostest"), f"--package={package}", f"--pkgdir={directory}", str(path)),
             {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")},
         )
+
+
+def learning_jobs():
+    """Trainings, with torch: one pytest."""
+    directory = ROOT / "tests" / "learning"
+    report_file = results_directory("learning", "training") / "pytest.xml"
+    options = ("-q", "-p", "no:cacheprovider", "--color=no", f"--rootdir={directory}")
+    command = (sys.executable, "-m", "pytest", *options, f"--junitxml={report_file}")
+    yield Job("learning", "training", (*command, str(directory)))
 
 
 def package_of(path):

@@ -19,7 +19,8 @@ from runner.jobs import all_jobs, selected
 from runner.process import Runner
 from runner.schedule import Schedule, cores, slack
 
-DEADLINES = {"unit": 400.0, "lint": 120.0, "ros": 300.0}  # wall time of a job that runs alone [s]
+# Wall time of a job that runs alone [s].
+DEADLINES = {"unit": 400.0, "lint": 120.0, "ros": 300.0, "learning": 1200.0}
 
 
 def main():
@@ -94,7 +95,7 @@ def chosen(options, history):
         names = ", ".join(job.name for job in everything)
         raise LookupError(
             f"nothing matches {' '.join(options.filters)!r}; there are the stages unit, lint, "
-            f"ros, and the tests {names}"
+            f"ros, learning, and the tests {names}"
         )
     if options.failed:
         failed = history.failed()

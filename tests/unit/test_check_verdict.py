@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands.checking import verdict
+from commands.checking import launch_log, sources, verdict
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
 GOOD = {
@@ -16,8 +16,10 @@ GOOD = {
     "refused": None,
     "cannot": [],
     "died": [],
+    "warnings": ["w"],
+    "lost": [],
     "models": [
-        {"name": "ground_plane", "static": True, "sensors": [], "warnings": [],
+        {"name": "ground_plane", "static": True, "sensors": [], "warnings": [], "lost": [],
          "control_namespace": None},
         {
             "name": "car",
@@ -27,6 +29,7 @@ GOOD = {
             "sensors": [{"topic": "/scan", "type": "sensor_msgs/LaserScan", "rate": 10.0,
                          "count": 80, "measured": 9.9, "link": "laser"}],
             "warnings": ["a", "a", "b"],
+            "lost": [],
             "before": STATE,
             "after": STATE,
         },
@@ -61,8 +64,24 @@ def test_nothing_is_wrong():
     "found, words",
     [
         (changed(refused="no such file"), ["roslaunch refuses", "no such file"]),
-        (changed(cannot=[["laser_tools", "merge"]]), ["laser_tools/merge", "cannot start"]),
-        (changed(died=[["mux", 1]]), ["node mux died", "1"]),
+        (changed(cannot=[["laser_tools", "merge"]]), ["laser_tools/merge", "no such node"]),
+        (
+            changed(cannot=[["laser_tools", "merge"]], builders={"merge": ["laser_tools", False]}),
+            ["laser_tools/merge", "laser_tools is not installed"],
+        ),
+        (
+            changed(cannot=[["tools", "merge"]], builders={"merge": ["laser_tools", True]}),
+            ["tools/merge", "C++ of laser_tools", "not built"],
+        ),
+        (changed(unable=["joystick"]), ["joystick", "cannot be run"]),
+        (changed(died=[["mux", 1, "mux.py"]]), ["node mux (mux.py) died", "1"]),
+        (changed(lost=["world plugin 'x'"]), ["world plugin 'x'"]),
+        (
+            changed(
+                car_lost=["plugin 'libhover.so' is ignored"], builders={"hover": ["h_g", True]}
+            ),
+            ["libhover.so", "C++ of package h_g"],
+        ),
         (changed(models=[GOOD["models"][0]]), ["no robot"]),
         (changed(car_after=None), ["car", "where it is"]),
         (changed(car_after=state(position=(1.0, 2.4, 0.05))), ["moves by itself", "0.40 m"]),
@@ -91,6 +110,90 @@ def test_nothing_is_wrong():
 def test_one_problem_each(found, words):
     (sentence,) = verdict.problems(found)
     assert all(word in sentence for word in words), sentence
+
+
+def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
+    camera = {"topic": "/image", "type": "sensor_msgs/Image", "rate": 30.0, "count": 80,
+              "measured": 10.0, "link": "eye", "is_camera": True}  # fmt: skip
+    found = changed(died=[["view", -6, "rviz"]], car_sensors=[camera], real_time_factor=0.5)
+    assert verdict.problems(found) == []
+    screen, slow, image = verdict.notes(found)
+    assert "view (rviz) needs a screen" in screen and "0.50 s" in slow
+    assert "/image 10.0" in image and "30 are wanted" in image
+    page = "\n".join(verdict.page(found, 8.0))
+    assert "worth knowing" in page and "no problems" in page
+    assert verdict.notes(GOOD) == []
+
+
+def test_loose_things_of_the_world_are_no_robots():
+    ball = {**GOOD["models"][1], "name": "ball", "furniture": True, "sensors": [],
+            "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
+    found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
+    assert verdict.problems(found) == []
+    assert verdict.notes(found) == [
+        "things of the world file move, fall or lie: b0, b1, b2 and 2 more"
+    ]
+    assert verdict.problems(changed(models=[ball])) == ["no robot was spawned"]
+
+
+def test_a_refused_file_is_one_problem():
+    found = {"simulator": False, "refused": "no such arg", "cannot": [], "died": []}
+    assert verdict.problems(found) == ["roslaunch refuses the file: no such arg"]
+
+
+LOG = """\x1b[1mprocess[gazebo-2]: started with pid [11]\x1b[0m
+ERROR: cannot launch node of type [hover/drive]: hover
+[ERROR] [1.0, 2.0]: model 'car' is gone
+[view-5] process has died [pid 12, exit code -6, cmd /usr/lib/rviz/rviz -d a __name:=view].
+[done-6] process has died [pid 13, exit code 0, cmd /opt/x/done.py __name:=done].
+ * Unable to launch [pad-7].
+error: package 'lidar' not found
+RLException: while processing car.launch:
+  Invalid <param> tag: command returned with code [2].
+"""
+
+
+def test_the_launch_log(tmp_path):
+    (tmp_path / "log").write_text(LOG)
+    said = launch_log.read(str(tmp_path / "log"))
+    assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
+    assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 2
+    assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (
+            "Done checking log.\nResource not found: ferry\nROS path [0]=/a\nROS path [1]=/b\n",
+            "ferry",
+        ),
+        ("Done checking log.\nunused args [x] for include of [a.launch]\n", "unused args [x]"),
+    ],
+)
+def test_what_roslaunch_refuses(tmp_path, text, words):
+    (tmp_path / "log").write_text(f"{text}The traceback for the exception was written to the log")
+    refused = launch_log.read(str(tmp_path / "log"))["refused"]
+    assert words in refused and "ROS path" not in refused
+    (tmp_path / "log").write_text(text)
+    assert launch_log.read(str(tmp_path / "log"))["refused"] is None
+
+
+def test_sources_of_what_is_missing(tmp_path, monkeypatch):
+    for name in ("base", "hover"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
+    (tmp_path / "hover" / "CMakeLists.txt").write_text(
+        "project(hover)\nadd_library(${PROJECT_NAME}_plugin a.cpp)\nadd_executable(drive b.cpp)\n"
+    )
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
+             "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
+    assert sources.builders(found) == {
+        "drive": ("hover", True),
+        "node": ("gone", False),
+        "hover_plugin": ("hover", True),
+    }
 
 
 def test_without_a_simulator():

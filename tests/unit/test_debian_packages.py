@@ -1,6 +1,7 @@
 """Nodes and modules that other people's launch files and nodes take from Debian are there."""
 
 import importlib
+import os
 import shutil
 import subprocess
 
@@ -10,7 +11,10 @@ from roslib import packages
 NODES = [
     ("image_transport", "republish"),
     ("joint_state_publisher", "joint_state_publisher"),
+    ("joint_state_publisher_gui", "joint_state_publisher_gui"),
+    ("nodelet", "nodelet"),
     ("robot_state_publisher", "robot_state_publisher"),
+    ("robot_state_publisher", "state_publisher"),  # its name in older launch files
     ("tf", "static_transform_publisher"),
     ("tf", "tf_echo"),
     ("tf", "tf_monitor"),
@@ -28,7 +32,9 @@ MODULES = [
     "diagnostic_updater",
     "interactive_markers.interactive_marker_server",
     "laser_geometry",
+    "map_msgs.msg",
     "message_filters",
+    "move_base_msgs.msg",
     "tf",
     "tf.transformations",
     "tf2_geometry_msgs",
@@ -38,21 +44,41 @@ MODULES = [
 ]
 NAMED_IN_FIND_PACKAGE = [
     "angles",
+    "camera_info_manager",
     "diagnostic_updater",
+    "dynamic_reconfigure",
     "image_transport",
     "interactive_markers",
     "laser_geometry",
+    "map_msgs",
     "message_filters",
+    "move_base_msgs",
+    "nodelet",
+    "pluginlib",
+    "robot_state_publisher",
     "tf",
     "tf2_ros",
     "tf_conversions",
     "topic_tools",
+    "urdf",
 ]
 
 
 @pytest.mark.parametrize("package, node", NODES)
 def test_rosrun_finds_a_node(package, node):
     assert packages.find_node(package, node), f"{package} has no node {node}"
+
+
+@pytest.mark.parametrize("node", ["robot_state_publisher", "state_publisher"])
+def test_both_names_of_the_state_publisher_run_it(node):
+    (program,) = packages.find_node("robot_state_publisher", node)
+    environ = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:1"}  # where nobody answers
+    with subprocess.Popen([program], env=environ, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT) as running:  # fmt: skip
+        try:
+            assert "Failed to contact master" in running.stdout.readline()
+        finally:
+            running.kill()
 
 
 @pytest.mark.parametrize("name", MODULES)

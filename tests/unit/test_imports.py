@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(
     path.parent.name
     for path in (ROOT / "src").glob("*/package.xml")
-    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer")
+    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer", "paddock_gym")
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {
@@ -115,6 +115,34 @@ def test_the_viewer_knows_no_ros():
     assert offences(ROOT / "src" / "bullet_viewer", is_ros) == []
 
 
+def test_the_gym_knows_ros_only_in_its_driver():
+    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
+    driver = set(python_files(base / "driver"))
+    assert offences(base, is_ros, exempt=driver) == []
+
+
+def test_what_a_robot_needs_of_the_gym_knows_no_simulator():
+    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
+    for folder in ("contract", "course", "observations", "policy", "driver"):
+        assert offences(base / folder, {*SIMULATOR, "gymnasium"}.__contains__) == []
+
+
+def test_nothing_imports_the_gym_but_itself():
+    others = [
+        path
+        for path in sorted((ROOT / "src").iterdir())
+        if path.is_dir() and path.name != "paddock_gym"
+    ]
+    assert [line for path in others for line in offences(path, {"paddock_gym"}.__contains__)] == []
+
+
+def test_torch_is_needed_for_training_alone():
+    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
+    training = {*python_files(base / "training"), base / "policy" / "export.py"}
+    names = {"torch", "stable_baselines3", "pandas"}
+    assert offences(base, names.__contains__, exempt=training) == []
+
+
 def test_only_the_viewer_of_the_simulator_knows_qt():
     for package in ("bullet_sim", "bullet_bridge"):
         assert offences(ROOT / "src" / package, {"PyQt5"}.__contains__) == []
@@ -157,9 +185,9 @@ SUITES = {
     "bullet_sim": (
         "errors",
         "pose",
-        "snapshot",
         "system",
         "description",
+        "snapshot",
         "formats",
         "meshes",
         "controllers",
@@ -187,6 +215,18 @@ SUITES = {
     ),
     "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
     "deepracer_teleop": ("window", "drivers", "runs"),
+    "paddock_gym": (
+        "errors",
+        "contract",
+        "course",
+        "observations",
+        "policy",
+        "driver",
+        "simulation",
+        "envs",
+        "evaluation",
+        "training",
+    ),
 }
 
 

@@ -36,7 +36,7 @@ OFFERED = {
     "./run lap --driver line --track m": ["medium"],
     "./run world track:=ha": ["hard"],
     "./run world gui:=": ["false", "true"],
-    "./run world renderer:=e": ["egl"],
+    "./run world renderer:=g": ["gl"],
     "./run world track:=hard ren": ["renderer:="],
     "./run track:=hard ren": ["renderer:="],
     "./run truck --back l": ["lane-change", "line"],

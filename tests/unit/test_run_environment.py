@@ -89,6 +89,16 @@ def test_as_by_hand_after_another_workspace(tmp_path):
     assert str(tmp_path) not in " ".join(found.values())
 
 
+def test_a_workspace_on_top_of_ours_stays_in_front(tmp_path):
+    theirs = other_workspace(tmp_path)
+    ours = by_run(ROOT, PLAIN)
+    chained = {**ours, **{name: f"{value.split(':')[0]}:{ours.get(name, '')}"
+                          for name, value in theirs.items() if ":" in value}}  # fmt: skip
+    found = by_run(ROOT, chained)
+    for name in ("CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "ROS_PACKAGE_PATH"):
+        assert found[name] == chained[name], name
+
+
 def test_within_its_own_shell():
     once = by_run(ROOT, PLAIN)
     assert by_run(ROOT, once) == by_hand(ROOT, once)

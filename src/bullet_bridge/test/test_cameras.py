@@ -10,14 +10,14 @@ from bullet_bridge.outputs.cameras import Cameras
 class Client:
     """Stands in for RenderClient: a test says when a picture is finished."""
 
-    def __init__(self, on_frame, on_error, zero_copy):
+    def __init__(self, on_frame, on_error, zero_copy, quality):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
 
     def start(self, _kind):
         """Always works."""
-        return SimpleNamespace(kind="tiny", reason="")
+        return SimpleNamespace(kind="tiny", reason="", details="a test")
 
-    def set_sources(self, _sources):
+    def set_sources(self, _sources, _scene):
         """Nothing to draw."""
 
     def submit(self, snapshot, requests):

@@ -11,7 +11,7 @@ from bullet_bridge.outputs import sensors as sensor_outputs
 from bullet_bridge.outputs import table as outputs
 from bullet_bridge.outputs import wheels as wheel_outputs
 from bullet_bridge.robots import Robots
-from bullet_bridge.services.physics_properties import Properties
+from bullet_bridge.services.physics.properties import Properties
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.description import specs
 from bullet_sim.errors import ControllerError, WorldError

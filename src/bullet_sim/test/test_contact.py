@@ -50,6 +50,14 @@ def test_friction_acts_against_the_motion(world):
     assert sum(contact.force for contact in contacts)[0] < -1.0
 
 
+def test_a_dropped_box_without_an_inertia_comes_to_rest_on_the_ground(world):
+    shape = "<collision><geometry><box size='0.4 0.4 0.4'/></geometry></collision>"
+    text = f"<robot name='box'><link name='base'><inertial/>{shape}</link></robot>"
+    model = world.spawn_urdf("box", text, Pose((3.0, 0.0, 1.0)), str)
+    world.step(1000)
+    assert model.pose.position[2] == pytest.approx(0.2, abs=0.002)
+
+
 def test_no_contact_in_the_air(world):
     model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 2.0)), str)
     world.step(10)

@@ -157,7 +157,9 @@ def test_meshes_beside_their_file(tmp_path, uri):
 
 
 def test_materials_without_a_script_file(tmp_path):
-    (tmp_path / "p.material").write_text("material Mine { technique { pass { diffuse 0 1 0 1 } } }")
+    (tmp_path / "p.material").write_text(
+        "material Mine\n{\ntechnique\n{\npass\n{\ndiffuse 0 1 0 1\n}\n}\n}\n"
+    )
 
     def resolve(uri):
         if uri != "file://media/materials/scripts":

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bullet_sim.description.lump import MIN_MASS, lump
-from bullet_sim.description.parts import Joint, Link, ModelDescription
+from bullet_sim.description.parts import Geometry, Joint, Link, ModelDescription, Shape
 from bullet_sim.pose import Pose
 
 
@@ -109,6 +109,17 @@ def test_moving_link_without_mass_gets_a_little_and_says_so():
     link = lump(model).links["b"]
     assert link.mass == MIN_MASS and np.linalg.eigvalsh(link.inertia)[0] > 0
     assert any("'b'" in warning and "mass" in warning for warning in model.warnings)
+
+
+@pytest.mark.parametrize("inertia", [np.zeros((3, 3)), np.full((3, 3), math.nan), -np.eye(3)])
+def test_an_impossible_inertia_becomes_that_of_a_block_of_its_size(inertia):
+    link = Link("body", 2.0, inertia=inertia)
+    turned = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.5**0.5, 0.5**0.5))
+    link.collisions.append(Shape(Geometry("box", (0.5, 1.0, 0.2)), turned))
+    model = model_of([link], [])
+    whole = box_link("whole", 2.0, (1.0, 0.5, 0.2))
+    np.testing.assert_allclose(lump(model).links["body"].inertia, whole.inertia, rtol=1e-12)
+    assert len(model.warnings) == 1 and "a block of its size" in model.warnings[0]
 
 
 def test_link_without_mass_on_a_fixed_joint_needs_none():

@@ -2,7 +2,7 @@
 
 import pytest
 from bullet_sim.description.parts import ModelDescription
-from bullet_sim.description.read_warning import grouped
+from bullet_sim.description.read_warning import ReadWarning, grouped, is_loss
 
 MISSING = "meshes are missing"
 
@@ -48,3 +48,24 @@ def test_plain_sentences_are_grouped_too():
         "plugin 'a' is odd (and 1 more of this kind)",
         "x",
     ]
+
+
+@pytest.mark.parametrize(
+    "cause, lost",
+    [
+        ("plugins are not known here and are ignored", True),
+        ("world plugins are not known here and are ignored", True),
+        ("plugins of sensors are not known here and are ignored", True),
+        ("plugins are left out", True),
+        ("plugins name a link that does not exist and are left out", True),
+        ("sensors are left out", True),
+        ("sensors have a type that is not known here and are left out", True),
+        ("sensors refer to a link that does not exist and are left out", True),
+        ("sensors have no ROS plugin and so no topic and are left out", False),
+        ("sensors have no update rate and run at 30 Hz", False),
+        ("meshes are missing and left out", False),
+        ("", False),
+    ],
+)
+def test_which_warnings_say_that_a_topic_is_missing(cause, lost):
+    assert is_loss(ReadWarning("a sentence", cause, "an item")) is lost

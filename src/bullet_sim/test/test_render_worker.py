@@ -8,16 +8,17 @@ import time
 
 import numpy as np
 import pytest
-from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.render import client as client_module
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.mirror import Mirror
+from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.worker import make_renderer
 from bullet_sim.snapshot import BodySource
 from paddock_common.testing import pid_from_killed, wait_ended
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
 DEADLINE = 90.0  # [s] for anything a worker does
+MARGIN = 10.0  # [s] what another worker may take to start on a busy machine
 NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
 
 
@@ -58,12 +59,11 @@ def _client(inbox, sources):
 
 def direct(kind, sources, moment, *requests):
     """The same pictures drawn in this process."""
-    engine = Engine()
-    mirror = Mirror(engine, engine.start_renderer(kind))
-    mirror.sync_sources(sources)
-    mirror.apply(moment)
-    pictures = [mirror.render(r, moment.step) for r in requests]
-    engine.close()
+    renderer, _ = make_renderer(kind, DEFAULT)
+    renderer.sync_sources(sources)
+    renderer.apply(moment)
+    pictures = [renderer.render(r, moment.step) for r in requests]
+    renderer.close()
     return pictures
 
 
@@ -94,10 +94,10 @@ def test_lockstep_gives_each_camera_its_frame(client, sources):
             np.testing.assert_array_equal(frame.rgb, picture)
 
 
-def test_egl_draws_where_camera_info_says_and_as_it_does_directly(inbox, sources):
+def test_gl_draws_where_camera_info_says_and_as_it_does_directly(inbox, sources):
     with RenderClient(inbox.frame, inbox.error) as client:
         renderer = client.start("auto")
-        if renderer.kind != "egl":
+        if renderer.kind != "gl":
             assert renderer.reason
             pytest.skip(f"no EGL here: {renderer.reason}")
         client.set_sources(sources)
@@ -107,16 +107,16 @@ def test_egl_draws_where_camera_info_says_and_as_it_does_directly(inbox, sources
             frames = client.render_sync(box_at(place), cameras, DEADLINE)
             for picture, camera in zip(frames, cameras):
                 check_outline(picture.rgb, camera, place)
-    np.testing.assert_array_equal(frame.rgb, direct("egl", sources, snapshot(), request())[0])
+    np.testing.assert_array_equal(frame.rgb, direct("gl", sources, snapshot(), request())[0])
 
 
 def test_auto_falls_back_and_says_why():
     with RenderClient(environment=NO_EGL) as client:
         renderer = client.start("auto")
-        assert renderer.kind == "tiny" and "egl renderer" in renderer.reason
-    with pytest.raises(RenderError, match="egl renderer .* ended"):
-        RenderClient(environment=NO_EGL).start("egl")
-    with pytest.raises(RenderError, match="'vulkan', must be one of auto, egl, tiny"):
+        assert renderer.kind == "tiny" and "gl renderer" in renderer.reason
+    with pytest.raises(RenderError, match="gl renderer .* ended"):
+        RenderClient(environment=NO_EGL).start("gl")
+    with pytest.raises(RenderError, match="'vulkan', must be one of auto, gl, tiny"):
         RenderClient().start("vulkan")
 
 
@@ -218,6 +218,21 @@ def test_hanging_worker_meets_the_deadline(client):
         client.render_sync(snapshot(), [request()], 0.2)
     client.close()
     wait_ended(pid, DEADLINE)
+
+
+def test_a_stopped_worker_is_replaced_within_3_s_and_that_is_said_once(client, inbox):
+    client.render_sync(snapshot(), [request()], DEADLINE)
+    first = client.worker_pid
+    os.kill(first, signal.SIGSTOP)
+    begin = time.monotonic()
+    client.submit(snapshot(step=1), [request()])
+    inbox.wait(lambda: inbox.errors, "a report")
+    assert time.monotonic() - begin < 3.0 + MARGIN
+    wait_ended(first, DEADLINE)
+    client.submit(snapshot(step=2), [request()])
+    inbox.wait(lambda: inbox.frames and inbox.frames[-1].step == 2, "a picture of the new one")
+    assert client.restarts == 1 and len(inbox.errors) == 1
+    assert f"pid {first}) did nothing for 2.5 s" in inbox.errors[0]
 
 
 def test_ctrl_c_is_left_to_the_parent(client):

@@ -234,6 +234,26 @@ def test_models_that_include_models(tmp_path):
     assert "gone.sdf" in world.warnings[-1]
 
 
+@pytest.mark.parametrize(
+    "outer, included, expected",
+    [
+        ("", "", True),  # what AWS's worlds are made of
+        ("<static>0</static>", "", False),
+        ("", "<static>0</static>", False),
+    ],
+)
+def test_a_model_that_includes_a_static_one_is_static(tmp_path, outer, included, expected):
+    (tmp_path / "lamp.sdf").write_text(
+        '<sdf version="1.6"><model name="lamp"><link name="a"/><static>1</static></model></sdf>'
+    )
+    world = world_of(
+        f'<model name="lamp_1">{outer}<include><uri>{tmp_path}/lamp.sdf</uri>{included}</include>'
+        "<pose>0 0 3 0 0 0</pose></model>"
+    )
+    ((model, pose),) = world.models
+    assert model.static is expected and pose.position == (0, 0, 3)
+
+
 SCRIPT = """
 // a comment
 material Base { technique { pass { ambient 0.1 0.1 0.1 1 diffuse 1 0 0 1

@@ -5,6 +5,7 @@ import os
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+import yaml
 
 STANDINS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAUNCH = os.path.join(STANDINS, "gazebo_ros", "launch")
@@ -27,7 +28,7 @@ GAZEBO_ARGUMENTS = {
     "server_required",
     "gui_required",
 }
-OURS = {"real_time_factor", "lockstep", "renderer"}
+OURS = {"real_time_factor", "lockstep", "renderer", "shadows", "antialias"}
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",
     "gazebo_plugins",
@@ -54,6 +55,7 @@ NAMED_IN_FIND_PACKAGE = (
     "roboticsgroup_upatras_gazebo_plugins",
     "realsense_gazebo_plugin",
     "control_msgs",
+    "cv_bridge",
     "ackermann_msgs",
     "gazebo_msgs",
     "xacro",
@@ -67,8 +69,12 @@ NAMED_IN_FIND_PACKAGE = (
     "map_server",
     "geographic_msgs",
     "robot_localization",
+    "velodyne_description",
 )
 WITH_NODES = {
+    "state_publisher",
+    "velodyne_description",
+    "cv_bridge",
     "joy",
     "teleop_twist_joy",
     "teleop_twist_keyboard",
@@ -109,6 +115,17 @@ def test_package_exists_under_its_name(name):
 def test_package_says_what_it_leaves_out(name):
     words = _root(os.path.join(STANDINS, name, "package.xml")).findtext("description")
     assert "left out" in " ".join(words.lower().split())
+
+
+def test_the_joint_state_controllers_default_configuration():
+    path = os.path.join(STANDINS, "joint_state_controller", "joint_state_controller.yaml")
+    with open(path, encoding="utf-8") as stream:
+        assert yaml.safe_load(stream) == {
+            "joint_state_controller": {
+                "type": "joint_state_controller/JointStateController",
+                "publish_rate": 50,
+            }
+        }
 
 
 @pytest.fixture(name="give_way")

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+from bullet_sim.render.request import RENDERERS, SWITCHES
 from paddock_common.settings import check, choice, flag, number, read, text
-
-RENDERERS = ("auto", "egl", "tiny")
 
 
 @dataclass(frozen=True)
@@ -17,7 +16,8 @@ class Config:
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
-        renderer: auto, egl or tiny.
+        renderer: auto, gl or tiny.
+        shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         clock_rate: messages on /clock per simulated second [Hz].
         states_rate: of model_states and link_states in simulated time [Hz].
         seed: of all sensor noise.
@@ -32,6 +32,8 @@ class Config:
     world_pace: bool = False
     lockstep: bool = flag(False)
     renderer: str = choice("auto", RENDERERS)
+    shadows: str = choice("auto", SWITCHES)
+    antialias: str = choice("auto", SWITCHES)
     clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
     states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.formats.xml_read import is_true
+from bullet_sim.render.request import Quality
 from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
 
@@ -55,7 +56,8 @@ def main():
             config = replace(config, real_time_factor=described.real_time_factor)
         jobs = JobQueue()
         rospy.on_shutdown(jobs.close)
-        cameras = Cameras(config.renderer, config.lockstep)
+        quality = Quality(config.shadows, config.antialias)
+        cameras = Cameras(config.renderer, config.lockstep, quality, lambda: world.scene)
         arrivals = Arrivals()
         robots = Robots(jobs, world, cameras, config.seed, arrivals)
         own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
@@ -63,7 +65,7 @@ def main():
         server = Server(world, jobs, robots, config, clock, relay=relay)
         GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
         StatisticsService(jobs, server)
-        DescribeService(jobs, world, robots)
+        DescribeService(jobs, world, robots, described)
         StepService(jobs, server, arrivals, config.step_timeout)
         robots.connect_world_models()
         viewer = ViewerLink(jobs, world, server, config.renderer)

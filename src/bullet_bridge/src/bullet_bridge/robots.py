@@ -234,6 +234,10 @@ class Robots:
         """Sentences about due messages that could not be made since the last call."""
         return self._cameras.take_failures()
 
+    def show_scene(self):
+        """Let the pictures show the world's present lights."""
+        self._cameras.set_sources(self._world.sources())
+
     def restart(self):
         """Restart controls, outputs and cameras after a reset."""
         for control in self._controls.values():

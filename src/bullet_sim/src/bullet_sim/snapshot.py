@@ -6,6 +6,8 @@ contact caches.
 
 from dataclasses import dataclass
 
+from bullet_sim.description.visual import VisualLink
+
 
 @dataclass(frozen=True)
 class BodySource:
@@ -14,12 +16,14 @@ class BodySource:
     Attributes:
         key: identifier of the body, unique in a world's lifetime.
         path: prepared URDF file.
-        fixed_base: True when the body never moves.
+        fixed_base: True when the root link never moves.
+        links: VisualLinks, in the order of the engine's links; None: those of the file.
     """
 
     key: int
     path: str
     fixed_base: bool
+    links: tuple[VisualLink, ...] | None = None
 
 
 @dataclass(frozen=True)

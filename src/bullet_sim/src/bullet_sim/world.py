@@ -4,6 +4,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 
+from bullet_sim.description.lights import Scene
 from bullet_sim.description.parts import ModelDescription
 from bullet_sim.description.read_warning import add_warning
 from bullet_sim.description.world import MIN_STEP, WorldDescription
@@ -40,6 +41,7 @@ class World:
         self._folder = tempfile.mkdtemp(prefix="bullet_sim_")
         self._next_key = 0
         self.name = "default"
+        self.scene = Scene()
         self.models: dict[str, Model] = {}
         self.forces = Forces()
         self.contacts = Contacts(self._engine)
@@ -103,7 +105,7 @@ class World:
         Returns:
             Warnings (ReadWarning), one sentence each; a model that cannot be loaded is one.
         """
-        self.name = described.name
+        self.name, self.scene = described.name, described.scene
         self._engine.set_gravity(described.gravity)
         self._engine.set_time_step(described.step)
         warnings = described.warnings

@@ -1,4 +1,4 @@
-"""The viewer process: python -m bullet_viewer.main SOCKET_FD auto|egl|tiny.
+"""The viewer process: python -m bullet_viewer.main SOCKET_FD auto|gl|tiny.
 
 The bridge starts it with one end of a socket. When the bridge ends, also by a crash, the viewer
 ends; when the viewer ends, the bridge only logs it. SIGINT is left to the bridge.

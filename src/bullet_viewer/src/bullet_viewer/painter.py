@@ -1,23 +1,18 @@
 """Pictures from the render worker, as Qt signals."""
 
-import os
-import tempfile
 import threading
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import CameraRequest
-from bullet_sim.snapshot import BodySource
 from PyQt5.QtCore import QObject, pyqtSignal
-
-VIEWPOINT = -1  # key of an empty body at the world's origin; models have positive ones
 
 
 class Painter(QObject):
     """Renders one picture at a time in its own render worker.
 
     Args:
-        kind: renderer: auto, egl or tiny.
+        kind: renderer: auto, gl or tiny.
     """
 
     started = pyqtSignal(str)  # which renderer
@@ -26,11 +21,6 @@ class Painter(QObject):
 
     def __init__(self, kind):
         super().__init__()
-        self._folder = tempfile.TemporaryDirectory(prefix="bullet_viewer_")
-        path = os.path.join(self._folder.name, "viewpoint.urdf")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write('<robot name="viewpoint"><link name="origin"/></robot>')
-        self._viewpoint = BodySource(VIEWPOINT, path, True)
         self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.failed.emit)
         self._starter = threading.Thread(target=self._start, args=(kind,), daemon=True)
 
@@ -44,9 +34,9 @@ class Painter(QObject):
         except RenderError as error:
             self.failed.emit(f"no pictures: {error}")
 
-    def set_sources(self, sources):
-        """Set the bodies."""
-        self._client.set_sources((self._viewpoint, *sources))
+    def set_sources(self, sources, scene=None):
+        """Set the bodies, and the Scene with the lights."""
+        self._client.set_sources(sources, scene)
 
     def draw(self, snapshot, camera, width, height):
         """Request a picture; the signal `drawn` or `failed` follows.
@@ -62,7 +52,7 @@ class Painter(QObject):
             [
                 CameraRequest(
                     "viewer",
-                    VIEWPOINT,
+                    None,  # its pose is in the world
                     0,
                     camera.pose,
                     width,
@@ -79,4 +69,3 @@ class Painter(QObject):
         if self._starter.is_alive():
             self._starter.join(10.0)
         self._client.close()
-        self._folder.cleanup()

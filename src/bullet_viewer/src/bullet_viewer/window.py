@@ -131,7 +131,7 @@ class ViewerWindow(QMainWindow):
         """Process a WorldView and request its picture."""
         self._asked = False
         if seen.sources is not None:
-            self._painter.set_sources(seen.sources)
+            self._painter.set_sources(seen.sources, seen.scene)
             self._shown = None
         self._show_time(seen)
         self._show_names([entry.name for entry in seen.models])

@@ -63,3 +63,9 @@ def test_unknown_package_is_named(package):
     assert result.returncode != 0
     assert b"no_such_car" in result.stderr and b"Traceback" not in result.stderr
     assert result.stdout == b""
+
+
+def test_a_missing_file_is_named(package):
+    result = _run(package, package / "gone.xacro")
+    assert result.returncode != 0
+    assert b"gone.xacro" in result.stderr and b"Traceback" not in result.stderr

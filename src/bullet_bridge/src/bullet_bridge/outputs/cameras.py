@@ -5,18 +5,22 @@ import threading
 import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
+from bullet_sim.render.request import DEFAULT
 
 
 class Cameras:
     """All camera outputs and the worker that draws their pictures.
 
     Args:
-        renderer: auto, egl or tiny.
+        renderer: auto, gl or tiny.
         lockstep: True: wait for each due picture; runs are then reproducible.
+        quality: Quality of the OpenGL renderer.
+        scene: function without arguments that gives the world's Scene.
     """
 
-    def __init__(self, renderer, lockstep):
-        self._renderer, self._lockstep = renderer, lockstep
+    def __init__(self, renderer, lockstep, quality=DEFAULT, scene=lambda: None):
+        self._renderer, self._lockstep, self._quality = renderer, lockstep, quality
+        self._scene = scene
         self._client, self._outputs = None, {}
         self._starting = threading.Lock()
         self._publishing = threading.Lock()
@@ -30,7 +34,10 @@ class Cameras:
             if self._client is not None:
                 return
             client = RenderClient(
-                on_frame=self._publish_late, on_error=rospy.logerr, zero_copy=True
+                on_frame=self._publish_late,
+                on_error=rospy.logerr,
+                zero_copy=True,
+                quality=self._quality,
             )
             self._client = client
             try:
@@ -39,11 +46,12 @@ class Cameras:
                 rospy.logerr("cameras stay dark: %s", error)
                 return
             rospy.loginfo(
-                "cameras are rendered by '%s'%s",
+                "cameras are rendered by '%s' (%s)%s",
                 chosen.kind,
-                f" ({chosen.reason})" if chosen.reason else "",
+                chosen.details,
+                f", since {chosen.reason}" if chosen.reason else "",
             )
-            client.set_sources(self._sources)
+            client.set_sources(self._sources, self._scene())
             self._ready = True
 
     def add(self, output):
@@ -59,7 +67,7 @@ class Cameras:
         """Send the worker the present bodies."""
         self._sources = sources
         if self._ready:
-            self._client.set_sources(sources)
+            self._client.set_sources(sources, self._scene())
 
     def restart(self):
         """Discard pictures ordered before a reset: none is published once this has returned."""

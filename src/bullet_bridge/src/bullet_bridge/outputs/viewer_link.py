@@ -38,7 +38,7 @@ class ViewerLink:
         jobs: JobQueue of the simulation thread.
         world: of the core.
         server: Server, for pause, step and reset.
-        renderer: auto, egl or tiny.
+        renderer: auto, gl or tiny.
         command: of the viewer process; socket and renderer are appended.
     """
 

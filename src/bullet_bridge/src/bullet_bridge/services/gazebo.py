@@ -2,11 +2,12 @@
 
 from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.joint import JointServices
+from bullet_bridge.services.light import LightServices
 from bullet_bridge.services.link import LinkServices
 from bullet_bridge.services.model import ModelServices
-from bullet_bridge.services.physics import PhysicsServices
-from bullet_bridge.services.physics_properties import PhysicsProperties
-from bullet_bridge.services.physics_tuning import PhysicsTuning
+from bullet_bridge.services.physics.properties import PhysicsProperties
+from bullet_bridge.services.physics.service import PhysicsServices
+from bullet_bridge.services.physics.tuning import PhysicsTuning
 
 
 class GazeboServices:
@@ -31,3 +32,4 @@ class GazeboServices:
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)
         PhysicsTuning(prefix, jobs, properties)
+        LightServices(prefix, world, jobs, robots.show_scene)

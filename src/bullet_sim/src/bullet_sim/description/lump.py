@@ -12,8 +12,8 @@ from bullet_sim.pose import Pose
 
 MIN_MASS = 1e-3  # [kg] of a movable part without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
-WELD_AXIS = (1.0, 0.0, 0.0)
-MIN_RADIUS = 5e-3  # [m] radius of gyration used where an inertia is missing or impossible
+WELD_AXIS = (1.0, 0.0, 0.0)  # of the joint that measures the forces in a stiff one
+MIN_RADIUS = 5e-3  # [m] least half size of the block whose inertia an impossible one becomes
 
 
 @dataclass(frozen=True)
@@ -149,11 +149,33 @@ def _mend_inertia(link, model):
         link.inertia = np.zeros((3, 3))
     moments = np.linalg.eigvalsh(link.inertia)
     if moments[0] <= link.mass * TINY_RADIUS**2:
-        moment = 0.4 * link.mass * MIN_RADIUS**2
+        link.inertia = _block(link)
+        diagonal = " ".join(f"{moment:.3g}" for moment in np.diag(link.inertia))
         model.warn(
-            f"link '{link.name}' has an inertia that is impossible or tiny "
-            f"(smallest moment {moments[0]:.3g} kg m^2); it gets {moment:.3g} on all axes",
-            "links have an inertia that is impossible or tiny and get one for their mass",
+            f"link '{link.name}' has an inertia that is impossible or tiny (smallest moment "
+            f"{moments[0]:.3g} kg m^2); it gets that of a block of its size, {diagonal}",
+            "links have an impossible or tiny inertia and get that of a block of their size",
             f"'{link.name}' of '{model.name}'",
         )
-        link.inertia = moment * np.eye(3)
+
+
+def _block(link):
+    """Inertia (3, 3) of a solid block with a link's mass that holds its simple collisions.
+
+    A body of size whose inertia is next to nothing spins instead of resting on what it hits, and
+    sinks in. Meshes do not count here: their files are not read yet.
+    """
+    half = np.full(3, MIN_RADIUS)
+    for shape in link.collisions:
+        size = np.zeros(3)
+        if shape.geometry.kind == "box":
+            size = np.asarray(shape.geometry.size) / 2.0
+        elif shape.geometry.kind == "sphere":
+            size = np.full(3, shape.geometry.size[0])
+        elif shape.geometry.kind == "cylinder":
+            radius, length = shape.geometry.size
+            size = np.array((radius, radius, length / 2.0))
+        reach = np.abs(shape.pose.matrix) @ size
+        half = np.maximum(half, reach + np.abs(np.asarray(shape.pose.position) - link.centre))
+    squares = half**2
+    return np.diag(link.mass / 3.0 * (squares.sum() - squares))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bullet_sim.description.finish import PLAIN, Finish
 from bullet_sim.description.read_warning import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
@@ -41,6 +42,7 @@ class Shape:
     Attributes:
         texture: path of a texture image; empty: none.
         painted: the colour replaces a mesh's own materials.
+        finish: how it reflects light.
         name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
     """
@@ -52,6 +54,7 @@ class Shape:
     painted: bool = False
     name: str = ""
     link: str = ""
+    finish: Finish = PLAIN
 
     def at(self, pose):
         """The same shape in a frame in which its present frame has the given pose."""

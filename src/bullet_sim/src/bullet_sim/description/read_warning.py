@@ -3,6 +3,10 @@
 import re
 
 LISTED = 3  # items that a line names; of more it names the first and counts the others
+_LOSS = re.compile(
+    r"(world plugins|plugins|plugins of sensors) .*(ignored|left out)"
+    r"|sensors (have a type that is not known here and|refer to a link .*|)\s*are left out"
+)
 _QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 
 
@@ -28,6 +32,11 @@ def add_warning(warnings, text, cause="", item=""):
     """Append a ReadWarning to a list that does not have this sentence yet."""
     if text not in warnings:
         warnings.append(ReadWarning(text, cause, item))
+
+
+def is_loss(warning):
+    """Whether a warning says that a plugin or sensor of the file is not there, with its topics."""
+    return _LOSS.fullmatch(getattr(warning, "cause", "")) is not None
 
 
 def grouped(warnings):

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from bullet_sim.description.lights import Scene
 from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
 from bullet_sim.description.read_warning import add_warning
 from bullet_sim.pose import Pose
@@ -20,6 +21,7 @@ class WorldDescription:
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
+        scene: lights, background and fog.
         warnings: what was ignored or mended, with that of the models in its file.
     """
 
@@ -28,6 +30,7 @@ class WorldDescription:
     step: float = DEFAULT_STEP
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
+    scene: Scene = Scene()
     warnings: list[str] = field(default_factory=list)
 
     def warn(self, text, cause="", item=""):

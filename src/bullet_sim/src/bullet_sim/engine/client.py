@@ -75,6 +75,26 @@ class Client:
             numSolverIterations=self._iterations, physicsClientId=self._client
         )
 
+    def set_contact_breaking(self, share):
+        """Change the distance at which a contact point is dropped.
+
+        PyBullet keeps points that no longer touch until they are 0.02 of a shape's radius away;
+        each costs three rows of the solver. Rolling wheels drop them sooner with a smaller value:
+        the same motion, several times as fast.
+
+        Args:
+            share: of the smaller shape's radius.
+        """
+        p.setPhysicsEngineParameter(contactBreakingThreshold=share, physicsClientId=self._client)
+
+    def save_state(self):
+        """Save poses, velocities and contact caches in memory; returns the number of the copy."""
+        return p.saveState(physicsClientId=self._client)
+
+    def restore_state(self, number):
+        """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
+        p.restoreState(stateId=number, physicsClientId=self._client)
+
     def step(self, count=1):
         """Advance by `count` time steps."""
         step, client = p.stepSimulation, self._client

@@ -5,7 +5,13 @@ from bullet_sim.engine.library import p
 
 
 class Motors(Client):
-    """Motors keep their command from step to step, forces and efforts last one step."""
+    """Motors keep their command from step to step, forces and efforts last one step.
+
+    Attributes:
+        position_gain: share of a position motor's error that is corrected in one step.
+    """
+
+    position_gain = 0.1
 
     def drive_velocity(self, body, joint, velocity, effort):
         """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
@@ -27,7 +33,7 @@ class Motors(Client):
             targetPosition=position,
             force=effort,
             maxVelocity=velocity,
-            positionGain=0.1,
+            positionGain=self.position_gain,
             velocityGain=1.0,
             physicsClientId=self._client,
         )

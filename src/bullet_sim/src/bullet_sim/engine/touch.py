@@ -10,6 +10,7 @@ _MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
 # Bits that a link with a collide_bitmask of its own shares with all that have none, and where its
 # own bits begin.
 _COMMON, _SHIFT = 3, 8
+_STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
 
 
 class Touch(Client):
@@ -40,6 +41,10 @@ class Touch(Client):
         p.setCollisionFilterGroupMask(
             body, link, own, own | (_COMMON if bits else 0), physicsClientId=self._client
         )
+
+    def set_ghost(self, body, link):
+        """Let a link touch only what never moves; rays go through it."""
+        p.setCollisionFilterGroupMask(body, link, _GHOST, _STATIC, physicsClientId=self._client)
 
     def set_pair_collision(self, body, link, other, other_link, collide):
         """Enable or disable collision between two links of different bodies."""

@@ -1,17 +1,13 @@
 """Writing meshes as OBJ files that PyBullet reads, with trimesh and Pillow loaded on demand."""
 
-import io
 import os
-import re
 
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.xml_parse import Document, decoded, mended
-from bullet_sim.meshes.beside import Beside
+from bullet_sim.meshes.parts import check_corners, read_parts
 
 MAX_PICTURE = 2048  # [px] longest side of a picture
-MAX_SIZE = 1e6  # [m] larger meshes are refused
 WHITE = (1.0, 1.0, 1.0, 1.0)
 GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a colour
 
@@ -36,11 +32,7 @@ def convert(shape, signs, role, folder):
     with np.errstate(all="ignore"):  # corners that are not finite are found below
         meshes = _load(geometry)
     for mesh in meshes:
-        corners = np.asarray(mesh.vertices, float)
-        if not np.isfinite(corners).all() or np.abs(corners).max() > MAX_SIZE:
-            raise ModelError(
-                f"mesh '{geometry.path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
-            )
+        check_corners(np.asarray(mesh.vertices, float), geometry.path)
     if geometry.centered:
         low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
         high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
@@ -60,71 +52,13 @@ def convert(shape, signs, role, folder):
 
 
 def _load(geometry):
-    """Trimeshes of a file in metres, transforms of its scene applied.
-
-    DAE: <unit> counts, <up_axis> does not (see meshes.py).
-    """
-    try:
-        import trimesh
-    except ImportError as error:
-        raise ModelError(
-            f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
-        ) from error
-    try:
-        scene = _scene(geometry)
-        meshes, names = [], []
-        for node in scene.graph.nodes_geometry:
-            place, name = scene.graph[node]
-            names.append(name)
-            found = scene.geometry[name]
-            if (
-                isinstance(found, trimesh.Trimesh)
-                and len(found.faces)
-                and (not geometry.submesh or _is_part(geometry.submesh, name, node))
-            ):
-                mesh = found.copy()
-                mesh.apply_transform(place)
-                mesh.vertices = mesh.vertices * _unit(scene.units)
-                meshes.append(mesh)
-    except Exception as error:  # pylint: disable=broad-except  # its readers raise many types
-        raise ModelError(
-            f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
-        ) from error
-    if not meshes and geometry.submesh and names:
-        raise ModelError(
-            f"mesh '{geometry.path}' has no part '{geometry.submesh}'; parts are "
-            f"{', '.join(sorted(set(names)))}"
-        )
-    if not meshes:
-        raise ModelError(f"mesh '{geometry.path}' has no triangles")
+    """Trimeshes of a file in metres, transforms of its scene applied."""
+    meshes = []
+    for found, place in read_parts(geometry):
+        mesh = found.copy()
+        mesh.apply_transform(place)
+        meshes.append(mesh)
     return meshes
-
-
-def _scene(geometry):
-    """trimesh's Scene of a file."""
-    import trimesh
-
-    options = {"process": False, "resolver": Beside(geometry.path)}
-    if geometry.submesh and geometry.path.lower().endswith(".obj"):
-        options |= {"split_objects": True, "group_material": False}
-    try:
-        return trimesh.load_scene(geometry.path, **options)
-    except Exception:  # XML that TinyXML takes and lxml does not, such as < in a name?
-        if not geometry.path.lower().endswith(".dae"):
-            raise
-        with open(geometry.path, "rb") as file:
-            text = mended(decoded(file.read(), Document(geometry.path)))
-    return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
-
-
-def _is_part(wanted, *names):
-    return any(name == wanted or str(name).startswith(wanted) for name in names)
-
-
-def _unit(text):
-    """Metres in a file's unit: trimesh says 'meters' or '0.0254 * meters'."""
-    found = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
-    return float(found.group(1)) if found else 1.0
 
 
 def _looks(mesh, shape):

@@ -31,14 +31,20 @@ def localise(lumped, folder, warn):
         folder: for converted files; they go to <folder>/meshes.
         warn: function that takes a sentence, its cause and item (see ReadWarning) for each shape
             that cannot be used.
+
+    Returns:
+        Link name -> the visuals that can be used, as they were.
     """
     store = _Store(os.path.join(folder, "meshes"))
+    usable = {name: [] for name in lumped.links}
     for link in lumped.links.values():
         for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
             ready = []
             for shape in shapes:
                 try:
                     ready += convert(shape)
+                    if shapes is link.visuals:
+                        usable[link.name].append(shape)
                 except ModelError as error:
                     what = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
@@ -47,6 +53,7 @@ def localise(lumped, folder, warn):
                         shape.geometry.path or what,
                     )
             shapes[:] = ready
+    return usable
 
 
 class _Store:

@@ -37,6 +37,8 @@ class Friction:
             models: of the world.
         """
         self._given, self._axis, self._fixed, self._updated = {}, {}, set(), {}
+        models = list(models)
+        ghosts = {model.body for model in models if getattr(model, "is_ghost", False)}
         for model in models:
             self._read(model)
         grounds = {mu for (body, _), mu in self._given.items() if body in self._fixed}
@@ -49,7 +51,7 @@ class Friction:
             if len(pairs) > 1:
                 uneven.add(body)
             self._set(body, link, min(pairs), 1.0)
-        moving = {body for body, _ in self._given} - self._fixed
+        moving = {body for body, _ in self._given} - self._fixed - ghosts
         if len(moving) > 1:  # they may touch each other; a product with 1 is right as it is
             uneven |= {body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)} & moving
         self.watched = tuple(sorted(uneven))

@@ -1,6 +1,7 @@
 """One model in the world: its body, links, joints, controllers and sensors."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.mimic import Mimics
 from bullet_sim.description.lump import lump
 from bullet_sim.description.parts import EVERYTHING
+from bullet_sim.description.visual import visual_links
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints
@@ -41,14 +43,17 @@ class Model:
         self._engine = engine
         self._key = key
         self._changes = {}
+        self.is_ghost = False
         self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
-        localise(self._lumped, folder, description.warn)
+        visuals = localise(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
         with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
         self._load()
+        order = sorted(self._links, key=self._links.get)
+        self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
         self.joints = Joints(engine, self.body, self._lumped.joints)
         inertias = joint_inertias(self._lumped, description.fixed_base)
         mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
@@ -111,6 +116,18 @@ class Model:
         """
         change()
         self._changes[key] = change
+
+    def make_ghost(self):
+        """Let the model touch only what never moves; call it before the first step.
+
+        Several robots can then train in one world, each as if it were alone.
+        """
+        self.is_ghost = True
+        for name in self._lumped.links:
+            self.change(
+                ("ghost", name),
+                lambda name=name: self._engine.set_ghost(self.body, self._links[name]),
+            )
 
     def apply_wrench(self, index, force, torque):
         """Apply a force and a torque (world axes) to a link of the body for one step."""

@@ -7,9 +7,10 @@ from bullet_sim.errors import RenderError
 from bullet_sim.render.order_queue import OrderQueue
 from bullet_sim.render.orders import BlockingRequest
 from bullet_sim.render.process import Worker
-from bullet_sim.render.request import RENDERERS, Renderer
+from bullet_sim.render.request import DEFAULT, RENDERERS, Renderer
 
 MAX_RESTARTS = 3
+SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
 class RenderClient:
@@ -23,6 +24,7 @@ class RenderClient:
         on_frame: called with each Frame of submit(), in the client's thread.
         on_error: called with one line of text for each error, in the client's thread.
         environment: variables for the worker, e.g. EGL_VISIBLE_DEVICES.
+        quality: Quality.
         zero_copy: a Frame's arrays are those that the worker has written, valid until on_frame
             returns; False: copies.
 
@@ -31,12 +33,15 @@ class RenderClient:
         restarts: how often the worker was restarted.
     """
 
-    def __init__(self, on_frame=None, on_error=None, environment=None, zero_copy=False):
+    def __init__(
+        self, on_frame=None, on_error=None, environment=None, zero_copy=False, quality=DEFAULT
+    ):
         self.on_frame = on_frame or (lambda frame: None)
         self.on_error = on_error or (lambda text: None)
         self.renderer = None
         self.restarts = 0
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
+        self._quality = quality
         self._worker = None
         self._thread = None
         self._orders = OrderQueue()
@@ -56,10 +61,10 @@ class RenderClient:
         """Start the worker and wait until its renderer has drawn a test picture (about 1 s).
 
         Args:
-            kind: 'egl', 'tiny', or 'auto': EGL, and TinyRenderer when that fails.
+            kind: 'gl', 'tiny', or 'auto': OpenGL, and TinyRenderer when that fails.
 
         Returns:
-            Renderer; its reason says why 'auto' did not choose EGL.
+            Renderer; its reason says why 'auto' did not choose OpenGL.
 
         Raises:
             RenderError: unknown kind, or the renderer does not work.
@@ -71,25 +76,26 @@ class RenderClient:
         reason = ""
         if kind != "tiny":
             try:
-                self._worker = Worker("egl", self._environment)
+                self._worker = Worker("gl", self._environment, self._quality)
             except RenderError as error:
-                if kind == "egl":
+                if kind == "gl":
                     raise
                 reason = str(error)
         if self._worker is None:
             self._worker = Worker("tiny", self._environment)
-        self.renderer = Renderer(self._worker.kind, reason)
+        self.renderer = Renderer(self._worker.kind, reason, self._worker.details)
         self._thread = threading.Thread(target=self._run, name="render-client", daemon=True)
         self._thread.start()
         return self.renderer
 
-    def set_sources(self, sources):
+    def set_sources(self, sources, scene=None):
         """Set the bodies; sent to the worker before the next request.
 
         Args:
             sources: iterable of BodySource, the complete list.
+            scene: Scene with the lights; None: as before, at first Gazebo's sun.
         """
-        self._orders.set_sources(sources)
+        self._orders.set_sources(sources, scene)
 
     def submit(self, snapshot, requests):
         """Request pictures; returns at once.
@@ -104,7 +110,7 @@ class RenderClient:
         """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
         self._orders.discard()
 
-    def render_sync(self, snapshot, requests, timeout=10.0):
+    def render_sync(self, snapshot, requests, timeout=SYNC_TIMEOUT):
         """Render now and wait for the pictures (lockstep), for which on_frame is not called.
 
         Args:
@@ -184,7 +190,7 @@ class RenderClient:
         """Wait for the pictures of an order; emit all but the last, which is returned."""
         last = None
         while True:
-            for kind, *rest in self._worker.connection.recv():
+            for kind, *rest in self._worker.receive():
                 if kind == "done":
                     return last
                 if kind == "error":
@@ -223,7 +229,7 @@ class RenderClient:
         worker = None
         if self.restarts < MAX_RESTARTS:
             try:
-                worker = Worker(kind, self._environment)
+                worker = Worker(kind, self._environment, self._quality)
                 self.restarts += 1
                 message = f"{text}; started again ({self.restarts} of {MAX_RESTARTS})"
             except RenderError as error:

@@ -1,11 +1,9 @@
-"""A copy of the world for rendering: shapes and poses only."""
+"""A copy of the world in an engine of PyBullet, whose renderers draw it."""
 
 import math
-import zlib
-
-import numpy as np
 
 from bullet_sim.errors import RenderError
+from bullet_sim.render.pictures import Pictures
 from bullet_sim.render.sky import paint_sky
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.frames import sensor_in_world
@@ -18,7 +16,7 @@ RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
 COARSE_RATIO = 20.0
 
 
-class Mirror:
+class Mirror(Pictures):
     """Holds the bodies of the newest source list at the poses of the newest snapshot.
 
     Args:
@@ -34,13 +32,14 @@ class Mirror:
         self._bodies = {}
         self._states = {}
 
-    def sync_sources(self, sources):
+    def sync_sources(self, sources, scene=None):
         """Load new bodies, remove missing ones, reload those that changed under the same key.
 
         A body that cannot be loaded is left out until its source changes; the others are loaded.
 
         Args:
             sources: iterable of BodySource.
+            scene: ignored: PyBullet's renderers have a light of their own.
 
         Raises:
             RenderError: bodies that could not be loaded, all in one message.
@@ -79,30 +78,8 @@ class Mirror:
                 self.engine.set_joint_positions(body, state.joints)
             self._states[state.key] = state
 
-    def render(self, request, step=0):
-        """Draw one camera's view; as render_with_depth, without the distances."""
-        return self.render_with_depth(request, step)[0]
-
-    def render_with_depth(self, request, step=0, rgb=None, depth=None):
-        """Draw one camera's view.
-
-        Args:
-            request: CameraRequest.
-            step: physics step of the applied snapshot; chooses the noise.
-            rgb, depth: arrays of the right shape and type that take the result; None: new ones.
-
-        Returns:
-            (H, W, 3) uint8 RGB and (H, W) float32 [m] along the optical axis (far where nothing
-            is), None unless the request asks for it; top row first, C-contiguous. The noise is on
-            the colours alone.
-
-        Raises:
-            RenderError: the camera's body or link is not there.
-            ValueError: the camera's size, angle or clip distances make no picture.
-        """
-        camera.check(
-            request.width, request.height, request.horizontal_fov, request.near, request.far
-        )
+    def picture(self, request, rgb=None, depth=None):
+        """See Pictures."""
         position, rotation = self._camera_pose(request)
         view = camera.view_matrix(position, rotation)
         if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
@@ -113,10 +90,6 @@ class Mirror:
             rgb[seen], metres[seen] = close_rgb[seen], close[seen]
         else:
             rgb, metres = self._draw(request, view, request.near, request.far, rgb)
-        if request.noise_stddev > 0.0 or request.noise_mean:
-            rgb[:] = camera.add_noise(
-                rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
-            )
         if depth is None or metres is None:
             return rgb, metres
         depth[:] = metres
@@ -138,6 +111,8 @@ class Mirror:
         return paint_sky(rgb, buffer), metres
 
     def _camera_pose(self, request):
+        if request.key is None:
+            return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
         body = self._bodies.get(request.key)
         if body is None:
             raise RenderError(
@@ -154,16 +129,6 @@ class Mirror:
             positions[request.link_index], orientations[request.link_index], request.pose
         )
 
-
-def noise_generator(request, step):
-    """Generator of one frame's noise: the same for the same seed, camera name and step,
-    however many frames were left out before.
-
-    Args:
-        request: CameraRequest.
-        step: physics step, >= 0.
-
-    Returns:
-        numpy.random.Generator.
-    """
-    return np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])
+    def close(self):
+        """Close the engine."""
+        self.engine.close()

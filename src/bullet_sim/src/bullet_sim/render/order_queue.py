@@ -23,16 +23,17 @@ class OrderQueue:
         self._changed = threading.Condition()
         self._pending = {}  # camera name -> (snapshot, request), oldest camera first
         self._blocking = None
-        self._sources, self._sources_sent = None, True
+        self._sources, self._scene, self._sources_sent = None, None, True
 
     def has_pending(self):
         """Whether a request of submit() is queued."""
         return bool(self._pending)
 
-    def set_sources(self, sources):
-        """Set the bodies that go with the next order; iterable of BodySource, all of them."""
+    def set_sources(self, sources, scene=None):
+        """Set the bodies and the Scene (None: as before) that go with the next order."""
         with self._changed:
-            self._sources = tuple(sources)
+            self._scene = scene or self._scene
+            self._sources = (tuple(sources), self._scene)
             self._sources_sent = False
 
     def resend_sources(self):

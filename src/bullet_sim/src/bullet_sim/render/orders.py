@@ -27,7 +27,7 @@ class Order:
 
     Args:
         job: BlockingRequest whose pictures these are, or None.
-        sources: BodySources that are new to the worker, or None.
+        sources: (BodySources, Scene or None) that are new to the worker, or None.
         snapshot: Snapshot.
         requests: CameraRequests.
         epoch: RenderClient.epoch.

@@ -8,9 +8,12 @@ import tempfile
 from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
+from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.shared_memory import DoubleBuffer, SharedMemory
 from bullet_sim.system.sockets import blocking_pair
 
+HANG_TIMEOUT = 2.5  # [s] of wall time without an answer or any use of a processor
+HANG_CHECK = 0.25  # [s] between two looks; a debugger's stop of everything counts as one
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
 
@@ -19,11 +22,13 @@ class Worker:
     """One render process and the socket to it.
 
     Args:
-        kind: 'egl' or 'tiny'.
+        kind: 'gl' or 'tiny'.
         environment: variables added to the process's environment.
+        quality: Quality.
         timeout: for its start, [s] of wall time.
 
     Attributes:
+        details: what draws, in a few words.
         connection: multiprocessing Connection; see worker.py for the messages.
         memory: SharedMemory that it draws to.
         buffers: DoubleBuffer in it.
@@ -33,7 +38,7 @@ class Worker:
         RenderError: it did not start; the message has the end of its output.
     """
 
-    def __init__(self, kind, environment, timeout=START_TIMEOUT):
+    def __init__(self, kind, environment, quality=DEFAULT, timeout=START_TIMEOUT):
         paths = [_ROOT, os.environ.get("PYTHONPATH", "")]
         variables = dict(os.environ, **environment)
         variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
@@ -51,6 +56,8 @@ class Worker:
                     str(child_end.fileno()),
                     str(self.memory.fd),
                     kind,
+                    quality.shadows,
+                    quality.antialias,
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
@@ -61,10 +68,11 @@ class Worker:
         finally:
             child_end.close()
         self.connection = Connection(parent_end.detach())
+        self._hung = ""
         try:
             if not self.connection.poll(timeout):
                 raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
-            self.connection.recv()
+            _, self.details = self.connection.recv()
         except (EOFError, ConnectionError):
             reason = self.exit_reason()
             self.close()
@@ -73,8 +81,45 @@ class Worker:
             self.close(kill=True)
             raise
 
+    def receive(self):
+        """The next message from it.
+
+        Raises:
+            EOFError, OSError: it ended, or was killed here because it hung: no answer for
+                HANG_TIMEOUT and no processor time used meanwhile, as when it is stopped.
+        """
+        used, idle = self._used_time(), 0
+        while not self.connection.poll(HANG_CHECK):
+            before, used = used, self._used_time()
+            idle = 0 if used > before or self._is_waiting_for_a_processor() else idle + 1
+            if idle * HANG_CHECK >= HANG_TIMEOUT:
+                self._hung = (
+                    f"the {self.kind} renderer (pid {self.process.pid}) did nothing for "
+                    f"{HANG_TIMEOUT:g} s and was ended"
+                )
+                self.process.kill()
+                raise EOFError(self._hung)
+        return self.connection.recv()
+
+    def _stat(self):
+        """State and processor time [ticks] of the process."""
+        try:
+            with open(f"/proc/{self.process.pid}/stat", encoding="ascii", errors="replace") as file:
+                words = file.read().rpartition(")")[2].split()
+        except OSError:
+            return "", 0
+        return words[0], int(words[11]) + int(words[12])
+
+    def _used_time(self):
+        return self._stat()[1]
+
+    def _is_waiting_for_a_processor(self):
+        return self._stat()[0] == "R"
+
     def exit_reason(self):
         """The reason why the process ended, in one line."""
+        if self._hung:
+            return self._hung
         try:
             code = self.process.wait(2.0)
         except subprocess.TimeoutExpired:

@@ -6,7 +6,8 @@ import numpy as np
 
 from bullet_sim.description.specs import DepthCameraSpec
 
-RENDERERS = ("auto", "egl", "tiny")
+RENDERERS = ("auto", "gl", "tiny")
+SWITCHES = ("auto", "true", "false")
 
 
 @dataclass(frozen=True)
@@ -15,7 +16,7 @@ class CameraRequest:
 
     Attributes:
         name: unique among the cameras; frames carry it.
-        key: BodySource.key of the body that carries the camera.
+        key: BodySource.key of the body that carries the camera; None: the pose is in the world.
         link_index: row of Engine.link_poses: 0 is the root link, so Engine.link_indices + 1.
         pose: (xyz (3,) [m], rpy (3,) [rad]), camera frame (x forward, z up) in the link frame.
         width, height: [px].
@@ -27,7 +28,7 @@ class CameraRequest:
     """
 
     name: str
-    key: int
+    key: int | None
     link_index: int
     pose: tuple
     width: int
@@ -85,8 +86,30 @@ class Frame:
 
 @dataclass(frozen=True)
 class Renderer:
-    """The renderer in use: kind 'egl' or 'tiny', and why it is not EGL ('' when it is, or when
-    EGL was not requested)."""
+    """The renderer in use.
+
+    Attributes:
+        kind: 'gl' or 'tiny'.
+        reason: why it is not OpenGL; '' when it is, or when OpenGL was not requested.
+        details: what draws, e.g. the driver's name, with shadows and antialiasing.
+    """
 
     kind: str
     reason: str = ""
+    details: str = ""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Costly features of the OpenGL renderer: 'auto' (as the driver bears it), 'true', 'false'."""
+
+    shadows: str = "auto"
+    antialias: str = "auto"
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if value not in SWITCHES:
+                raise ValueError(f"{name} is '{value}', must be one of {', '.join(SWITCHES)}")
+
+
+DEFAULT = Quality()

@@ -1,16 +1,17 @@
-"""The render process: python -m bullet_sim.render.worker SOCKET_FD MEMORY_FD egl|tiny.
+"""The render process: python -m bullet_sim.render.worker SOCKET MEMORY KIND SHADOWS ANTIALIAS.
 
 Messages (pickled through the socket):
-    to the worker    (sources or None, snapshot, [CameraRequest, ...], [offsets, ...]); offsets are
-                     (of the colours, of the distances or None) in the SharedMemory of MEMORY_FD, to
-                     which the pictures are written
-    from the worker  ('ready', kind), then for each draw lists of ('error', camera or '', text),
+    to the worker    ((sources, scene) or None, snapshot, [CameraRequest, ...], [offsets, ...]);
+                     offsets are (of the colours, of the distances or None) in the SharedMemory
+                     of the descriptor MEMORY, to which the pictures are written
+    from the worker  ('ready', details), then for each draw lists of ('error', camera or '', text),
                      ('frame', number of the request), and ('done',) at the end of the last one.
 The process ends when the other end of the socket closes, also if its parent crashed. SIGINT is left
-to the parent. PyBullet's output goes to the file descriptors 1 and 2 that the parent has set. A
-failing EGL plugin ends the process, which is why rendering has a separate one.
+to the parent. Drivers' output goes to the file descriptors 1 and 2 that the parent has set. A
+failing driver ends the process, which is one reason why rendering has a separate one.
 """
 
+import importlib
 import os
 import signal
 import sys
@@ -19,10 +20,8 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
-from bullet_sim.render.mirror import Mirror
-from bullet_sim.render.request import CameraRequest
+from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.snapshot import BodySource
 
@@ -32,12 +31,11 @@ PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
 
 
-def check_renderer(engine, kind):
+def check_renderer(renderer):
     """Draw a red box and check the picture: some drivers start but draw nothing.
 
     Args:
-        engine: Engine with a started renderer, empty; it is left empty.
-        kind: the renderer, 'egl' or 'tiny'.
+        renderer: Pictures, empty; it is left empty.
 
     Raises:
         RenderError: the middle of the picture is not red.
@@ -46,30 +44,54 @@ def check_renderer(engine, kind):
         path = os.path.join(folder, "probe.urdf")
         with open(path, "w", encoding="utf-8") as file:
             file.write(PROBE_URDF)
-        mirror = Mirror(engine, kind)
-        mirror.sync_sources([BodySource(0, path, True)])
-    pixel = mirror.render(
+        renderer.sync_sources([BodySource(0, path, True)])
+    pixel = renderer.render(
         CameraRequest("probe", 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24, 1.0, 0.1, 10.0)
     )[12, 16]
-    mirror.sync_sources([])
+    renderer.sync_sources([])
     red, green, blue = map(int, pixel)
     if red < 40 or max(green, blue) > red // 2:
         raise RenderError(f"the renderer drew a red box as RGB {(red, green, blue)}")
 
 
-def draw(connection, mirror, memory, sources, snapshot, requests, layout):
+def make_renderer(kind, quality):
+    """The Pictures of a kind, and what draws in a few words.
+
+    Args:
+        kind: 'gl', or 'tiny' or 'egl' of PyBullet.
+        quality: Quality.
+
+    Raises:
+        RenderError: it does not start.
+    """
+    if kind == "gl":
+        from bullet_sim.render.gl.renderer import GlRenderer
+
+        renderer = GlRenderer(quality)
+        return renderer, renderer.details
+    from bullet_sim.engine import Engine
+    from bullet_sim.render.mirror import Mirror
+
+    engine = Engine()
+    started = engine.start_renderer(kind)
+    if started != kind:
+        raise RenderError(f"asked for the {kind} renderer, got {started}")
+    return Mirror(engine, kind), "PyBullet"
+
+
+def draw(connection, renderer, memory, sources, snapshot, requests, layout):
     """Answer one message; see the module's docstring."""
     answers = []
     if sources is not None:
         try:
-            mirror.sync_sources(sources)
+            renderer.sync_sources(*sources)
         except RenderError as error:
             answers.append(("error", "", str(error)))
-    mirror.apply(snapshot)
+    renderer.apply(snapshot)
     for number, (request, (colours, distances)) in enumerate(zip(requests, layout)):
         size = request.height, request.width
         try:
-            mirror.render_with_depth(
+            renderer.render_with_depth(
                 request,
                 snapshot.step,
                 memory.array(colours, (*size, 3), np.uint8),
@@ -84,29 +106,36 @@ def draw(connection, mirror, memory, sources, snapshot, requests, layout):
     connection.send([*answers, ("done",)])
 
 
-def serve(connection, memory, kind):
+def warm_up():
+    """Import what reads meshes and pictures while nothing is asked for yet."""
+    for name in ("trimesh", "PIL.Image", "collada"):
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            pass  # said when a mesh needs it
+
+
+def serve(connection, memory, kind, quality):
     """Start the renderer, send `ready`, draw until the connection closes."""
-    engine = Engine()
+    renderer, details = make_renderer(kind, quality)
+    check_renderer(renderer)
     try:
-        started = engine.start_renderer(kind)
-        if started != kind:
-            raise RenderError(f"asked for the {kind} renderer, got {started}")
-        check_renderer(engine, kind)
-        connection.send(("ready", started))
-        mirror = Mirror(engine, kind)
+        connection.send(("ready", details))
+        warm_up()
         while True:
-            draw(connection, mirror, memory, *connection.recv())
+            draw(connection, renderer, memory, *connection.recv())
     except (EOFError, ConnectionError):
         pass  # the parent closed its end or is gone
     finally:
-        engine.close()
+        renderer.close()
 
 
 def main(arguments):
-    """Args: arguments: [socket file descriptor, memory file descriptor, 'egl' or 'tiny']."""
+    """Args: arguments: [socket file descriptor, memory file descriptor, kind, Quality's values]."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
-    serve(Connection(int(arguments[0])), SharedMemory(int(arguments[1])), arguments[2])
+    socket, memory, kind, *quality = arguments
+    serve(Connection(int(socket)), SharedMemory(int(memory)), kind, Quality(*quality))
 
 
 if __name__ == "__main__":

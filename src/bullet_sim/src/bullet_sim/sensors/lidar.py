@@ -48,7 +48,7 @@ class Lidar:
         self._place = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
         self._rays = self.directions @ matrix_from_rpy(spec.pose[1]).T
 
-    def scan(self, engine, link_position, link_orientation, rng=None, own_body=None):
+    def scan(self, engine, link_position, link_orientation, rng=None, own_body=None, too_near=True):
         """One sweep, all rays at the same instant.
 
         A ray is cast from range_min to range_max, and a short one from the sensor's origin to
@@ -61,6 +61,7 @@ class Lidar:
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
             own_body: the engine's number of the body that carries the sensor.
+            too_near: whether to look for what is nearer than range_min, with as many rays again.
 
         Returns:
             (n,) float32 [m], min_angle first; +inf: nothing up to range_max; -inf: something
@@ -85,14 +86,15 @@ class Lidar:
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
         ranges = np.where(hit, ranges, np.inf)
-        if spec.range_min > 0.0 and self._others_near(engine, position, inner, own_body):
+        looked = too_near and spec.range_min > 0.0
+        if looked and self._others_near(engine, position, inner, own_body):
             centre = np.broadcast_to(position, inner.shape)
             _, near = engine.ray_batch(np.ascontiguousarray(centre), inner)
             near = np.asarray(near)
-            too_near = near >= 0
+            inside = near >= 0
             if own_body is not None:
-                too_near &= near != own_body
-            ranges[too_near] = -np.inf
+                inside &= near != own_body
+            ranges[inside] = -np.inf
         return ranges.astype(np.float32)
 
     @staticmethod

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bullet_sim.description.lights import Scene
 from bullet_sim.description.specs import RaySpec
 from bullet_sim.sensors.frames import sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
@@ -35,10 +36,11 @@ class WorldView:
 
     Attributes:
         models: all models.
-        sources: bodies for a mirror; None: as in the last view.
+        sources: bodies for a mirror; None: as in the last view, as is the scene.
         snapshot: Snapshot.
         rays: of the lidars with <visualize>.
         paused: whether simulated time stands still.
+        scene: lights and background.
     """
 
     models: tuple[Entry, ...]
@@ -46,6 +48,7 @@ class WorldView:
     snapshot: Snapshot
     rays: tuple[Rays, ...]
     paused: bool
+    scene: Scene | None = None
 
 
 class Observer:
@@ -57,7 +60,7 @@ class Observer:
 
     def __init__(self, world):
         self._world = world
-        self._sources = None
+        self._shown = None
         self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
 
     def view(self, paused):
@@ -71,14 +74,16 @@ class Observer:
         """
         models = self._world.models.values()
         sources = tuple(self._world.sources())
-        changed = sources if sources != self._sources else None
-        self._sources = sources
+        shown = (sources, self._world.scene)
+        changed = sources if shown != self._shown else None
+        self._shown = shown
         return WorldView(
             tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
             changed,
             self._world.snapshot(),
             tuple(self._rays(models)),
             bool(paused),
+            self._world.scene,
         )
 
     def _rays(self, models):

@@ -50,6 +50,8 @@ def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
     reader = _Reader(model, resolve, open_include)
     reader.read(element, "", Pose(), version)
+    if element.find("static") is None:
+        model.static = reader.includes_static
     _tie(model, reader.poses)
     model.find_root(f"model '{model.name}'")
     _shift_root(model, reader.poses[model.root])
@@ -121,12 +123,14 @@ class _Reader:
     Attributes:
         poses: link name -> Pose in the outermost model's frame.
         plugins: <plugin> elements, to be read when the root link is known.
+        includes_static: Whether an included model is static: its parts become the model's own, so
+            the whole model is, unless it says something else.
     """
 
     def __init__(self, model, resolve, open_include):
         self.model, self._resolve = model, resolve
         self._open_include = open_include
-        self.poses, self.plugins = {}, []
+        self.poses, self.plugins, self.includes_static = {}, [], False
         self._depth = 0
 
     def read(self, element, prefix, place, version):
@@ -168,6 +172,8 @@ class _Reader:
         name = child_text(include, "name") or inner.get("name") or "model"
         name = _unused(name, taken, include)
         holder = include if include.find("pose") is not None else inner
+        static = child_text(include, "static", child_text(inner, "static", "false"))
+        self.includes_static = self.includes_static or is_true(static)
         self._depth += 1
         self.read(
             inner,

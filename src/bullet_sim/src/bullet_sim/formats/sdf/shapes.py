@@ -3,11 +3,13 @@
 import os
 from dataclasses import replace
 
+from bullet_sim.description.finish import Finish
 from bullet_sim.description.parts import Geometry, Shape
 from bullet_sim.formats.colors import rgba_of
 from bullet_sim.formats.geometry import mesh_geometry, usable_size
 from bullet_sim.formats.materials import script_material
 from bullet_sim.formats.xml_read import (
+    child_flag,
     child_floats,
     child_number,
     child_text,
@@ -155,4 +157,28 @@ def _looks(element, shape, what, model, resolve):
         color = color[:3] + (color[3] * (1.0 - clear),)
     if clear >= 1.0:
         color = (0.0, 0.0, 0.0, 0.0)
-    return replace(shape, color=color, texture=texture, painted=color is not None)
+    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, what)
+    return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
+
+
+def _finish(element, material, opacity, what):
+    """Finish of a <visual>: its <material> beside colour and texture."""
+    casts = child_flag(element, "cast_shadows", what, True)
+    if material is None:
+        return Finish(opacity=opacity, cast_shadows=casts)
+
+    def color(tag, default):
+        text = child_text(material, tag)
+        found = rgba_of(material, text, f"{what} material") if text else None
+        return default if found is None else found[:3]
+
+    has_script = material.find("script") is not None
+    return Finish(
+        None if has_script or not child_text(material, "diffuse") else color("ambient", None),
+        color("specular", None),
+        color("emissive", (0.0, 0.0, 0.0)),
+        child_number(material, "shininess", what, 0.0) or Finish.shininess,
+        opacity,
+        casts,
+        child_flag(material, "lighting", what, True),
+    )

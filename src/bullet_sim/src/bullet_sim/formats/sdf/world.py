@@ -1,10 +1,12 @@
 """SDF worlds -> models; SDF documents with one model, for spawning."""
 
+import dataclasses
 import re
 
 from bullet_sim.description.world import DEFAULT_STEP, MIN_STEP, WorldDescription, ground_plane
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.plugin_names import library
+from bullet_sim.formats.sdf.lights import parse_light, parse_scene, sun
 from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.xml_parse import parse
 from bullet_sim.formats.xml_read import (
@@ -16,8 +18,6 @@ from bullet_sim.formats.xml_read import (
     sdf_pose,
 )
 
-# Models built into Gazebo: the ground is an infinite plane, the sun a light.
-NOTHING = ("sun",)
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that bring gazebo_ros' services and topics, which are here without them.
 OWN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
@@ -34,7 +34,6 @@ _QUIET = {
     "spherical_coordinates",
     "state",
     "frame",
-    "light",
 }
 
 
@@ -56,16 +55,24 @@ def parse_world(text, resolve, what="world"):
         raise ModelError(f"{what} has no <world> in an <sdf>")
     described.name = world.get("name") or "default"
     _physics(world, described, f"world '{described.name}'")
+    described.scene = parse_scene(world, what)
     states = {model.get("name"): model for model in world.findall("state/model")}
     for element in world:
         if element.tag == "include":
             _include(element, described, resolve, what)
         elif element.tag == "model":
             _model(element, described, resolve, what, _version(sdf), states)
+        elif element.tag == "light":
+            _shine(described, parse_light(element, what))
         else:
             _other(element, described, what)
     _number_names(described, what)
     return described
+
+
+def _shine(described, light):
+    scene = described.scene
+    described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
 
 
 def _model(element, described, resolve, what, version, states):
@@ -149,7 +156,8 @@ def _include(element, described, resolve, what):
     uri = child_text(element, "uri", "")
     plain = uri.replace("model://", "").strip("/")
     pose = sdf_pose(element, f"{what} <include>")
-    if plain in NOTHING:
+    if plain == "sun":
+        _shine(described, sun(element, f"{what} <include>"))
         return
     try:
         if plain == "ground_plane":
@@ -157,6 +165,8 @@ def _include(element, described, resolve, what):
         else:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
+                own = None if element.find("pose") is None else pose
+                _shine(described, parse_light(inner, what, own))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)

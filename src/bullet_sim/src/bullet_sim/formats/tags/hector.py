@@ -15,7 +15,11 @@ def _link(element, model):
     """Link of <bodyName>, the root link where there is none; None with a warning if unknown."""
     link = child_text(element, "bodyName", model.root).rsplit("::", 1)[-1]
     if link not in model.links:
-        model.warn(f"{_what(element)} has bodyName '{link}', which is no link; it is left out")
+        model.warn(
+            f"{_what(element)} has bodyName '{link}', which is no link; it is left out",
+            "plugins name a link that does not exist and are left out",
+            _what(element),
+        )
         return None
     return link
 

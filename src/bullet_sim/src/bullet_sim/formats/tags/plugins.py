@@ -56,7 +56,11 @@ def _body(element, model, what):
     name = child_text(element, "bodyName", model.root)
     link = name if name in model.links else name.rsplit("::", 1)[-1].lstrip("/")
     if link not in model.links:
-        model.warn(f"{what} has bodyName '{link}', which is no link; it is left out")
+        model.warn(
+            f"{what} has bodyName '{link}', which is no link; it is left out",
+            "plugins name a link that does not exist and are left out",
+            what,
+        )
         return None
     return link
 

@@ -4,8 +4,8 @@ import rospy
 from bullet_sim.errors import SimError
 from dynamic_reconfigure.server import Server
 
-from bullet_bridge.services import physics_config
-from bullet_bridge.services.physics_properties import FIXED
+from bullet_bridge.services.physics import config as physics_config
+from bullet_bridge.services.physics.properties import FIXED
 
 AXES = ("gravity_x", "gravity_y", "gravity_z")
 

@@ -1,14 +1,10 @@
-"""Services about physics and time: pause, reset, properties; and about lights."""
+"""Services about physics and time: pause, reset, properties."""
 
 import rospy
-from bullet_sim.errors import WorldError
 from gazebo_msgs.msg import ODEPhysics
 from gazebo_msgs.srv import (
-    DeleteLight,
-    GetLightProperties,
     GetPhysicsProperties,
     GetPhysicsPropertiesResponse,
-    SetLightProperties,
     SetPhysicsProperties,
     SetPhysicsPropertiesResponse,
 )
@@ -16,7 +12,7 @@ from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
 from bullet_bridge.services.handlers import empty_service_handler, service_handler
-from bullet_bridge.services.physics_properties import FIXED
+from bullet_bridge.services.physics.properties import FIXED
 from bullet_bridge.transport.conversions import vector
 
 
@@ -46,9 +42,6 @@ class PhysicsServices:
         for name, kind, work in (
             ("get_physics_properties", GetPhysicsProperties, self._get),
             ("set_physics_properties", SetPhysicsProperties, self._set),
-            ("get_light_properties", GetLightProperties, self._no_light),
-            ("set_light_properties", SetLightProperties, self._no_light),
-            ("delete_light", DeleteLight, self._no_light),
         ):
             rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
 
@@ -82,10 +75,3 @@ class PhysicsServices:
         if others:
             text += f"; ignored, settings of the engine ODE: {', '.join(others)}"
         return SetPhysicsPropertiesResponse(status_message=text)
-
-    @staticmethod
-    def _no_light(request):
-        raise WorldError(
-            f"light '{request.light_name}' does not exist: this simulator has one "
-            "sun, which is no entity"
-        )

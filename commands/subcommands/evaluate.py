@@ -1,0 +1,57 @@
+"""Lets a trained policy drive from unseen starts, and other drivers beside it.
+
+Every driver starts at the same places: laps made, lap times, distance from the centreline, why a
+run ended. The table is printed; out/evaluate/NAME/ has it as report.json, with a picture of the
+ways for each track. Tracks that were not trained on are welcome.
+"""
+
+import json
+import os
+
+from commands import environment, processes
+from commands.errors import UsageError
+from commands.launching import policies, tracks
+from commands.paths import OUT, VENV_PYTHON
+
+USAGE = "NAME [--track T ...] [--starts N]"
+
+
+def add_arguments(parser):
+    """Declares policy, tracks and starts."""
+    policy = parser.add_argument(
+        "policy", metavar="NAME", type=policies.resolve, help="of a training, or an .onnx file"
+    )
+    policy.complete = policies.names
+    track = parser.add_argument(
+        "--track",
+        metavar="T",
+        nargs="+",
+        type=tracks.resolve,
+        help="as of ./run lap; several are welcome (default: the one it was trained on)",
+    )
+    track.complete = tracks.names
+    parser.add_argument(
+        "--starts", metavar="N", type=_starts, default=10, help="of each driver on each track (10)"
+    )
+
+
+def run(options, _rest):
+    """Becomes the evaluation."""
+    environ = environment.ready()
+    settings = policies.settings(options.policy)
+    name = settings.get("name") or os.path.basename(options.policy).removesuffix(".onnx")
+    table = {
+        "policy": options.policy,
+        "tracks": options.track or [],
+        "starts": options.starts,
+        "walls": settings.get("walls"),
+        "folder": os.path.join(OUT, "evaluate", name),
+    }
+    arguments = ["-m", "paddock_gym.evaluation.cli", json.dumps(table)]
+    processes.become([VENV_PYTHON, *arguments], environ)
+
+
+def _starts(value):
+    if not (value.isascii() and value.isdigit() and 0 < int(value) <= 1000):
+        raise UsageError(f"starts is {value!r}; it must be a whole number from 1 to 1000")
+    return int(value)

@@ -1,0 +1,117 @@
+"""Learns to drive: PPO on this machine's cores, without a GPU and without ROS.
+
+Everything goes to out/train/NAME/: policy.onnx (what ./run lap --driver policy and ./run evaluate
+take), report.json, the film of the best lap, the learning curve, a map of where runs ended, logs
+and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of the same
+name empties the folder. The first time, Debian's torch and stable-baselines3 get installed (330
+MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as they
+are. docs/learning.md tells more.
+"""
+
+import json
+import os
+import re
+
+from commands import environment, processes
+from commands.errors import UsageError
+from commands.launching import tracks
+from commands.paths import OUT, VENV_PYTHON
+
+USAGE = "[NAME] [--track T] [--observation O] [OPTIONS]"
+OBSERVATIONS = ("state", "lidar", "camera")
+RACES = ("time_trial", "object_avoidance", "head_to_bot")
+RANDOM = ("start", "friction", "mass", "latency", "camera", "light", "colours")
+STEPS = {"state": 60_000, "lidar": 200_000, "camera": 300_000}
+
+
+def add_arguments(parser):
+    """Declares what can be chosen; what is not given is the default, or as before (--resume)."""
+    add = parser.add_argument
+    add("name", nargs="?", default="first", metavar="NAME", type=_name, help="the folder (first)")
+    track = add("--track", type=tracks.resolve, help="as of ./run lap (default)")
+    track.complete = tracks.names
+    observation = add(
+        "--observation",
+        metavar="O",
+        type=_listed("observation", OBSERVATIONS),
+        help="state (place in the lane and motion; the default), lidar, camera; or several: "
+        "state,camera",
+    )
+    observation.complete = lambda: OBSERVATIONS
+    add("--reward", metavar="FILE", type=_file, help="a reward_function.py (default: progress)")
+    add("--metadata", metavar="FILE", type=_file, help="a model_metadata.json: the actions")
+    add("--hyperparameters", metavar="FILE", type=_file, help="a hyperparameters.json: of PPO")
+    race = add("--race", type=_listed("race", RACES), help=", ".join(RACES))
+    race.complete = lambda: RACES
+    add(
+        "--randomize",
+        metavar="WHAT",
+        type=_listed("randomize", (*RANDOM, "all", "nothing")),
+        help=f"of {', '.join(RANDOM)}, separated by commas; all; nothing (default: start)",
+    )
+    add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
+    add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
+    add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
+    add("--seed", metavar="N", type=_number("seed", 0), help="of everything random (0)")
+    add("--resume", action="store_true", help="go on with what is in the folder")
+
+
+def run(options, _rest):
+    """Becomes the training."""
+    from commands.bootstrap import learning
+
+    environ = environment.ready()
+    learning.prepare()
+    table = wanted(options)
+    arguments = ["-m", "paddock_gym.training.cli", json.dumps(table)]
+    processes.become([VENV_PYTHON, *arguments], environ)
+
+
+def wanted(options):
+    """Gives what the command line asks for: the Settings of the training, folder and resume."""
+    table = {key: value for key, value in vars(options).items() if value is not None}
+    for key in ("observation", "race"):
+        if key in table:
+            table[key] = table[key] if key == "observation" else table[key][0]
+    if "randomize" in table:
+        chosen = table["randomize"]
+        special = {"all": list(RANDOM), "nothing": []}
+        table["randomize"] = special.get(chosen[0], chosen)
+    if not options.resume:
+        observation = table.setdefault("observation", ["state"])
+        table.setdefault("steps", max(STEPS[name] for name in observation))
+        table.setdefault("workers", 2 * len(os.sched_getaffinity(0)))
+    table["folder"] = os.path.join(OUT, "train", options.name)
+    return table
+
+
+def _name(value):
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", value):
+        raise UsageError(f"name is {value!r}; it must be letters, digits, '_', '-' and '.'")
+    return value
+
+
+def _file(value):
+    if not os.path.isfile(value):
+        raise UsageError(f"there is no file {value!r}")
+    return os.path.realpath(value)
+
+
+def _listed(what, valid):
+    def read(value):
+        chosen = value.split(",")
+        for name in chosen:
+            if name not in valid:
+                raise UsageError(f"{what} is {name!r}; there are {', '.join(valid)}")
+        return chosen
+
+    return read
+
+
+def _number(what, least):
+    def read(value):
+        if not (value.isascii() and value.isdigit() and int(value) >= least):
+            raise UsageError(f"{what} is {value!r}; it must be a whole number, {least} or more")
+        return int(value)
+
+    return read

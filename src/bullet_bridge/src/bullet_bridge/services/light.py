@@ -1,0 +1,130 @@
+"""Services about lights: read, change and delete those of the world."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import rospy
+from bullet_sim.description.lights import Light
+from bullet_sim.errors import WorldError
+from bullet_sim.pose import PLACEABLE, Pose
+from gazebo_msgs.srv import (
+    DeleteLight,
+    DeleteLightResponse,
+    GetLightProperties,
+    GetLightPropertiesResponse,
+    SetLightProperties,
+    SetLightPropertiesResponse,
+)
+from std_msgs.msg import ColorRGBA
+
+from bullet_bridge.services.handlers import service_handler
+
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+
+
+class LightServices:
+    """Services about the lights of a world's Scene.
+
+    Args:
+        prefix: of the service names.
+        world: of the core.
+        jobs: JobQueue of the simulation thread.
+        show: function without arguments, called after a change (simulation thread).
+    """
+
+    def __init__(self, prefix, world, jobs, show):
+        self._world, self._jobs, self._show = world, jobs, show
+        for name, kind, work in (
+            ("get_light_properties", GetLightProperties, self._get),
+            ("set_light_properties", SetLightProperties, self._set),
+            ("delete_light", DeleteLight, self._delete),
+        ):
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+
+    def _light(self, name):
+        lights = self._world.scene.lights
+        found = next((light for light in lights if light.name == name), None)
+        if found is None:
+            names = ", ".join(light.name for light in lights) or "(none)"
+            raise WorldError(f"light '{name}' does not exist; lights are {names}")
+        return found
+
+    def _get(self, request):
+        light = self._jobs.call(lambda: self._light(request.light_name))
+        return GetLightPropertiesResponse(
+            diffuse=ColorRGBA(*light.diffuse, 1.0),
+            attenuation_constant=light.constant,
+            attenuation_linear=light.linear,
+            attenuation_quadratic=light.quadratic,
+        )
+
+    def _set(self, request):
+        self._jobs.call(lambda: self._change(request.light_name, lambda old: changed(old, request)))
+        return SetLightPropertiesResponse()
+
+    def _delete(self, request):
+        self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
+        return DeleteLightResponse()
+
+    def _change(self, name, change):
+        """Replace a light by what `change` makes of it; None: delete it."""
+        light = self._light(name)
+        new = change(light)
+        scene = self._world.scene
+        lights = [new if other is light else other for other in scene.lights]
+        self._world.scene = replace(
+            scene, lights=tuple(other for other in lights if other is not None)
+        )
+        self._show()
+
+
+def changed(light, request):
+    """A Light as a SetLightProperties request wants it.
+
+    A direction of length zero leaves the light's own, an orientation of length zero counts as none.
+
+    Raises:
+        WorldError: a number is not finite, negative where it must not be, or out of bounds.
+    """
+    place, turn, way = request.pose.position, request.pose.orientation, request.direction
+    given = (turn.x, turn.y, turn.z, turn.w)
+    pose = Pose((place.x, place.y, place.z), given if any(given) else LEVEL)
+    if not pose.is_placeable():
+        raise WorldError(f"pose of light '{light.name}' is {pose.position}, {given}; {PLACEABLE}")
+    direction = np.array((way.x, way.y, way.z))
+    length = float(np.linalg.norm(direction))
+    if not math.isfinite(length):
+        raise WorldError(f"direction of light '{light.name}' is {tuple(direction)}, must be finite")
+    if length > 1e-9:
+        direction = pose.normalised().matrix @ (direction / length)
+    return Light(
+        light.name,
+        light.kind,
+        pose.position,
+        tuple(direction.tolist()) if length > 1e-9 else light.direction,
+        _color(request.diffuse, f"diffuse of light '{light.name}'"),
+        _color(request.specular, f"specular of light '{light.name}'"),
+        light.reach,
+        *[
+            _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
+            for name in ("constant", "linear", "quadratic")
+        ],
+        light.inner,
+        light.outer,
+        light.falloff,
+        bool(request.cast_shadows),
+    )
+
+
+def _color(color, what):
+    values = (color.r, color.g, color.b)
+    if not all(math.isfinite(value) and value >= 0.0 for value in values):
+        raise WorldError(f"{what} is {values}, must be finite and 0 or more")
+    return tuple(min(1.0, value) for value in values)
+
+
+def _not_negative(value, name, light):
+    if not (math.isfinite(value) and value >= 0.0):
+        raise WorldError(f"{name} of light '{light.name}' is {value}, must be finite and 0 or more")
+    return float(value)

@@ -1,0 +1,1 @@
+"""The services that read and change physics: gazebo_msgs' and dynamic_reconfigure's."""

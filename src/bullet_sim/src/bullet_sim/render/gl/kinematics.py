@@ -1,0 +1,136 @@
+"""Where all links of all bodies are, from a snapshot: a few numpy calls however many there are."""
+
+import numpy as np
+
+
+def pose_matrix(pose):
+    """(4, 4) of a Pose."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = pose.matrix, pose.position
+    return matrix
+
+
+def matrices(positions, quaternions):
+    """(n, 4, 4) of positions (n, 3) [m] and quaternions (n, 4) (x, y, z, w) of any length."""
+    q = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    x, y, z, w = q.T
+    found = np.zeros((len(q), 4, 4))
+    found[:, 0, 0], found[:, 0, 1] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w)
+    found[:, 0, 2], found[:, 1, 0] = 2 * (x * z + y * w), 2 * (x * y + z * w)
+    found[:, 1, 1], found[:, 1, 2] = 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    found[:, 2, 0], found[:, 2, 1] = 2 * (x * z - y * w), 2 * (y * z + x * w)
+    found[:, 2, 2] = 1 - 2 * (x * x + y * y)
+    found[:, :3, 3], found[:, 3, 3] = positions, 1.0
+    return found
+
+
+def turns(axes, angles):
+    """(n, 4, 4) of rotations about unit axes (n, 3) by angles (n,) [rad] (Rodrigues)."""
+    x, y, z = axes.T
+    cross = np.zeros((len(axes), 3, 3))
+    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
+    cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
+    found = np.tile(np.eye(4), (len(axes), 1, 1))
+    found[:, :3, :3] += np.sin(angles)[:, None, None] * cross
+    found[:, :3, :3] += (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
+    return found
+
+
+class Level:
+    """Links at one depth of the trees: rows, those of their parents, and their joints."""
+
+    def __init__(self, rows, links, firsts):
+        self.rows = np.array(rows)
+        self.parents = np.array([firsts[row] + links[row].parent for row in rows])
+        self.origins = np.array([pose_matrix(links[row].origin) for row in rows])
+        self.axes = np.array([links[row].axis for row in rows], float)
+        kinds = [links[row].kind for row in rows]
+        self.turning = np.flatnonzero([kind == "revolute" for kind in kinds])
+        self.sliding = np.flatnonzero([kind == "prismatic" for kind in kinds])
+
+
+class Kinematics:
+    """The links of all bodies in one table.
+
+    Args:
+        bodies: dict of key -> tuple of VisualLink.
+
+    Attributes:
+        firsts: key -> row of the body's root link.
+        places: (n, 4, 4) float64, the links' frames in the world.
+        changed: (n,) bool, whether the body of a link was somewhere else in the last snapshot.
+    """
+
+    def __init__(self, bodies):
+        links, first_of, self.firsts, self._joint_rows = [], [], {}, {}
+        for key, chain in bodies.items():
+            first = self.firsts[key] = len(links)
+            links += chain
+            first_of += [first] * len(chain)
+            self._joint_rows[key] = [
+                row for row, link in enumerate(chain, first) if link.kind != "fixed"
+            ]
+        depths = []
+        for row, link in enumerate(links):
+            depths.append(0 if link.parent < 0 else depths[first_of[row] + link.parent] + 1)
+        self.places = np.tile(np.eye(4), (len(links), 1, 1))
+        self.changed = np.ones(len(links), bool)
+        self._positions = np.zeros(len(links))  # of the joints
+        self.counts = {key: len(chain) for key, chain in bodies.items()}
+        self._states = {}
+        self._levels = [
+            Level([row for row, found in enumerate(depths) if found == depth], links, first_of)
+            for depth in range(1, max(depths, default=0) + 1)
+        ]
+        self._propagate()
+
+    def apply(self, snapshot):
+        """Put the links where a Snapshot has them; bodies without a state stay."""
+        moved = [
+            state
+            for state in snapshot.bodies
+            if state.key in self.firsts and self._states.get(state.key) != state
+        ]
+        self.changed[:] = False
+        if not moved:
+            return
+        rows = [self.firsts[state.key] for state in moved]
+        self.places[rows] = matrices(
+            np.array([state.position for state in moved], float),
+            np.array([state.orientation for state in moved], float),
+        )
+        for state, row in zip(moved, rows):
+            self._states[state.key] = state
+            self.changed[row : row + self.counts[state.key]] = True
+            joints = self._joint_rows[state.key]
+            if len(state.joints) and joints:
+                count = min(len(joints), len(state.joints))
+                self._positions[joints[:count]] = state.joints[:count]
+        self._propagate()
+
+    def _propagate(self):
+        for level in self._levels:
+            local, angles = level.origins, self._positions[level.rows]
+            if len(level.turning):
+                local = local.copy()
+                chosen = level.turning
+                local[chosen] = local[chosen] @ turns(level.axes[chosen], angles[chosen])
+            if len(level.sliding):
+                chosen, local = level.sliding, local.copy()
+                shift = (level.axes[chosen] * angles[chosen, None])[:, :, None]
+                local[chosen, :3, 3:] += local[chosen, :3, :3] @ shift
+            self.places[level.rows] = self.places[level.parents] @ local
+
+    def keep_from(self, other):
+        """Take the states of bodies that another table has, too."""
+        known = [state for key, state in other._states.items() if key in self.firsts]
+        if known:
+            self.apply(_Bodies(known))
+            self.changed[:] = True
+
+
+class _Bodies:
+    """What apply() needs of a Snapshot."""
+
+    def __init__(self, bodies):
+        self.bodies = bodies

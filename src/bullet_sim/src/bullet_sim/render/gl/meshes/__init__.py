@@ -1,0 +1,1 @@
+"""Meshes and textures: read, given normals, uploaded once."""

@@ -1,0 +1,236 @@
+"""Draws cameras' pictures of snapshots."""
+
+import numpy as np
+
+from bullet_sim.description.lights import Scene
+from bullet_sim.errors import RenderError
+from bullet_sim.render.gl.camera import in_view, metres, projection, view, view_planes
+from bullet_sim.render.gl.context import Context
+from bullet_sim.render.gl.frame import frame_buffer, frame_bytes, light_rows
+from bullet_sim.render.gl.meshes.store import Store
+from bullet_sim.render.gl.shaders import Programs
+from bullet_sim.render.gl.shadows import Shadows
+from bullet_sim.render.gl.sky import Sky
+from bullet_sim.render.gl.stage import Stage
+from bullet_sim.render.gl.targets import Targets
+from bullet_sim.render.pictures import Pictures
+from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.sources import links_of
+from bullet_sim.sensors.frames import sensor_in_world
+
+GRID = 64.0  # [m] the origin of single-precision places is a multiple of it near the camera
+SAMPLES = 4
+FOGS = {"linear": 1, "exp": 2, "exp2": 3}
+
+
+class GlRenderer(Pictures):
+    """Our own OpenGL renderer, with a context of its own: used by one thread.
+
+    Args:
+        quality: Quality.
+
+    Attributes:
+        device: the driver's name for what draws.
+        software: whether that is the processor.
+    """
+
+    def __init__(self, quality=DEFAULT):
+        self._context = Context()
+        self.device, self.software = self._context.device, self._context.software
+        gl = self._context.gl
+        self._shadows_wanted = quality.shadows != "false"
+        self._samples = self._samples_for(quality.antialias)
+        anisotropy = 1.0 if self.software else min(gl.max_anisotropy, 16.0)
+        self._programs = Programs(gl)
+        self._store = Store(gl, anisotropy)
+        self._stage = Stage(gl, self._store)
+        self._shadows = Shadows(gl, self._programs.depth, 4096)
+        self._sky = Sky(gl, self._programs.sky)
+        self._targets = Targets(self._context)
+        self._frame = frame_buffer(gl)
+        self._sources, self._scene = {}, Scene()
+        self._plan(Scene())
+
+    def _samples_for(self, antialias):
+        wanted = not self.software if antialias == "auto" else antialias == "true"
+        return min(SAMPLES, self._context.gl.max_samples) if wanted else 0
+
+    # what is drawn ----------------------------------------------------------------------------
+    def sync_sources(self, sources, scene=None):
+        """Show these bodies.
+
+        Args:
+            sources: iterable of BodySource, the complete list.
+            scene: Scene with the lights; None: as before.
+
+        Raises:
+            RenderError: what cannot be drawn, all in one message; the rest is drawn.
+        """
+        if scene is not None:
+            self._plan(scene)
+        wanted = {source.key: source for source in sources}
+        if wanted == self._sources:
+            return
+        self._context.use()
+        bodies, failures = {}, []
+        for key, source in wanted.items():
+            try:
+                bodies[key] = links_of(source)
+            except Exception as error:  # pylint: disable=broad-except
+                failures.append(f"body {key} ({source.path}): {error}")
+        self._sources = wanted
+        fixed = {key for key, source in wanted.items() if source.fixed_base}
+        failures += self._stage.set_bodies(bodies, fixed)
+        self._context.collect()
+        if failures:
+            raise RenderError("not drawn: " + "; ".join(failures))
+
+    def _plan(self, scene):
+        suns = [light for light in scene.lights if light.kind == "directional"]
+        shining = [light for light in suns if light.cast_shadows] + suns
+        self._sun = shining[0] if shining else None
+        self._lights = [light for light in scene.lights if light is not self._sun]
+        self._scene = scene
+        self._has_shadows = bool(
+            self._shadows_wanted and scene.shadows and self._sun and self._sun.cast_shadows
+        )
+
+    def apply(self, snapshot):
+        """Put every body where a Snapshot has it; bodies without a state stay."""
+        self._stage.apply(snapshot)
+
+    # pictures ---------------------------------------------------------------------------------
+    def draw(self, snapshot, request):
+        """The picture of a camera of a snapshot.
+
+        Args:
+            snapshot: Snapshot.
+            request: CameraRequest.
+
+        Returns:
+            (H, W, 3) uint8 RGB, top row first.
+        """
+        self.apply(snapshot)
+        return self.render(request, snapshot.step)
+
+    @property
+    def details(self):
+        """What draws, in a few words."""
+        shadows = "shadows" if self._shadows_wanted else "no shadows"
+        samples = f"{self._samples} samples a pixel" if self._samples else "no antialiasing"
+        return f"{self.device}, {shadows}, {samples}"
+
+    def picture(self, request, rgb=None, depth=None):
+        """See Pictures."""
+        position, rotation = self.camera_pose(request)
+        stage, gl = self._stage, self._context.gl
+        self._context.use()
+        stage.set_origin(np.round(position / GRID) * GRID)
+        samples = 0 if request.depth else self._samples
+        target = self._targets.get(request.width, request.height, samples)
+        clip = projection(
+            request.horizontal_fov, request.width / request.height, request.near, request.far
+        ) @ view(position - stage.origin, rotation)
+        planes = view_planes(clip)
+        centres = stage.centres - stage.origin
+        seen = in_view(planes, centres, stage.radii)
+        if self._has_shadows:
+            away = np.array(self._sun.direction)
+            ends = centres + stage.shadow_lengths(away)[:, None] * away
+            casts = stage.casts & in_view(planes, centres, stage.radii, ends)
+            self._shadows.update(stage, casts, -away, position)
+        self._frame.write(
+            frame_bytes(
+                clip,
+                position - stage.origin,
+                self._scene,
+                self._sun,
+                light_rows(self._lights, stage.origin),
+                self._shadows if self._has_shadows else None,
+            )
+        )
+        self._frame.bind_to_uniform_block(0)
+        target.draw.use()
+        gl.front_face = "cw"  # pictures are drawn upside down
+        gl.depth_func = ">"
+        background = self._scene.background or (0.0, 0.0, 0.0)
+        target.draw.clear(*background, 1.0, depth=0.0)
+        self._draw_surfaces(seen, False, position)
+        if self._scene.background is None:
+            gl.enable_only(gl.DEPTH_TEST)
+            gl.depth_func = ">="
+            self._sky.draw(rotation, request.horizontal_fov, request.width / request.height)
+        self._draw_surfaces(seen, True, position)
+        rgb = target.colors(rgb)
+        if request.depth:
+            depth = metres(target.depth(), request.near, request.far, depth)
+        return rgb, depth
+
+    def _draw_surfaces(self, seen, transparent, position):
+        gl, stage = self._context.gl, self._stage
+        batches = [batch for batch in stage.batches if batch.kind.transparent == transparent]
+        if transparent:
+            if not batches:
+                return
+            away = np.linalg.norm(stage.centres - position, axis=1)
+            batches.sort(key=lambda batch: -away[batch.first])
+            gl.depth_func = ">"
+            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
+        self._shadow_maps()
+        fog = FOGS[self._scene.fog.kind] if self._scene.fog else 0
+        flags, shadowed = None, self._shadows.present if self._has_shadows else 0
+        for batch in batches:
+            selection = stage.select(batch, seen, "seen")
+            if not selection:
+                continue
+            kind = batch.kind
+            wanted = gl.DEPTH_TEST | (gl.BLEND if transparent else 0)
+            wanted |= 0 if kind.double_sided else gl.CULL_FACE
+            if wanted != flags:
+                gl.enable_only(wanted)
+                flags = wanted
+            program = self._programs.surface(
+                kind.textured,
+                kind.shiny,
+                kind.lit,
+                self._sun is not None,
+                shadowed,
+                len(self._lights),
+                fog,
+            )
+            if batch.look.texture is not None:
+                batch.look.texture.use(0)
+            stage.array(batch, selection, program).render(instances=selection.count)
+
+    def _shadow_maps(self):
+        if self._has_shadows:
+            self._shadows.fixed.texture.use(1)
+            self._shadows.moving.texture.use(2)
+
+    def camera_pose(self, request):
+        """Position (3,) [m] and rotation (3, 3) of a request's camera in the world.
+
+        Raises:
+            RenderError: its body or link is not there.
+        """
+        if request.key is None:
+            return sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
+        firsts = self._stage.kinematics.firsts
+        if request.key not in firsts:
+            raise RenderError(
+                f"camera {request.name}: body {request.key} is not loaded, "
+                f"loaded are {sorted(firsts)}"
+            )
+        count = self._stage.kinematics.counts[request.key]
+        if not 0 <= request.link_index < count:
+            raise RenderError(
+                f"camera {request.name}: link index {request.link_index}, body "
+                f"{request.key} has 0 to {count - 1}"
+            )
+        place = self._stage.kinematics.places[firsts[request.key] + request.link_index]
+        local = sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
+        return place[:3, :3] @ local[0] + place[:3, 3], place[:3, :3] @ local[1]
+
+    def close(self):
+        """Release the context."""
+        self._context.close()

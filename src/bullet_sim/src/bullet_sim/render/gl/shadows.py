@@ -1,0 +1,158 @@
+"""The sun's shadows: one depth picture of what stands still, one of what moves, from the sun.
+
+The first is drawn again only when the scene changes or, in a wide world, when the camera comes to
+another part of it. The second is drawn for each snapshot and fits what moves, so that it is fine.
+"""
+
+import numpy as np
+
+WIDEST = 32.0  # [m] edge of the part of the world that a map covers
+CELL = 8.0  # [m] the part follows the camera in steps of this
+FINEST = 0.002  # [m] texels need not be smaller
+SMALLEST = 256  # [px] least edge of a map's texture
+LEAST = 0.25  # [m] least edge of a map
+NOTHING = "nothing"  # what a map shows without casters
+OFFSET = 1.6  # texels by which surfaces that the sun grazes are moved out before the comparison
+
+
+def sun_axes(towards):
+    """(3, 3) whose rows are two axes across the light and the one away from the sun.
+
+    Args:
+        towards: (3,) of length 1.
+    """
+    away = -np.asarray(towards, float)
+    helper = np.array([0.0, 1.0, 0.0]) if abs(away[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    right = np.cross(helper, away)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(away, right), away])
+
+
+class Map:
+    """One depth picture from the sun.
+
+    Args:
+        gl: moderngl.Context.
+        most: greatest edge [px].
+
+    Attributes:
+        texture: moderngl depth texture that compares.
+        target: Framebuffer of the texture.
+        clip: (4, 4) from places relative to the stage's origin to OpenGL's clip space.
+        offset: [m] along the normal, see OFFSET.
+        drawn: what it shows.
+    """
+
+    def __init__(self, gl, most):
+        self._gl, self._most, self._made = gl, most, {}
+        self.clip, self.offset, self.drawn = np.eye(4), 0.0, NOTHING
+        self._choose(SMALLEST)
+
+    def _choose(self, size):
+        """Use a texture of that edge [px]."""
+        if size not in self._made:
+            texture = self._gl.depth_texture((size, size))
+            texture.compare_func = "<="
+            texture.filter = (self._gl.LINEAR, self._gl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+            self._made[size] = texture, self._gl.framebuffer(depth_attachment=texture)
+        self.texture, self.target = self._made[size]
+
+    def fit(self, axes, low, high, origin):
+        """Cover a box of the light's axes.
+
+        Args:
+            axes: as sun_axes gives them.
+            low, high: (3,) [m] in these axes.
+            origin: (3,) [m] of the stage.
+        """
+        edge = max(*(high - low)[:2], LEAST) * 1.02
+        edge = 2.0 ** (np.ceil(2.0 * np.log2(edge)) / 2.0)  # few sizes: shadows do not crawl
+        size = 2.0 ** np.ceil(np.log2(edge / FINEST))
+        size = int(min(max(size, SMALLEST), self._most))
+        self._choose(size)
+        texel = edge / size
+        middle = np.round((low + high)[:2] / 2.0 / texel) * texel
+        depth = max(high[2] - low[2], 1e-3) * 1.02 + 4.0 * texel
+        start = (low[2] + high[2]) / 2.0 - depth / 2.0
+        clip = np.eye(4)
+        clip[:3, :3] = axes
+        clip[:3, 3] = axes @ origin - (*middle, start)
+        self.clip = np.diag([2.0 / edge, 2.0 / edge, 1.0 / depth, 1.0]) @ clip
+        self.offset = OFFSET * texel
+
+    def lookup(self):
+        """(4, 4) from places to texture coordinates and depth, all 0..1."""
+        half = np.diag([0.5, 0.5, 1.0, 1.0])
+        half[:2, 3] = 0.5
+        return half @ self.clip
+
+
+class Shadows:
+    """The maps of a stage.
+
+    Args:
+        gl: moderngl.Context.
+        program: shaders.Programs.depth.
+        size: edge of the map of what stands still [px].
+    """
+
+    def __init__(self, gl, program, size):
+        self._gl, self._program = gl, program
+        self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
+
+    def update(self, stage, casts, towards, eye):
+        """Draw the maps that have changed.
+
+        Args:
+            stage: Stage.
+            casts: (n,) bool, the instances whose shadows may be seen.
+            towards: (3,) to the sun.
+            eye: (3,) [m] of the camera in the world.
+        """
+        axes = sun_axes(towards)
+        part = tuple(np.round(axes[:2] @ eye / CELL).tolist())
+        light = tuple(map(float, towards))
+        for shadow, chosen, version, name in (
+            (self.fixed, stage.casts & stage.still, stage.still_version, "fixed"),
+            (self.moving, casts & ~stage.still, stage.moving_version, "moving"),
+        ):
+            key = (version, light, part, chosen.tobytes()) if chosen.any() else NOTHING
+            if shadow.drawn == key:
+                continue
+            shadow.drawn = key
+            if key != NOTHING:
+                self._draw(shadow, stage, chosen, axes, part, name)
+
+    @property
+    def present(self):
+        """1 if the map of what stands still shows something, and 2 if that of what moves does."""
+        return (self.fixed.drawn != NOTHING) + 2 * (self.moving.drawn != NOTHING)
+
+    def _draw(self, shadow, stage, casts, axes, part, name):
+        places = stage.centres @ axes.T
+        low, high = places - stage.radii[:, None], places + stage.radii[:, None]
+        middle = np.array(part) * CELL
+        near = (low[:, :2] < middle + WIDEST / 2).all(axis=1)
+        casts = casts & near & (high[:, :2] > middle - WIDEST / 2).all(axis=1)
+        if not casts.any():
+            shadow.fit(axes, np.zeros(3), np.ones(3), stage.origin)
+            self._clear(shadow)
+            return
+        low, high = low[casts].min(axis=0), high[casts].max(axis=0)
+        low[:2] = np.maximum(low[:2], middle - WIDEST / 2)
+        high[:2] = np.minimum(high[:2], middle + WIDEST / 2)
+        shadow.fit(axes, low, high, stage.origin)
+        self._clear(shadow)
+        self._program["shadow"].write(shadow.clip.T.astype(np.float32).tobytes())
+        for batch in stage.batches:
+            selection = stage.select(batch, casts, name)
+            if selection:
+                stage.array(batch, selection, self._program).render(instances=selection.count)
+
+    def _clear(self, shadow):
+        shadow.target.use()
+        self._gl.enable_only(self._gl.DEPTH_TEST | self._gl.CULL_FACE)
+        self._gl.front_face = "ccw"
+        self._gl.depth_func = "<"
+        shadow.target.clear(depth=1.0)

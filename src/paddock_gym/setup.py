@@ -1,0 +1,67 @@
+"""Python half of the package: read by catkin_python_setup, and by `pip install ./src/paddock_gym`.
+
+With pip the wheel also holds the packages that paddock_gym needs, and the tracks and meshes.
+"""
+
+import glob
+import os
+import tempfile
+
+from setuptools import find_packages, setup
+
+NEEDED = ("bullet_sim", "deepracer_control", "paddock_common", "track_model")
+SHARED = ("meshes", "tracks", "urdf", "worlds")  # folders of track_model
+REQUIRES = (
+    "glcontext>=2.3",
+    "gymnasium>=1.0,<1.1",
+    "moderngl>=5.8,<6",
+    "numpy>=1.24,<2",
+    "onnxruntime>=1.17",
+    "opencv-python-headless>=4.8,<5",
+    "pillow",
+    "pybullet==3.2.7",
+    "pycollada",
+    "PyYAML",
+    "scipy",
+    "shapely>=2",
+    "trimesh",
+    "xacro>=2",
+)
+TRAINING = ("matplotlib", "onnx>=1.12", "stable-baselines3==2.4.1", "torch>=1.13")
+
+
+def standalone():
+    """Arguments of setup() for pip."""
+    packages, places = find_packages("src"), {"": "src"}
+    for name in NEEDED:
+        folder = os.path.join("..", name, "src")
+        packages += [found for found in find_packages(folder) if found.split(".")[0] == name]
+        places[name] = os.path.join(folder, name)
+    data = []
+    for folder in SHARED:
+        files = glob.glob(os.path.join("..", "track_model", folder, "*"))
+        data.append((os.path.join("share", "track_model", folder), sorted(files)))
+    temporary = tempfile.mkdtemp(prefix="paddock_gym_")  # nothing is left in the sources
+    return {
+        "name": "paddock_gym",
+        "version": "0.1.0",
+        "description": "Gymnasium environments on Paddock's simulation core",
+        "license": "BSD-3-Clause",
+        "python_requires": ">=3.11",
+        "packages": packages,
+        "package_dir": places,
+        "data_files": data,
+        "install_requires": REQUIRES,
+        "extras_require": {"training": TRAINING},
+        "options": {"build": {"build_base": temporary}, "egg_info": {"egg_base": temporary}},
+    }
+
+
+def catkin():
+    """Arguments of setup() for catkin."""
+    from catkin_pkg.python_setup import generate_distutils_setup
+
+    return generate_distutils_setup(packages=find_packages("src"), package_dir={"": "src"})
+
+
+setup(**(standalone() if os.environ.get("PADDOCK_STANDALONE") else catkin()))

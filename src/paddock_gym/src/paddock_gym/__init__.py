@@ -1,0 +1,30 @@
+"""Learning to drive: Gymnasium environments on Paddock's simulation core, without ROS.
+
+Importing this package registers Paddock/DeepRacer-v0 where Gymnasium is installed.
+"""
+
+import importlib.util
+
+from paddock_gym.errors import GymError
+
+IDS = ("Paddock/DeepRacer-v0",)
+MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
+
+
+def register():
+    """Register the environments with Gymnasium; again is no error."""
+    import gymnasium
+
+    if IDS[0] not in gymnasium.registry:
+        gymnasium.register(
+            IDS[0],
+            entry_point="paddock_gym.envs.deepracer:DeepRacerEnv",
+            vector_entry_point="paddock_gym.envs.cars:CarsEnv",
+            max_episode_steps=MAX_STEPS,
+        )
+
+
+if importlib.util.find_spec("gymnasium"):  # a driver on a robot needs none
+    register()
+
+__all__ = ["IDS", "GymError", "register"]

@@ -1,0 +1,169 @@
+"""Actions: continuous ones from -1 to 1, or a model_metadata.json."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from paddock_gym.contract import json_file
+from paddock_gym.errors import GymError
+
+MAX_STEERING = 30.0  # [degrees]
+SPEEDS = (0.1, 4.0)  # [m/s]
+SENSORS = (
+    "FRONT_FACING_CAMERA",
+    "STEREO_CAMERAS",
+    "LIDAR",
+    "SECTOR_LIDAR",
+    "DISCRETIZED_SECTOR_LIDAR",
+)
+
+
+@dataclass(frozen=True)
+class Continuous:
+    """Two numbers from -1 to 1: steering, speed.
+
+    Attributes:
+        steering: (low, high) [degrees], positive to the left.
+        speed: (low, high) [m/s].
+    """
+
+    steering: tuple = (-MAX_STEERING, MAX_STEERING)
+    speed: tuple = (0.5, 4.0)
+
+    def command(self, action):
+        """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is cut off."""
+        steer, fast = (min(1.0, max(-1.0, float(value))) for value in action)
+        return _mix(self.speed, fast), math.radians(_mix(self.steering, steer))
+
+    def action(self, speed, steering):
+        """The action (2,) nearest to a command [m/s], [rad]."""
+        pair = (_share(self.steering, math.degrees(steering)), _share(self.speed, speed))
+        return np.array(pair, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class Discrete:
+    """A number that picks a row.
+
+    Attributes:
+        rows: ((steering [degrees], speed [m/s]), ...).
+    """
+
+    rows: tuple
+
+    def command(self, action):
+        """(speed [m/s], steering [rad]) of an action."""
+        steering, speed = self.rows[int(action)]
+        return speed, math.radians(steering)
+
+    def action(self, speed, steering):
+        """The action nearest to a command [m/s], [rad]: of equal steering, the nearest speed."""
+        degrees = math.degrees(steering)
+        distances = [(abs(angle - degrees), abs(its - speed)) for angle, its in self.rows]
+        return distances.index(min(distances))
+
+
+def _share(ends, value):
+    low, high = ends
+    return min(1.0, max(-1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
+
+
+def _mix(ends, value):
+    low, high = ends
+    return low + (high - low) * (value + 1.0) / 2.0
+
+
+def parse(action):
+    """Actions of an option.
+
+    Args:
+        action: "continuous", the path of a model_metadata.json, its content as a dict, or what
+            parse() has given before.
+
+    Raises:
+        GymError: something in it is wrong.
+    """
+    if isinstance(action, (Continuous, Discrete)):
+        return action
+    if action == "continuous":
+        return Continuous()
+    if isinstance(action, dict):
+        return _parse("the action", action)
+    if not isinstance(action, str) or not action.endswith(".json"):
+        raise GymError(
+            f"action is {action!r}; it must be continuous, or the path of a model_metadata.json"
+        )
+    return _parse(action, json_file.load(action))
+
+
+def table(actions):
+    """The content of a model_metadata.json with these actions, as a dict."""
+    if isinstance(actions, Discrete):
+        rows = [{"steering_angle": angle, "speed": speed} for angle, speed in actions.rows]
+        return {"action_space": rows, "action_space_type": "discrete"}
+    ends = {
+        key: {"low": low, "high": high}
+        for key, (low, high) in (
+            ("steering_angle", actions.steering),
+            ("speed", actions.speed),
+        )
+    }
+    return {"action_space": ends, "action_space_type": "continuous"}
+
+
+def _parse(path, data):
+    if "action_space" not in data:
+        raise GymError(f"{path}: action_space is missing; it must be a list, or two ranges")
+    for sensor in data.get("sensor", ()):
+        json_file.one_of(path, "sensor", sensor, SENSORS)
+    space = data["action_space"]
+    kind = data.get("action_space_type", "discrete" if isinstance(space, list) else "continuous")
+    json_file.one_of(path, "action_space_type", kind, ("discrete", "continuous"))
+    return _discrete(path, space) if kind == "discrete" else _continuous(path, space)
+
+
+def _discrete(path, space):
+    if not isinstance(space, list) or not space:
+        raise GymError(f"{path}: action_space is {space!r}; discrete ones are a list of actions")
+    rows = []
+    for index, row in enumerate(space):
+        key = f"action_space[{index}]"
+        if not isinstance(row, dict) or not {"steering_angle", "speed"} <= row.keys():
+            raise GymError(f"{path}: {key} is {row!r}; it must have steering_angle and speed")
+        rows.append(
+            (
+                _angle(path, f"{key}.steering_angle", row["steering_angle"]),
+                json_file.number(path, f"{key}.speed", row["speed"], *SPEEDS, "m/s"),
+            )
+        )
+    return Discrete(tuple(rows))
+
+
+def _continuous(path, space):
+    ends = {}
+    for key, low, high, unit in (
+        ("steering_angle", -MAX_STEERING, MAX_STEERING, "degrees"),
+        ("speed", *SPEEDS, "m/s"),
+    ):
+        limits = space.get(key) if isinstance(space, dict) else None
+        if not isinstance(limits, dict) or not {"low", "high"} <= limits.keys():
+            raise GymError(
+                f"{path}: action_space.{key} is {limits!r}; continuous ones have low and high"
+            )
+        ends[key] = tuple(
+            json_file.number(path, f"action_space.{key}.{end}", limits[end], low, high, unit)
+            for end in ("low", "high")
+        )
+        if ends[key][0] > ends[key][1]:
+            raise GymError(f"{path}: action_space.{key}.low is above high: {ends[key]}")
+    return Continuous(ends["steering_angle"], ends["speed"])
+
+
+def _angle(path, key, value):
+    if isinstance(value, str):  # the console's older files have numbers in quotes
+        try:
+            value = float(value)
+        except ValueError:
+            pass
+    return json_file.number(path, key, value, -MAX_STEERING, MAX_STEERING, "degrees")

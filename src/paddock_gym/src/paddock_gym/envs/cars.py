@@ -1,0 +1,125 @@
+"""Several cars in one world, each as if it were alone: a vectorised environment."""
+
+import math
+
+import gymnasium
+import numpy as np
+from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
+
+from paddock_gym.envs import options as gym_options
+from paddock_gym.envs.run import Run, action_space, advance, observation_space
+from paddock_gym.errors import GymError
+from paddock_gym.simulation.scene import Scene
+
+
+class CarsEnv(gymnasium.vector.VectorEnv):
+    """num_envs cars that pass through each other, on one track.
+
+    A car whose run has ended starts anew at the next step, whose action does not count for it, as
+    in Gymnasium's SyncVectorEnv.
+
+    Args:
+        num_envs: how many cars.
+        max_episode_steps: actions after which a run is cut off; None: never.
+        others: as DeepRacerEnv's; no camera, as it would see the other cars, and no objects.
+
+    Raises:
+        GymError, TrackError: an option is wrong.
+    """
+
+    def __init__(
+        self,
+        num_envs=8,
+        track="default",
+        observation="state",
+        action="continuous",
+        reward="progress",
+        randomize=("start",),
+        time_step=1 / 240,
+        control_rate=15.0,
+        walls=None,
+        render_mode=None,
+        max_episode_steps=None,
+    ):
+        self.scene = None
+        if render_mode is not None:
+            raise GymError(f"render_mode is {render_mode!r}; several cars have no picture")
+        self.options = gym_options.parse(
+            observation, action, reward, "time_trial", randomize, False
+        )
+        if "camera" in self.options.observations:
+            raise GymError(
+                "observation is camera, which would see the other cars; several cars in one world "
+                "take state and lidar"
+            )
+        self.num_envs, self._longest = num_envs, max_episode_steps or math.inf
+        self.render_mode = None
+        self.metadata = {"render_fps": control_rate}
+        self.single_action_space = action_space(self.options)
+        self.single_observation_space = observation_space(self.options)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.scene = Scene(track, time_step, control_rate, num_envs, walls)
+        self.runs = [Run(self.scene, car, self.options) for car in self.scene.cars]
+        self._generators = [np.random.default_rng() for _ in self.runs]
+        self._over = np.zeros(num_envs, bool)
+
+    def reset(self, *, seed=None, options=None):
+        """Start all runs.
+
+        Args:
+            seed: of the first car, the others have the following numbers; or one for each.
+            options: none are known.
+        """
+        if options:
+            raise GymError(f"reset has {min(options)!r}; several cars take no options")
+        self._seed(seed)
+        self.scene.restore()
+        begun = [run.begin(rng) for run, rng in zip(self.runs, self._generators)]
+        self._over[:] = False
+        infos = {}
+        for number, (_, info) in enumerate(begun):
+            infos = self._add_info(infos, info, number)
+        return self._batched([observation for observation, _ in begun]), infos
+
+    def _seed(self, seed):
+        if seed is None:
+            return
+        seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
+        if len(seeds) != self.num_envs:
+            raise GymError(f"seed has {len(seeds)} numbers; it must be one, or {self.num_envs}")
+        for number, own in enumerate(seeds):
+            if own is not None:
+                self._generators[number], _ = gymnasium.utils.seeding.np_random(int(own))
+
+    def step(self, actions):
+        """Take one action a car and let one control period pass."""
+        over = self._over.copy()
+        for run, action, ended in zip(self.runs, iterate(self.action_space, actions), over):
+            if not ended:
+                run.decide(action)
+        advance(self.scene, self.runs)
+        observations, infos = [], {}
+        rewards = np.zeros(self.num_envs)
+        terminated, truncated = np.zeros((2, self.num_envs), bool)
+        for number, run in enumerate(self.runs):
+            if over[number]:
+                observation, info = run.begin(self._generators[number])
+            else:
+                observation, rewards[number], terminated[number], truncated[number], info = (
+                    run.end_step()
+                )
+            observations.append(observation)
+            infos = self._add_info(infos, info, number)
+            truncated[number] |= run.standing.steps >= self._longest and not terminated[number]
+        self._over = terminated | truncated
+        return self._batched(observations), rewards, terminated, truncated, infos
+
+    def _batched(self, observations):
+        space = self.single_observation_space
+        return concatenate(space, observations, create_empty_array(space, self.num_envs))
+
+    def close_extras(self, **_):
+        """Free the engine."""
+        if self.scene is not None:
+            self.scene.close()

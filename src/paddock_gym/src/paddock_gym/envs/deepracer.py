@@ -1,0 +1,123 @@
+"""Paddock/DeepRacer-v0: one car on one track."""
+
+import gymnasium
+
+from paddock_gym.envs import options as gym_options
+from paddock_gym.envs.run import Run, action_space, advance, observation_space
+from paddock_gym.envs.window import Window
+from paddock_gym.errors import GymError
+from paddock_gym.simulation.obstacles import Obstacles
+from paddock_gym.simulation.randomize import offset_pose
+from paddock_gym.simulation.scene import Scene
+from paddock_gym.simulation.sensors import Onlooker
+
+
+class DeepRacerEnv(gymnasium.Env):
+    """A DeepRacer that learns to drive.
+
+    Args:
+        track: default, easy, medium, hard, or the path of a YAML, .npy or .csv file.
+        observation: state, lidar or camera, or a tuple of them (a dict of arrays).
+        action: continuous, or a model_metadata.json (its path, or its content as a dict).
+        reward: progress, or the path of a reward_function.py.
+        race: time_trial, object_avoidance or head_to_bot.
+        randomize: some of start, friction, mass, latency, camera, light, colours; True: all.
+            Without start each run starts 5 % of the track further, as in AWS DeepRacer.
+        time_step: physics step [s]; the nearest that divides the control period is taken.
+        control_rate: actions per simulated second [Hz].
+        walls: True or False: with or without walls along the lane; None: as the track's file says.
+        colour: camera pictures in colour, not grey.
+        render_mode: rgb_array, human, or None.
+
+    Raises:
+        GymError, TrackError: an option is wrong.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
+
+    def __init__(
+        self,
+        track="default",
+        observation="state",
+        action="continuous",
+        reward="progress",
+        race="time_trial",
+        randomize=("start",),
+        time_step=1 / 240,
+        control_rate=15.0,
+        walls=None,
+        colour=False,
+        render_mode=None,
+    ):
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise GymError(f"render_mode is {render_mode!r}; there are rgb_array, human and None")
+        self.options = gym_options.parse(observation, action, reward, race, randomize, colour)
+        self.action_space = action_space(self.options)
+        self.observation_space = observation_space(self.options)
+        self.render_mode = render_mode
+        self.metadata = dict(self.metadata, render_fps=control_rate)
+        self.scene = Scene(track, time_step, control_rate, walls=walls)
+        kind = self.options.objects
+        self._obstacles = Obstacles(self.scene, kind) if kind else None
+        self.run = Run(self.scene, self.scene.cars[0], self.options, self._obstacles)
+        self._window = Window() if render_mode == "human" else None
+        self._onlooker = None
+
+    def reset(self, *, seed=None, options=None):
+        """Start a run.
+
+        Args:
+            seed: of everything random, from here on.
+            options: dict of start: share of the track (0 to 1), lateral [m], turn [rad]; or None.
+        """
+        super().reset(seed=seed)
+        self.scene.restore()
+        start = None
+        if options:
+            start = start_of(self.scene.projector, options)
+        observation, info = self.run.begin(self.np_random, start)
+        self._show()
+        return observation, info
+
+    def step(self, action):
+        """Take an action and let one control period pass."""
+        self.run.decide(action)
+        advance(self.scene, (self.run,))
+        result = self.run.end_step()
+        self._show()
+        return result
+
+    def render(self):
+        """(360, 480, 3) uint8 RGB from behind the car, with render_mode rgb_array."""
+        if self.render_mode != "rgb_array":
+            return None
+        return self.onlooker_picture()
+
+    def onlooker_picture(self):
+        """(360, 480, 3) uint8 RGB from behind the car."""
+        if self._onlooker is None:
+            self._onlooker = Onlooker(self.scene.painter, self.scene.cars[0])
+        return self._onlooker.picture()
+
+    def close(self):
+        """Free the engine and close the window."""
+        if self._window:
+            self._window.close()
+        self.scene.close()
+
+    def _show(self):
+        if self._window:
+            self._window.show(self.onlooker_picture(), self.metadata["render_fps"])
+
+
+def start_of(projector, options):
+    """Start pose (x, y, yaw) of the options of reset().
+
+    Raises:
+        GymError: unknown key.
+    """
+    unknown = set(options) - {"start", "lateral", "turn"}
+    if unknown:
+        raise GymError(f"reset has {min(unknown)!r}; there are start, lateral and turn")
+    s = float(options.get("start", 0.0)) * projector.length
+    return offset_pose(projector, s, options.get("lateral", 0.0), options.get("turn", 0.0))

@@ -1,0 +1,61 @@
+"""Options of the environments, checked."""
+
+from dataclasses import dataclass
+
+from paddock_gym.contract import actions
+from paddock_gym.contract.reward_file import RewardFile
+from paddock_gym.course.objects import RACES
+from paddock_gym.errors import GymError
+from paddock_gym.simulation import randomize
+
+OBSERVATIONS = ("state", "lidar", "camera")
+
+
+@dataclass(frozen=True)
+class Options:
+    """What an environment is made of.
+
+    Attributes:
+        observations: names of OBSERVATIONS.
+        alone: whether the observation is one array, not a dict.
+        colour: whether camera pictures have three channels.
+        actions: Continuous or Discrete.
+        reward: RewardFile, or None: progress.
+        objects: "", "boxes" or "bots".
+        randomize: frozenset of randomize.KINDS.
+    """
+
+    observations: tuple
+    alone: bool
+    colour: bool
+    actions: object
+    reward: object
+    objects: str
+    randomize: frozenset
+
+
+def parse(observation, action, reward, race, kinds, colour):
+    """Options from what a user gave.
+
+    Raises:
+        GymError: one is wrong.
+    """
+    names = (observation,) if isinstance(observation, str) else tuple(observation)
+    if not names or len(set(names)) < len(names):
+        raise GymError(f"observation is {observation!r}; it must have each name once, at least one")
+    for name in names:
+        if name not in OBSERVATIONS:
+            raise GymError(f"observation is {name!r}; there are {', '.join(OBSERVATIONS)}")
+    if race not in RACES:
+        raise GymError(f"race is {race!r}; there are {', '.join(RACES)}")
+    if not isinstance(reward, str):
+        raise GymError(f"reward is {reward!r}; it must be progress, or the path of a Python file")
+    return Options(
+        names,
+        isinstance(observation, str),
+        bool(colour),
+        actions.parse(action),
+        None if reward == "progress" else RewardFile(reward),
+        RACES[race],
+        randomize.parse(kinds),
+    )

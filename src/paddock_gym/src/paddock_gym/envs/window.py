@@ -1,0 +1,36 @@
+"""The window of render_mode human, by pygame as Gymnasium's own."""
+
+import numpy as np
+
+from paddock_gym.errors import GymError
+
+
+class Window:
+    """Shows pictures at the pace of the control."""
+
+    def __init__(self):
+        try:
+            import pygame
+        except ImportError as error:
+            raise GymError("render_mode human needs pygame, which is not installed") from error
+        self._pygame, self._screen = pygame, None
+
+    def show(self, picture, rate):
+        """Show a picture (H, W, 3) uint8 RGB and wait as long as a rate [Hz] asks for."""
+        pygame = self._pygame
+        if self._screen is None:
+            pygame.display.init()
+            pygame.display.set_caption("Paddock")
+            self._screen = pygame.display.set_mode((picture.shape[1], picture.shape[0]))
+            self._clock = pygame.time.Clock()
+        surface = pygame.surfarray.make_surface(np.swapaxes(picture, 0, 1))
+        self._screen.blit(surface, (0, 0))
+        pygame.event.pump()
+        pygame.display.flip()
+        self._clock.tick(rate)
+
+    def close(self):
+        """Close the window."""
+        if self._screen is not None:
+            self._pygame.display.quit()
+            self._screen = None

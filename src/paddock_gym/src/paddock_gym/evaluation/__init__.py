@@ -1,0 +1,1 @@
+"""Drivers compared: laps, times, where they leave the track. Needs no torch."""

@@ -1,0 +1,124 @@
+"""python -m paddock_gym.evaluation.cli: what ./run evaluate becomes."""
+
+import json
+import os
+import shutil
+import sys
+
+import numpy as np
+
+from paddock_gym.contract.actions import Continuous
+from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.errors import GymError
+from paddock_gym.evaluation import plots
+from paddock_gym.evaluation.drivers import DRIVERS, PolicyDriver
+from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.policy.onnx_policy import OnnxPolicy
+
+HEAD = ("track", "driver", "laps", "lap time [s]", "off the centreline [cm]", "other ends")
+
+
+def main(arguments=None):
+    """Evaluate; returns the exit status."""
+    table = json.loads((arguments or sys.argv[1:])[0])
+    try:
+        rows = evaluate(**table)
+    except (GymError, ValueError) as error:
+        print(f"evaluate: {error}", file=sys.stderr)
+        return 1
+    print(text_table(rows))
+    print(
+        f"in {os.path.relpath(table['folder'])}/: {' '.join(sorted(os.listdir(table['folder'])))}"
+    )
+    return 0
+
+
+def evaluate(policy, tracks, starts, walls, folder):
+    """Let all drivers drive on all tracks; writes report.json and a picture for each track.
+
+    Args:
+        policy: path of its ONNX file.
+        tracks: names or paths; none: the one of its training.
+        starts: how many of each driver on each track.
+        walls: as the environment's option.
+        folder: for the files; it is emptied.
+
+    Returns:
+        Rows (dicts), one a track and driver.
+    """
+    about = OnnxPolicy(policy).description
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    rows = []
+    for track in tracks or [about.track]:
+        rows += on_track(policy, about, track, starts, walls, folder)
+    with open(os.path.join(folder, "report.json"), "w", encoding="utf-8") as stream:
+        json.dump(rows, stream, indent=2)
+        stream.write("\n")
+    return rows
+
+
+def on_track(policy, about, track, count, walls, folder):
+    """Rows of all drivers on one track."""
+    names = about.observations
+    observation = names[0] if len(names) == 1 else names
+    rows = []
+    for name in ("policy", *DRIVERS):
+        mine = name == "policy"
+        # other drivers choose speeds and angles freely, whatever the policy's actions are
+        env = DeepRacerEnv(
+            track,
+            observation if mine else "state",
+            action=about.actions if mine else Continuous(),
+            race=about.race,
+            control_rate=about.control_rate,
+            walls=walls,
+            colour=about.colour,
+        )
+        driver = PolicyDriver(policy) if mine else DRIVERS[name]()
+        laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(count))]
+        rows.append(row_of(env.scene.track.name, name, laps))
+        if mine:
+            path = os.path.join(folder, f"{env.scene.track.name}.png")
+            plots.paths(laps, env.scene.track, path)
+        env.close()
+    return rows
+
+
+def row_of(track, driver, laps):
+    """What is told of the starts of a driver on a track."""
+    times = [lap.time for lap in laps if lap.is_lap]
+    return {
+        "track": track,
+        "driver": driver,
+        "starts": len(laps),
+        "laps": len(times),
+        "lap_times": [round(seconds, 3) for seconds in times],
+        "rms_lateral": round(float(np.sqrt(np.mean([lap.rms_lateral**2 for lap in laps]))), 4),
+        "max_lateral": round(max(lap.max_lateral for lap in laps), 4),
+        "other_ends": [lap.end for lap in laps if not lap.is_lap],
+    }
+
+
+def text_table(rows):
+    """The rows as lines of text."""
+    lines = [HEAD]
+    for row in rows:
+        times = row["lap_times"]
+        spread = f"{np.mean(times):.2f} ({min(times):.2f} to {max(times):.2f})" if times else "-"
+        lines.append(
+            (
+                row["track"],
+                row["driver"],
+                f"{row['laps']} of {row['starts']}",
+                spread,
+                f"{100 * row['rms_lateral']:.1f}, at most {100 * row['max_lateral']:.1f}",
+                ", ".join(sorted(set(row["other_ends"]))) or "-",
+            )
+        )
+    widths = [max(len(line[k]) for line in lines) for k in range(len(HEAD))]
+    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(line, widths)) for line in lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""What a policy sees: arrays from motion, ranges and pictures. No simulator, no ROS."""

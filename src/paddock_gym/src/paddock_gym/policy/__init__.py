@@ -1,0 +1,1 @@
+"""Policies as ONNX files. No simulator, no ROS; torch only where one is exported."""

@@ -1,0 +1,67 @@
+"""Writes a network of stable-baselines3 as an ONNX file."""
+
+import onnx
+import torch
+from stable_baselines3.common.preprocessing import is_image_space
+
+from paddock_gym.policy.description import KEY, OUTPUT
+
+OPSET = 15
+
+
+class _Deterministic(torch.nn.Module):
+    """The deterministic action of an actor-critic policy, from observations as they come.
+
+    Args:
+        policy: of stable-baselines3's PPO.
+        names: of the inputs.
+        images: names of those that are pictures (H, W, C), which the network takes as (C, H, W).
+    """
+
+    def __init__(self, policy, names, images):
+        super().__init__()
+        self.policy, self._names, self._images = policy, names, images
+
+    def forward(self, *arrays):
+        found = {}
+        for name, array in zip(self._names, arrays):
+            if name in self._images:
+                array = array.permute(0, 3, 1, 2).to(torch.float32) / 255.0
+            found[name] = array
+        observation = found if len(found) > 1 else next(iter(found.values()))
+        extractor = self.policy.features_extractor
+        latent = self.policy.mlp_extractor.forward_actor(extractor(observation))
+        action = self.policy.action_net(latent)
+        if hasattr(self.policy, "log_std"):
+            return torch.clamp(action, -1.0, 1.0)
+        return torch.argmax(action, dim=1)
+
+
+def export(policy, space, description, path):
+    """Write the policy's actor.
+
+    Args:
+        policy: of stable-baselines3's PPO, on the processor.
+        space: Gymnasium space of the environment's observations (pictures as (H, W, C)).
+        description: PolicyDescription.
+        path: of the file.
+    """
+    names = description.observations
+    spaces = space.spaces if len(names) > 1 else {names[0]: space}
+    images = [name for name in names if is_image_space(spaces[name])]
+    network = _Deterministic(policy, names, images)
+    policy.set_training_mode(False)
+    samples = tuple(torch.as_tensor(spaces[name].sample()[None]) for name in names)
+    torch.onnx.export(
+        network,
+        samples,
+        str(path),
+        input_names=list(names),
+        output_names=[OUTPUT],
+        dynamic_axes={name: {0: "batch"} for name in (*names, OUTPUT)},
+        opset_version=OPSET,
+    )
+    model = onnx.load(str(path))
+    entry = model.metadata_props.add()
+    entry.key, entry.value = KEY, description.text()
+    onnx.save(model, str(path))

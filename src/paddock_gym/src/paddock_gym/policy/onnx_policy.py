@@ -1,0 +1,69 @@
+"""A policy from an ONNX file, by ONNX Runtime on one thread."""
+
+import os
+
+import numpy as np
+
+from paddock_gym.contract.actions import Continuous
+from paddock_gym.errors import GymError
+from paddock_gym.policy.description import KEY, OUTPUT, PolicyDescription
+
+
+class OnnxPolicy:
+    """Decides by a network.
+
+    Args:
+        path: of a policy.onnx.
+
+    Attributes:
+        description: PolicyDescription.
+
+    Raises:
+        GymError: there is no such file, or it is no policy of ours.
+    """
+
+    def __init__(self, path):
+        if not os.path.isfile(path):
+            raise GymError(f"policy is {path!r}; there is no such file")
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        try:
+            self._session = onnxruntime.InferenceSession(
+                path, options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:  # onnxruntime's own classes, which it does not export
+            raise GymError(f"{path} is no ONNX file that can be run: {error}") from error
+        text = self._session.get_modelmeta().custom_metadata_map.get(KEY)
+        if text is None:
+            raise GymError(f"{path} has no description {KEY!r}; it must be of ./run train")
+        self.description = PolicyDescription.of_text(text)
+        self._inputs = [item.name for item in self._session.get_inputs()]
+        if tuple(self._inputs) != self.description.observations:
+            raise GymError(
+                f"{path} has inputs {self._inputs}, its description names "
+                f"{list(self.description.observations)}"
+            )
+
+    def act(self, observation):
+        """The action for an observation.
+
+        Args:
+            observation: array, or dict of arrays, as of the environment.
+
+        Returns:
+            (2,) float32 from -1 to 1, or a number of the discrete actions.
+        """
+        if not isinstance(observation, dict):
+            observation = {self._inputs[0]: observation}
+        feed = {name: np.asarray(observation[name])[None] for name in self._inputs}
+        action = self._session.run([OUTPUT], feed)[0][0]
+        if isinstance(self.description.actions, Continuous):
+            return np.clip(action, -1.0, 1.0)
+        return int(action)
+
+    def command(self, observation):
+        """(speed [m/s], steering [rad]) for an observation."""
+        return self.description.actions.command(self.act(observation))

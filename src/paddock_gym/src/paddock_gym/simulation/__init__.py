@@ -1,0 +1,1 @@
+"""Cars on a track in a world of the core."""

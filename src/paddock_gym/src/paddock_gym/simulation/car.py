@@ -1,0 +1,73 @@
+"""One car in a world: commands, motion, placing."""
+
+import math
+
+from bullet_sim.pose import Pose, multiply
+from deepracer_control.ackermann import Geometry, wheel_commands
+
+from paddock_gym.course.motion import motion_from
+from paddock_gym.simulation import description
+
+GEOMETRY = Geometry()
+WHEELS = tuple(
+    f"{side}_{end}_wheel_joint" for side in ("left", "right") for end in ("rear", "front")
+)
+HINGES = ("left_steering_hinge_joint", "right_steering_hinge_joint")
+
+
+class Car:
+    """The DeepRacer, commanded as the node `control` commands it in ackermann mode.
+
+    Args:
+        world: bullet_sim.world.World.
+        name: of its model.
+        pose: bullet_sim.pose.Pose to spawn it at.
+        urdf: text.
+
+    Attributes:
+        model: bullet_sim.models.model.Model.
+    """
+
+    def __init__(self, world, name, pose, urdf):
+        self._world = world
+        self.model = world.spawn_urdf(name, urdf, pose, description.resolve)
+        self._hardware = self.model.manager.hardware  # what the controllers write to
+        self._root = self.model.description.root
+        self._rest = None  # height and tilt of the car at rest
+
+    def settled(self):
+        """Remember height and tilt: the car stands still now, heading along x."""
+        pose = self.model.pose
+        self._rest = pose.position[2], pose.orientation
+
+    def drive(self, speed, steering):
+        """Command speed [m/s] and the bicycle's steering angle [rad], positive to the left."""
+        yaw_rate = speed * math.tan(steering) / GEOMETRY.wheelbase
+        wheels = wheel_commands(speed, yaw_rate, GEOMETRY)
+        speeds = (wheels.left_rear, wheels.left_front, wheels.right_rear, wheels.right_front)
+        self._hardware.velocities(WHEELS, speeds)
+        self._hardware.positions(HINGES, (wheels.left_steering, wheels.right_steering))
+
+    def motion(self):
+        """Motion of base_link."""
+        return motion_from(*self.model.link_motion(self._root))
+
+    def place(self, x, y, yaw):
+        """Put the car at rest on the ground at a pose [m], [rad], wheels straight."""
+        height, tilt = self._rest
+        turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        self.model.set_state(Pose((x, y, height), multiply(turn, tilt)))
+        self.model.joints.set_positions(dict.fromkeys(self.model.joints.names, 0.0))
+        self.drive(0.0, 0.0)
+
+    def touched(self, harmless):
+        """Whether the car touches anything but harmless things.
+
+        Args:
+            harmless: set of (body, link) of the engine.
+        """
+        body = self.model.body
+        return any(
+            (other, link) not in harmless and other != body
+            for _, other, link, _ in self._world.engine.touching(body)
+        )

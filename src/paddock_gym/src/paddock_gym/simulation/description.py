@@ -1,0 +1,62 @@
+"""Texts that a world is built from: the car's URDF, the track's SDF."""
+
+import dataclasses
+import functools
+import pathlib
+
+import xacro
+from bullet_sim.formats.sdf import world as sdf
+from track_model.files import writer
+
+from track_model import source
+
+CAMERA_SIZE = (160, 120)  # width, height [px]
+LIDAR_RAYS = 64  # of the learner's lidar, over 300 degrees
+
+
+def share():
+    """Folder of track_model's files: urdf, meshes."""
+    return pathlib.Path(source.tracks_directory()).parent
+
+
+@functools.lru_cache(maxsize=4)
+def car_urdf(lidar_rays=LIDAR_RAYS):
+    """URDF text of the car with a camera of CAMERA_SIZE and a lidar.
+
+    Args:
+        lidar_rays: samples of a scan.
+    """
+    width, height = CAMERA_SIZE
+    arguments = {
+        "camera_width": str(width),
+        "camera_height": str(height),
+        "lidar_samples": str(lidar_rays),
+    }
+    path = share() / "urdf" / "racecar.urdf.xacro"
+    return xacro.process_file(str(path), mappings=arguments).toxml()
+
+
+def track_sdf(track, walls=None):
+    """SDF text of a track.
+
+    Args:
+        track: track_model.track.Track.
+        walls: True or False: with or without walls along both borders; None: as its file says.
+    """
+    spec = track.spec
+    if walls is None or walls == spec.walls.enabled:
+        return (pathlib.Path(track.directory) / "track.sdf").read_text(encoding="utf-8")
+    spec = dataclasses.replace(spec, walls=dataclasses.replace(spec.walls, enabled=walls))
+    model = writer.model_sdf(track.lane, spec, track.directory)
+    return f'<sdf version="1.6">\n{model}</sdf>\n'
+
+
+def light():
+    """Scene (light and background) of the worlds that track_model launches."""
+    text = (share() / "worlds" / "track.world").read_text(encoding="utf-8")
+    return sdf.parse_world(text, resolve).scene
+
+
+def resolve(uri):
+    """Path of a mesh's URI."""
+    return uri.replace("package://track_model", str(share())).replace("file://", "")

@@ -1,0 +1,1 @@
+"""Training by PPO of stable-baselines3: what ./run train does. Needs torch."""

@@ -1,0 +1,95 @@
+"""python -m paddock_gym.training.cli: what ./run train becomes."""
+
+import dataclasses
+import json
+import os
+import shutil
+import sys
+
+from paddock_gym.contract import actions, hyperparameters
+from paddock_gym.contract.reward_file import RewardFile
+from paddock_gym.errors import GymError, RewardError
+from paddock_gym.training.settings import FILE, MAY_CHANGE, Settings
+
+
+def main(arguments=None):
+    """Train; returns the exit status."""
+    table = json.loads((arguments or sys.argv[1:])[0])
+    folder, resume = table.pop("folder"), table.pop("resume")
+    try:
+        settings = prepared(table, folder, resume)
+        from paddock_gym.training.learn import train
+
+        report = train(settings, folder, resume, say)
+    except (GymError, RewardError, ValueError) as error:
+        print(f"train: {error}", file=sys.stderr)
+        return 1
+    say(summary(report, folder))
+    return 0
+
+
+def say(line):
+    """Print a line at once."""
+    print(line, flush=True)
+
+
+def prepared(table, folder, resume):
+    """Settings of a training, checked, and its folder, ready.
+
+    Args:
+        table: Settings as a dict; with resume only what the command line gave.
+        folder: of the training.
+        resume: whether to go on.
+
+    Raises:
+        GymError, TrackError: something is wrong.
+    """
+    if resume:
+        settings = Settings.load(folder)
+        for key, value in table.items():
+            before = _plain(getattr(settings, key))
+            if key not in (*MAY_CHANGE, "name") and before != value:
+                raise GymError(
+                    f"{key} is {value!r}, but {settings.name} was trained with {before!r}; "
+                    f"only {' and '.join(MAY_CHANGE)} can change"
+                )
+        given = {key: value for key, value in table.items() if key in MAY_CHANGE}
+        settings = dataclasses.replace(settings, **given)
+    else:
+        for key in ("observation", "randomize"):
+            if key in table:
+                table[key] = tuple(table[key])
+        settings = Settings(**table)
+        check(settings)
+        shutil.rmtree(folder, ignore_errors=True)
+        os.makedirs(folder)
+    settings.save(folder)
+    return settings
+
+
+def _plain(value):
+    return list(value) if isinstance(value, tuple) else value
+
+
+def check(settings):
+    """Check the users' files before anything long begins."""
+    actions.parse(settings.metadata or "continuous")
+    if settings.hyperparameters:
+        hyperparameters.load(settings.hyperparameters)
+    if settings.reward != "progress":
+        RewardFile(settings.reward)
+
+
+def summary(report, folder):
+    """The last words: how it drives, what is in the folder."""
+    mean = report["mean_lap_time"]
+    words = f", {mean:.2f} s a lap" if mean else ""
+    files = " ".join(sorted(name for name in os.listdir(folder) if name != FILE))
+    return (
+        f"train: {report['laps']} laps of {report['evaluated_starts']} unseen starts{words}\n"
+        f"in {os.path.relpath(folder)}/: {files}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

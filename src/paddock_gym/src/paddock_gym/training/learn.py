@@ -1,0 +1,191 @@
+"""One training from its settings to its files."""
+
+import json
+import os
+import signal
+import time
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import configure
+from torch.nn import functional
+
+from paddock_gym.contract import hyperparameters
+from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.evaluation import plots
+from paddock_gym.evaluation.drivers import PolicyDriver
+from paddock_gym.evaluation.film import film_lap
+from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.policy.description import PolicyDescription
+from paddock_gym.policy.export import export
+from paddock_gym.training import checkpoint, pictures
+from paddock_gym.training.network import Features
+from paddock_gym.training.watch import Watch
+from paddock_gym.training.workers import Workers, factory
+
+STARTS = 10  # of the evaluation at the end
+POLICY, REPORT, FILM = "policy.onnx", "report.json", "best_lap.mp4"
+INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
+
+
+def train(settings, folder, resume=False, say=print):
+    """Train, and write everything into the folder, also after Ctrl-C.
+
+    Args:
+        settings: Settings.
+        folder: exists, with settings.json.
+        resume: go on from its checkpoint.
+        say: function of one line.
+
+    Returns:
+        The report, a dict.
+    """
+    # Small networks are fastest on one thread; those for pictures learn while the workers wait.
+    torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
+    stop = _Stop()
+    workers = Workers([factory(settings.environment())] * settings.workers)
+    begin = time.monotonic()
+    try:
+        model = _model(settings, folder, workers, resume)
+        already = model.num_timesteps
+        model.set_logger(configure(folder, ["csv"]))
+        watch = Watch(folder, settings.steps, say, stop.asked)
+        with stop:
+            model.learn(
+                max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
+            )
+        checkpoint.save(model, folder)
+        seconds = time.monotonic() - begin
+        lost = workers.lost
+    finally:
+        workers.close()
+    say(f"train: {model.num_timesteps} steps done, now {STARTS} laps from unseen starts")
+    report = {
+        "settings": vars(settings),
+        "steps": model.num_timesteps,
+        "steps_this_time": model.num_timesteps - already,
+        "seconds_this_time": round(seconds, 1),
+        "interrupted": stop.asked(),
+        "workers_lost": lost,
+        **_finish(settings, folder, model),
+    }
+    with open(os.path.join(folder, REPORT), "w", encoding="utf-8") as stream:
+        json.dump(report, stream, indent=2)
+        stream.write("\n")
+    return report
+
+
+def _model(settings, folder, workers, resume):
+    """The PPO of a training, new or from its checkpoint."""
+    if resume:
+        model = PPO.load(os.path.join(folder, checkpoint.FILE), env=workers, device="cpu")
+        workers.seed(settings.seed + model.num_timesteps)  # other starts than at the beginning
+        checkpoint.restore_numbers(folder)
+        return model
+    kinds = settings.observation
+    network = {
+        "log_std_init": INITIAL_DEVIATION,
+        "features_extractor_class": Features,
+        "net_arch": [64, 64],
+    }
+    policy = "CnnPolicy" if kinds == ("camera",) else "MlpPolicy"
+    if len(kinds) > 1:
+        policy = "MultiInputPolicy"
+    arguments = settings.algorithm()
+    algorithm = _HuberPPO if _wants_huber(settings) else PPO
+    return algorithm(
+        policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
+    )
+
+
+def _wants_huber(settings):
+    given = settings.hyperparameters
+    return bool(given) and hyperparameters.load(given).loss_type == "huber"
+
+
+class _HuberPPO(PPO):
+    """PPO whose value function has the Huber loss, as loss_type of DeepRacer asks for."""
+
+    def train(self):
+        """One update."""
+        squared, functional.mse_loss = functional.mse_loss, functional.smooth_l1_loss
+        try:
+            super().train()
+        finally:
+            functional.mse_loss = squared
+
+
+def _finish(settings, folder, model):
+    """Choose the policy, write it, judge and film it, draw; returns its part of the report."""
+    env = DeepRacerEnv(**settings.environment())
+    description = PolicyDescription(
+        settings.observation,
+        settings.colour,
+        env.options.actions,
+        1.0 / env.scene.period,
+        settings.track,
+        settings.race,
+    )
+    chosen = None
+    for name, found in (("last", model), ("best", _best(folder))):
+        if found is None:
+            continue
+        path = os.path.join(folder, f"{name}.onnx")
+        export(found.policy, env.observation_space, description, path)
+        driver = PolicyDriver(path)
+        laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(STARTS))]
+        score = sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])
+        if chosen is None or score > chosen[0]:
+            chosen = score, path, driver, laps
+    _, path, driver, laps = chosen
+    os.replace(path, os.path.join(folder, POLICY))
+    for name in ("last.onnx", "best.onnx"):
+        if os.path.exists(os.path.join(folder, name)):
+            os.remove(os.path.join(folder, name))
+    rows = pictures.episodes(folder)
+    pictures.learning_curve(rows, os.path.join(folder, "learning_curve.png"))
+    pictures.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
+    plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
+    whole = [lap for lap in laps if lap.is_lap]
+    best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
+    filmed = starts(STARTS)[laps.index(best)]
+    film_lap(env, driver, filmed, os.path.join(folder, FILM))
+    env.close()
+    return {
+        "track_length": round(float(env.scene.projector.length), 3),
+        "evaluated_starts": STARTS,
+        "laps": len(whole),
+        "lap_times": [round(lap.time, 3) for lap in whole],
+        "mean_lap_time": round(float(np.mean([lap.time for lap in whole])), 3) if whole else None,
+        "ends": [lap.end for lap in laps],
+    }
+
+
+def _best(folder):
+    path = os.path.join(folder, "best.zip")
+    return PPO.load(path, device="cpu") if os.path.exists(path) else None
+
+
+class _Stop:
+    """Notes Ctrl-C, so that the training ends in order."""
+
+    def __init__(self):
+        self._asked = False
+
+    def asked(self):
+        """Whether the user asked to stop."""
+        return self._asked
+
+    def __enter__(self):
+        self._before = {
+            number: signal.signal(number, self._note) for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        return self
+
+    def __exit__(self, *_):
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, _number, _frame):
+        self._asked = True

@@ -1,0 +1,107 @@
+"""Settings of a training, kept in its folder so that it can go on."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+
+from paddock_gym.contract import hyperparameters
+from paddock_gym.errors import GymError
+
+FILE = "settings.json"
+MAY_CHANGE = ("steps", "workers")  # by --resume
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a training is.
+
+    Attributes:
+        name: of the folder in out/train/.
+        track, observation, race, walls, colour: as the environment's options.
+        randomize: names of what is random, with start.
+        reward: progress, or the absolute path of a file.
+        metadata: absolute path of a model_metadata.json, or "".
+        hyperparameters: absolute path of a hyperparameters.json, or "".
+        steps: actions of the whole training.
+        workers: processes with one car each.
+        seed: of the network, the starts and the noise.
+    """
+
+    name: str
+    track: str = "default"
+    observation: tuple = ("state",)
+    race: str = "time_trial"
+    walls: bool | None = None
+    colour: bool = False
+    randomize: tuple = ("start",)
+    reward: str = "progress"
+    metadata: str = ""
+    hyperparameters: str = ""
+    steps: int = 60_000
+    workers: int = 4
+    seed: int = 0
+
+    def environment(self):
+        """Keyword arguments of the environment."""
+        names = self.observation
+        return {
+            "track": self.track,
+            "observation": names[0] if len(names) == 1 else names,
+            "action": self.metadata or "continuous",
+            "reward": self.reward,
+            "race": self.race,
+            "randomize": self.randomize,
+            "walls": self.walls,
+            "colour": self.colour,
+        }
+
+    def algorithm(self):
+        """Keyword arguments of PPO."""
+        pictures = "camera" in self.observation
+        chosen = {
+            "n_steps": 512,
+            "batch_size": 256,
+            "n_epochs": 4 if pictures else 10,
+            "learning_rate": 5e-4 if pictures else 1e-3,
+            "gamma": 0.98,
+            "gae_lambda": 0.95,
+            "ent_coef": 0.0,
+        }
+        if self.hyperparameters:
+            chosen.update(_of_file(hyperparameters.load(self.hyperparameters)))
+        return chosen
+
+    def save(self, folder):
+        """Write them into a folder."""
+        with open(os.path.join(folder, FILE), "w", encoding="utf-8") as stream:
+            json.dump(asdict(self), stream, indent=2)
+            stream.write("\n")
+
+    @classmethod
+    def load(cls, folder):
+        """Read what save() wrote.
+
+        Raises:
+            GymError: there is nothing to go on with.
+        """
+        path = os.path.join(folder, FILE)
+        try:
+            with open(path, encoding="utf-8") as stream:
+                table = json.load(stream)
+        except (OSError, ValueError) as error:
+            raise GymError(f"{path} cannot be read ({error}); there is no such training") from error
+        for key in ("observation", "randomize"):
+            table[key] = tuple(table[key])
+        return cls(**table)
+
+
+def _of_file(given):
+    """PPO's arguments of a hyperparameters.json; what it does not name stays ours."""
+    named = {
+        "batch_size": given.batch_size,
+        "n_epochs": given.num_epochs,
+        "learning_rate": given.lr,
+        "ent_coef": given.beta_entropy,
+        "gamma": given.discount_factor,
+    }
+    return {key: value for key, value in named.items() if value is not None}

@@ -1,0 +1,216 @@
+"""Paddock/DeepRacer-v0: Gymnasium's own checks, seeds, starts, ends, options."""
+
+import math
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from bullet_sim.pose import Pose
+from gymnasium.utils.env_checker import check_env
+from paddock_gym.errors import GymError
+
+import paddock_gym
+
+ID = paddock_gym.IDS[0]
+STRAIGHT_ON = np.array((0.0, -0.4), np.float32)
+
+
+def drive(env, seed, count=40, **reset):
+    """Observations, rewards of some random actions after a reset."""
+    rng = np.random.default_rng(seed)
+    observation, _ = env.reset(seed=seed, **reset)
+    found = [observation]
+    for _ in range(count):
+        action = rng.uniform((-0.6, -1.0), (0.6, 0.0)).astype(np.float32)
+        observation, reward, *_ = env.step(action)
+        found.append(np.append(observation, reward))
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"observation": "lidar", "walls": True, "action": {"action_space": [
+            {"steering_angle": -20, "speed": 1.0}, {"steering_angle": 20, "speed": 1.0}]}},
+        {"observation": ("state", "camera"), "colour": True, "randomize": True},
+        {"race": "object_avoidance"},
+    ],
+)  # fmt: skip
+def test_gymnasiums_check_has_no_complaint(options):
+    env = gymnasium.make(ID, render_mode="rgb_array", **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=bool(options))
+    env.close()
+
+
+def test_the_same_seed_and_actions_give_the_same_bits(env):
+    first = drive(env, 3)
+    for seed in (11, 12, 13):
+        drive(env, seed, count=17)
+    assert (drive(env, 3) == first).all()
+    other = gymnasium.make(ID).unwrapped
+    assert (drive(other, 3) == first).all()
+    assert not (drive(other, 4) == first).all()
+    other.close()
+
+
+def test_noise_and_randomization_follow_the_seed():
+    options = {"observation": "lidar", "walls": True, "randomize": True}
+    one, two = (gymnasium.make(ID, **options).unwrapped for _ in range(2))
+    drive(two, 8)
+    first = drive(one, 3)
+    assert (drive(two, 3) == first).all()
+    assert not (drive(two, 4)[:64] == first[:64]).all()
+    one.close(), two.close()
+
+
+def test_reset_takes_a_start(env):
+    env.reset(seed=1, options={"start": 0.25, "lateral": 0.1, "turn": math.radians(5.0)})
+    standing, length = env.run.standing, env.scene.projector.length
+    assert standing.s == pytest.approx(0.25 * length, abs=0.02)
+    assert standing.lateral == pytest.approx(0.1, abs=0.005)
+    assert math.degrees(standing.heading_error) == pytest.approx(5.0, abs=0.5)
+    assert abs(env.run.motion.forward) < 1e-6
+    with pytest.raises(GymError, match="reset has 'place'; there are start, lateral and turn"):
+        env.reset(options={"place": 1})
+
+
+def test_a_step_is_a_control_period(env):
+    env.reset(seed=1, options={"start": 0.0})
+    assert env.scene.substeps == 16
+    for _ in range(15):
+        _, _, terminated, truncated, info = env.step(STRAIGHT_ON)
+    assert not (terminated or truncated)
+    assert info["time"] == pytest.approx(1.0)
+    assert env.scene.world.time == pytest.approx(1.0)
+    # 1.55 m/s is commanded: the tyres' mu of 0.5 bears 4.9 m/s^2, so 0.32 s and 0.25 m to get there
+    assert env.run.motion.forward == pytest.approx(1.55, abs=0.02)
+    assert env.run.standing.way == pytest.approx(1.55 - 0.25, abs=0.15)
+
+
+def test_leaving_the_lane_terminates_with_a_penalty(env):
+    env.reset(seed=1, options={"start": 0.0})
+    way = 0.0
+    for _ in range(200):
+        _, reward, terminated, truncated, info = env.step((1.0, 0.0))
+        if terminated:
+            break
+        assert reward == pytest.approx(env.run.standing.gain)
+        way += reward
+    assert terminated and not truncated
+    assert info["end"] == "off_track"
+    assert reward == pytest.approx(env.run.standing.gain - 3.0)
+    assert way + reward + 3.0 == pytest.approx(env.run.standing.way)
+
+
+def test_a_step_of_any_length_is_fitted_to_the_control_period():
+    env = gymnasium.make(ID, time_step=0.001, control_rate=20.0).unwrapped
+    assert env.scene.substeps == 50
+    assert env.scene.world.time_step == pytest.approx(0.001)
+    env.close()
+    env = gymnasium.make(ID, time_step=0.002).unwrapped
+    assert env.scene.substeps == 33
+    assert env.scene.world.time_step == pytest.approx(1 / 15 / 33)
+    env.close()
+
+
+def test_the_circle_is_that_of_a_finer_step():
+    radii = []
+    for time_step in (0.001, 1 / 240):
+        env = gymnasium.make(ID, time_step=time_step).unwrapped
+        car, scene = env.scene.cars[0], env.scene
+        env.reset(seed=1)
+        car.drive(1.0, 0.13)
+        scene.advance(round(2.0 / scene.world.time_step))
+        motion = car.motion()
+        radii.append(math.hypot(motion.forward, motion.leftward) / motion.yaw_rate)
+        env.close()
+    assert radii[1] == pytest.approx(radii[0], rel=0.005)
+    assert radii[0] == pytest.approx(0.164 / math.tan(0.13), rel=0.03)
+
+
+def test_the_cars_pace_does_not_hang_on_the_threshold_of_contacts():
+    """Scene drops contact points sooner than PyBullet does; the motion stays."""
+    ways = []
+    for threshold in (0.02, 0.002):
+        env = gymnasium.make(ID).unwrapped
+        env.scene.world.engine.set_contact_breaking(threshold)
+        env.reset(seed=1, options={"start": 0.0})
+        for number in range(40):
+            env.step((0.15 * math.sin(0.3 * number), -0.3))
+        ways.append((env.run.motion.x, env.run.motion.y, env.run.motion.forward))
+        env.close()
+    assert ways[1] == pytest.approx(ways[0], abs=0.01)
+
+
+def test_boxes_crash():
+    env = gymnasium.make(ID, race="object_avoidance").unwrapped
+    env.reset(seed=1, options={"start": 0.0})
+    assert len(env.run.objects) == 3
+    env.scene.world.model("boxes0").set_state(Pose((0.8, 0.0, 0.1)))
+    ends = []
+    while not ends or not ends[-1]:
+        _, reward, *_, info = env.step((0.0, -0.8))
+        ends.append(info["end"])
+    assert ends[-1] == "crashed" and len(ends) > 5
+    assert env.run.motion.x == pytest.approx(0.8 - 0.1 - 0.155, abs=0.06)  # box and nose
+    assert reward < -2.5
+    env.close()
+
+
+def test_a_users_reward_function_decides(tmp_path):
+    path = tmp_path / "reward_function.py"
+    path.write_text("def reward_function(params):\n    return params['steps'] * 10.0\n")
+    env = gymnasium.make(ID, reward=str(path)).unwrapped
+    env.reset(seed=1)
+    assert [env.step(STRAIGHT_ON)[1] for _ in range(3)] == [10.0, 20.0, 30.0]
+    assert env.run.params()["steps"] == 3
+    env.close()
+
+
+def test_starts_go_round_where_they_are_not_random():
+    env = gymnasium.make(ID, randomize=()).unwrapped
+    starts = []
+    for _ in range(3):
+        env.reset(seed=5)
+        starts.append(env.run.standing.s / env.scene.projector.length)
+    assert starts == pytest.approx([0.0, 0.05, 0.10], abs=1e-3)
+    env.close()
+
+
+def test_vectors_of_environments():
+    vector = gymnasium.make_vec(ID, num_envs=2, vectorization_mode="sync")
+    first, _ = vector.reset(seed=[3, 4])
+    assert first.shape == (2, 14)
+    for _ in range(3):
+        observations, *_ = vector.step(np.zeros((2, 2), np.float32))
+    alone = gymnasium.make(ID)
+    alone.reset(seed=4)
+    for _ in range(3):
+        expected, *_ = alone.step(np.zeros(2, np.float32))
+    assert (observations[1] == expected).all()
+    vector.close(), alone.close()
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"observation": "radar"}, "observation is 'radar'; there are state, lidar, camera"),
+        ({"observation": ()}, "at least one"),
+        ({"race": "drag"}, "race is 'drag'; there are time_trial"),
+        ({"randomize": ("weather",)}, "randomize has 'weather'; there are start"),
+        ({"time_step": 0.1}, "time_step is 0.1; it must be from 0.0001 to 0.005 [s]"),
+        ({"control_rate": 0}, "control_rate is 0; it must be from 1 to 100 [Hz]"),
+        ({"reward": "speed"}, "reward is 'speed'; it must be progress, or a Python file"),
+        ({"action": "buttons"}, "action is 'buttons'; it must be continuous, or"),
+        ({"track": "monza"}, "monza: track is not found"),
+        ({"render_mode": "ansi"}, "render_mode is 'ansi'"),
+    ],
+)
+def test_wrong_options_are_named(options, words):
+    with pytest.raises(ValueError) as error:
+        gymnasium.make(ID, **options)
+    assert words in str(error.value)

@@ -1,0 +1,114 @@
+"""Progress, wheels beside the lane and ends of a run, worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from paddock_gym.course.judge import STUCK_STEPS, Judge
+from paddock_gym.course.motion import Motion, motion_from
+from track_model.referee.course import Course
+from track_model.referee.projector import Projector
+from track_model.referee.rules import Car
+from track_model.track import load_track
+
+
+def at(x, y=0.0, yaw=0.0):
+    return Motion(x, y, yaw, 0.0, 0.0, 0.0)
+
+
+def judged(projector, first, *motions):
+    judge = Judge(projector)
+    judge.start(first)
+    for motion in motions:
+        standing = judge.update(motion)
+    return standing
+
+
+def test_place_and_progress_on_a_straight(straight_track):
+    standing = judged(straight_track[1], at(1.0), at(1.25, 0.1, math.radians(10.0)))
+    assert standing.s == pytest.approx(1.25, abs=1e-6)
+    assert standing.lateral == pytest.approx(0.1, abs=1e-6)
+    assert math.degrees(standing.heading_error) == pytest.approx(10.0, abs=1e-3)
+    assert standing.gain == pytest.approx(0.25, abs=1e-6)
+    assert standing.progress == pytest.approx(100.0 * 0.25 / 5.0, abs=1e-3)
+    assert (standing.left, standing.right) == pytest.approx((0.4, 0.4))
+    assert standing.end == "" and standing.steps == 1
+
+
+@pytest.mark.parametrize(
+    "y, off, end",
+    [
+        (0.0, (False, False, False, False), ""),
+        # front wheels stand 0.0796 m and rear wheels 0.0811 m from the middle, the edge 0.4 m
+        (0.315, (False, False, False, False), ""),
+        (0.33, (True, False, True, False), ""),
+        (-0.33, (False, True, False, True), ""),
+        (0.47, (True, False, True, False), ""),
+        (0.49, (True, True, True, True), "off_track"),
+        (-0.49, (True, True, True, True), "off_track"),
+    ],
+)
+def test_wheels_beside_the_lane(straight_track, y, off, end):
+    standing = judged(straight_track[1], at(2.0), at(2.1, y))
+    assert standing.wheels_off == off
+    assert standing.end == end
+    assert standing.all_wheels_on == (not any(off))
+
+
+@pytest.mark.parametrize("name", ["default", "hard"])
+def test_wheels_are_judged_as_the_referee_does(name):
+    """Against the referee's polygons of the lane, for poses all over the track."""
+    course = Course(load_track(name).lane)
+    judge, rng = Judge(Projector(course)), np.random.default_rng(3)
+    differ = 0
+    for _ in range(400):
+        x, y, yaw = course.pose(rng.uniform(0.0, course.length))
+        side, yaw = rng.uniform(-0.55, 0.55), yaw + rng.uniform(-0.6, 0.6)
+        motion = at(x - side * math.sin(yaw), y + side * math.cos(yaw), yaw)
+        turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
+        wheels = np.array(Car().wheels) @ turn.T + motion[:2]
+        differ += np.count_nonzero(~course.contains(wheels) != judge.start(motion).wheels_off)
+    assert differ <= 4  # of 1600: wheels within millimetres of the edge
+
+
+def test_a_whole_round_is_a_lap(circuit):
+    _, projector = circuit
+    judge, start = Judge(projector), 3.0
+    judge.start(at(*projector.pose(start)))
+    steps = 40
+    for number in range(1, steps + 1):
+        standing = judge.update(at(*projector.pose(start + number * projector.length / steps)))
+        assert standing.progress == pytest.approx(100.0 * number / steps, abs=0.1)
+        assert (standing.end == "lap") == (number == steps)
+
+
+def test_the_end_of_an_open_course_is_its_lap(straight_track):
+    assert judged(straight_track[1], at(5.5), at(5.7), at(5.9)).end == ""
+    assert judged(straight_track[1], at(5.5), at(5.7), at(5.99)).end == "lap"
+
+
+def test_a_car_without_progress_is_stuck(straight_track):
+    moving = [at(1.0 + 0.01 * number) for number in range(1, STUCK_STEPS + 5)]
+    assert judged(straight_track[1], at(1.0), *moving).end == ""
+    assert judged(straight_track[1], at(1.0), *[at(1.0)] * (STUCK_STEPS - 1)).end == ""
+    assert judged(straight_track[1], at(1.0), *[at(1.0)] * STUCK_STEPS).end == "stuck"
+
+
+def test_driving_back_ends_a_run(straight_track):
+    assert judged(straight_track[1], at(1.0), at(1.4), at(1.15)).end == ""
+    assert judged(straight_track[1], at(1.0), at(1.4), at(1.05)).end == "reversed"
+
+
+def test_a_crash_ends_a_run(straight_track):
+    judge = Judge(straight_track[1])
+    judge.start(at(1.0))
+    assert judge.update(at(1.1), crashed=True).end == "crashed"
+
+
+def test_velocities_are_along_the_cars_axes():
+    half = math.sqrt(0.5)  # heading along +y
+    motion = motion_from((1.0, 2.0, 0.0), (0, 0, half, half), (0.5, 2.0, 0.0), (0, 0, 0.3))
+    assert motion.yaw == pytest.approx(math.pi / 2.0)
+    assert motion.forward == pytest.approx(2.0)
+    assert motion.leftward == pytest.approx(-0.5)
+    assert (motion.x, motion.y, motion.yaw_rate) == (1.0, 2.0, 0.3)

@@ -1,0 +1,97 @@
+"""Policies from ONNX files, and drivers in the environment."""
+
+import math
+
+import gymnasium
+import numpy as np
+import pytest
+from networks import describe, lane_keeper, write
+from paddock_gym.contract.actions import Discrete
+from paddock_gym.errors import GymError
+from paddock_gym.evaluation import laps
+from paddock_gym.evaluation.drivers import PolicyDriver, PursuitDriver
+from paddock_gym.observations.assemble import Assembler
+from paddock_gym.policy.description import PolicyDescription
+from paddock_gym.policy.onnx_policy import OnnxPolicy
+
+import paddock_gym
+
+
+def test_a_network_of_known_numbers(tmp_path):
+    rng = np.random.default_rng(1)
+    weights, bias = rng.normal(size=(2, 14)), rng.normal(size=2)
+    policy = OnnxPolicy(write(tmp_path / "policy.onnx", weights, bias, describe()))
+    seen = rng.normal(size=14).astype(np.float32)
+    expected = np.tanh(weights @ seen + bias)
+    assert policy.act(seen) == pytest.approx(expected, abs=1e-5)
+    assert policy.act({"state": seen}) == pytest.approx(expected, abs=1e-5)
+    speed = 0.5 + 3.5 * (expected[1] + 1.0) / 2.0
+    assert policy.command(seen) == pytest.approx(
+        (speed, math.radians(30.0) * expected[0]), abs=1e-4
+    )
+
+
+def test_discrete_actions(tmp_path):
+    chosen = Discrete(((-30.0, 1.0), (0.0, 2.0), (30.0, 1.0)))
+    weights = np.zeros((3, 14))
+    weights[1, 0], weights[2, 1] = 1.0, 2.0
+    path = write(tmp_path / "policy.onnx", weights, (0.0, 0.0, 0.0), describe(chosen=chosen))
+    policy = OnnxPolicy(path)
+    seen = np.zeros(14, np.float32)
+    assert policy.act(seen) == 0
+    seen[0] = 1.0
+    assert policy.act(seen) == 1 and policy.command(seen) == (2.0, 0.0)
+    seen[1] = 1.0
+    assert policy.act(seen) == 2
+
+
+def test_a_description_survives_its_file():
+    about = describe(observation="lidar", race="head_to_bot", track="hard")
+    assert PolicyDescription.of_text(about.text()) == about
+
+
+def test_files_that_are_no_policies(tmp_path):
+    with pytest.raises(GymError, match="there is no such file"):
+        OnnxPolicy(str(tmp_path / "nothing.onnx"))
+    (tmp_path / "text.onnx").write_text("hello")
+    with pytest.raises(GymError, match="is no ONNX file that can be run"):
+        OnnxPolicy(str(tmp_path / "text.onnx"))
+    with pytest.raises(GymError, match="is not one of Paddock's"):
+        PolicyDescription.of_text('{"observations": ["state"]}')
+
+
+def test_the_gym_and_a_robot_get_the_same_action(tmp_path, env):
+    driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
+    assembler = Assembler(("state",), projector=env.scene.projector)
+    observation, _ = env.reset(seed=4)
+    last = (0.0, 0.0)
+    for _ in range(30):
+        assembler.set_motion(env.run.motion)
+        commands = [
+            driver.policy.command(found) for found in (observation, assembler.observe(last))
+        ]
+        assert commands[0] == commands[1]
+        last = commands[0]
+        observation, *_ = env.step(driver.act(observation, env))
+
+
+@pytest.mark.parametrize("kind", ["policy", "pursuit"])
+def test_a_driver_makes_its_lap(tmp_path, env, kind):
+    driver = (
+        PursuitDriver(1.5) if kind == "pursuit" else PolicyDriver(lane_keeper(tmp_path / "p.onnx"))
+    )
+    lap = laps.drive(env, driver, laps.starts(2)[1])
+    assert lap.end == "lap" and lap.is_lap and lap.progress == 100.0
+    length = env.scene.projector.length
+    assert lap.time == pytest.approx(length / np.mean(lap.way[:, 2]), rel=0.05)
+    assert lap.rms_lateral < 0.2 and lap.max_lateral < 0.38
+    assert len(lap.way) == round(15 * lap.time)
+
+
+def test_starts_are_the_same_for_every_driver():
+    assert laps.starts(5) == laps.starts(5) != laps.starts(5, seed=1)
+    assert len({start["start"] for start in laps.starts(10)}) == 10
+
+
+def test_the_registered_limit_of_steps():
+    assert gymnasium.spec(paddock_gym.IDS[0]).max_episode_steps == paddock_gym.MAX_STEPS

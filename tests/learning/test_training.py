@@ -1,0 +1,157 @@
+"""Training itself: it learns, keeps what it has, goes on, survives dead workers."""
+
+import os
+import signal
+import time
+import warnings
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.policy.description import PolicyDescription
+from paddock_gym.policy.onnx_policy import OnnxPolicy
+
+import paddock_gym
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "examples"
+FILES = {
+    "best_lap.mp4",
+    "checkpoint.zip",
+    "episodes.csv",
+    "heat_map.png",
+    "laps.png",
+    "learning_curve.png",
+    "policy.onnx",
+    "progress.csv",
+    "report.json",
+    "settings.json",
+}
+SHORT = {"steps": 2048, "workers": 2}
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"observation": "lidar"}, {"observation": ("state", "camera")}]
+)
+def test_the_check_of_stable_baselines_has_no_complaint(options):
+    from stable_baselines3.common.env_checker import check_env
+
+    env = gymnasium.make(paddock_gym.IDS[0], **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped)
+    env.close()
+
+
+def test_a_car_learns_to_drive_from_its_state(training):
+    report = training.run(steps=20_480, workers=4)
+    assert FILES <= {path.name for path in training.folder.iterdir()}
+    assert report["steps"] == 20_480 and report["workers_lost"] == 0
+    assert report["laps"] >= 9, report["ends"]
+    assert report["mean_lap_time"] < report["track_length"] / 1.5  # [s]: 1.5 m/s and more
+
+
+@pytest.mark.parametrize("reward", ["centre_line", "waypoints", "fewer_steps"])
+def test_rewards_in_a_published_style_train_as_they_are(training, reward):
+    report = training.run(
+        reward=str(EXAMPLES / f"{reward}.py"),
+        metadata=str(EXAMPLES / "model_metadata.json"),
+        hyperparameters=str(EXAMPLES / "hyperparameters.json"),
+        **SHORT,
+    )
+    assert report["steps"] == 2048
+    assert 0 < len((training.folder / "episodes.csv").read_text().splitlines())
+
+
+def test_ctrl_c_keeps_everything_and_resume_goes_on(training):
+    process = training.start(steps=200_000, workers=2)
+    for line in process.stdout:
+        if " steps, " in line:
+            break
+    process.send_signal(signal.SIGINT)
+    output = process.communicate(timeout=300.0)[0]
+    assert process.returncode == 0, output
+    first = training.report()
+    assert first["interrupted"] and 0 < first["steps"] < 200_000
+    assert FILES <= {path.name for path in training.folder.iterdir()}
+    more = training.run(resume=True, steps=first["steps"] + 1024)
+    assert more["steps_this_time"] >= 1024
+    assert more["steps"] == first["steps"] + more["steps_this_time"]
+    refused = training.start(resume=True, track="hard")
+    output, _ = refused.communicate(timeout=100.0)
+    assert refused.returncode == 1
+    assert "track is 'hard', but test was trained with 'default'" in output
+
+
+def test_a_killed_worker_costs_its_run_only(training):
+    process = training.start(steps=6144, workers=2)
+    time.sleep(0.5)
+    for line in process.stdout:
+        if " steps, " in line:
+            break
+    os.kill(_workers(process.pid)[0], signal.SIGKILL)
+    output = process.communicate(timeout=300.0)[0]
+    assert process.returncode == 0, output
+    assert "a worker died and was replaced" in output
+    report = training.report()
+    assert (report["steps"], report["workers_lost"]) == (6144, 1)
+
+
+def _workers(parent):
+    """Processes of the environments: those below the server that forks them."""
+    import psutil
+
+    found = [
+        child
+        for child in psutil.Process(parent).children(recursive=True)
+        if "forkserver" in " ".join(child.cmdline()) and child.ppid() != parent
+    ]
+    return [child.pid for child in found]
+
+
+def test_errors_of_a_reward_end_the_training_with_their_traceback(training, tmp_path):
+    path = tmp_path / "reward_function.py"
+    path.write_text(
+        "def reward_function(params):\n"
+        "    return 1.0 if params['steps'] < 5 else params['nothing']\n"
+    )
+    process = training.start(reward=str(path), **SHORT)
+    output, _ = process.communicate(timeout=300.0)
+    assert process.returncode == 1
+    assert "line 2, in reward_function" in output and "KeyError: 'nothing'" in output
+    assert "'steps': 5" in output
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"observation": "state"},
+        {"observation": "camera", "action": str(EXAMPLES / "model_metadata.json")},
+        {"observation": ("state", "lidar"), "walls": True},
+    ],
+)
+def test_a_file_decides_as_its_network(options, tmp_path):
+    from paddock_gym.policy.export import export
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
+    env = DeepRacerEnv(**options)
+    kind = {"state": "MlpPolicy", "camera": "CnnPolicy"}.get(
+        options["observation"], "MultiInputPolicy"
+    )
+    model = PPO(kind, DummyVecEnv([lambda: env]), seed=3, device="cpu")
+    about = PolicyDescription(env.options.observations, False, env.options.actions, 15.0, "default")
+    path = str(tmp_path / "policy.onnx")
+    export(model.policy, env.observation_space, about, path)
+    policy = OnnxPolicy(path)
+    assert policy.description == about
+    observation, _ = env.reset(seed=1)
+    for _ in range(10):
+        expected, _ = model.predict(observation, deterministic=True)
+        action = policy.act(observation)
+        assert np.asarray(action) == pytest.approx(np.clip(expected, -1.0, 1.0), abs=1e-5) or (
+            action == expected
+        )
+        observation, *_ = env.step(action)
+    env.close()
