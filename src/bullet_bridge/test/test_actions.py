@@ -79,8 +79,6 @@ class Actions:
         self.closed = False
         Actions.made[name] = self
 
-    same = staticmethod(trajectory.ActionTopics.same)
-
     def has_subscribers(self):
         """Always."""
         return True
