@@ -1,5 +1,6 @@
 """Trajectory and gripper controllers: topics, service and actions, without a ROS master."""
 
+
 import pytest
 import rospy
 from bot_rig import Bot
