@@ -1,6 +1,5 @@
 """Trajectory and gripper controllers: topics, service and actions, without a ROS master."""
 
-
 import pytest
 import rospy
 from bot_rig import Bot
