@@ -1,5 +1,7 @@
 """Trajectory and gripper controllers: topics, service and actions, without a ROS master."""
 
+import threading
+
 import pytest
 import rospy
 from bot_rig import Bot
@@ -53,7 +55,8 @@ class Handle:
         return self.goal
 
     def get_goal_id(self):
-        """Its id."""
+        """Its id; the real one waits for the server's lock, so the simulation must not ask."""
+        assert threading.current_thread() is not threading.main_thread()
         return type("GoalID", (), {"id": self.name})
 
     def publish_feedback(self, feedback):
@@ -78,8 +81,6 @@ class Actions:
         self.name, self.action, self.on_goal, self.on_cancel = name, action, on_goal, on_cancel
         self.closed = False
         Actions.made[name] = self
-
-    same = staticmethod(trajectory.ActionTopics.same)
 
     def has_subscribers(self):
         """Always."""

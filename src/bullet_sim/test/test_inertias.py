@@ -1,5 +1,9 @@
 """Inertias that joints move."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.description.lump import lump
@@ -49,3 +53,35 @@ def test_inertias_of_a_free_robot_are_the_reduced_ones():
     rest = 0.6 + 8 * 1.0 + 0.1 + 2 * 1.0  # body and slider about the fork's axis
     assert inertias["fork"] == pytest.approx(FORK * rest / (FORK + rest))
     assert inertias["slider"] == pytest.approx(2.0 * 11.0 / 13.0)
+
+
+def test_the_last_bits_do_not_depend_on_the_hashes_of_names():
+    """Sets of strings have another order in each process: sums must not follow it."""
+    links = "".join(
+        f'<link name="l{n}"><inertial><mass value="{0.1 + n / 7.0}"/><inertia ixx="{0.1 / (n + 3)}"'
+        f' iyy="{0.2 / (n + 3)}" izz="{0.15 / (n + 3)}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for n in range(9)
+    )
+    joints = "".join(
+        f'<joint name="j{n}" type="continuous"><origin xyz="{n / 3.0} 0.1 0"/><parent link="l{n}"/>'
+        f'<child link="l{n + 1}"/><axis xyz="0 0 1"/></joint>'
+        for n in range(8)
+    )
+    script = (
+        "from bullet_sim.controllers.inertias import joint_inertias\n"
+        "from bullet_sim.description.lump import lump\n"
+        "from bullet_sim.formats.urdf import parse_urdf\n"
+        f"text = {'<robot name=' + chr(39) + 'r' + chr(39) + '>' + links + joints + '</robot>'!r}\n"
+        "print(joint_inertias(lump(parse_urdf(text, str, 'r')), False))"
+    )
+    seen = {
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env={**os.environ, "PYTHONHASHSEED": str(seed)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in (1, 2, 3)
+    }
+    assert len(seen) == 1

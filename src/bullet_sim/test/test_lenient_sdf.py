@@ -77,7 +77,7 @@ def step(world):
 CUBE = "<box><size>1 1 1</size></box>"
 GREY = (0.7, 0.7, 0.7, 1.0)
 FRAME = '<pose relative_to="nose">1 0 0 0 0 0</pose>'
-BALL = hinged("", "ball")
+GEARBOX = hinged("", "gearbox")
 
 # what is wrong: text, what is read of it, what it is, words of the one warning
 VALUES = {
@@ -145,10 +145,10 @@ VALUES = {
     "endless stops": (stopped("-inf", "1e16"), stops, (None, None), []),
     "a stop of a word": (stopped("-1", "far"), stops, (-1, 1e9), ["'far'"]),
     "an unknown joint": (
-        BALL,
+        GEARBOX,
         lambda w: joint(w).kind,
         "fixed",
-        ["'ball'", "fixed, revolute, prismatic"],
+        ["'gearbox'", "fixed, revolute, prismatic"],
     ),
     "a joint in capitals": (hinged("", "Fixed"), lambda w: joint(w).kind, "fixed", ["'Fixed'"]),
     "no such frame": (

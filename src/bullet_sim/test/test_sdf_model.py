@@ -165,7 +165,7 @@ def test_sensor_of_a_root_link_off_the_models_frame(world):
 
 @pytest.mark.parametrize(
     "geometry, tag",
-    [("<heightmap/>", "heightmap"), ("<polyline/>", "polyline"), ("<image/>", "image")],
+    [("<image/>", "image"), ("<cone/>", "cone")],
 )
 def test_unknown_shapes_are_named_once(geometry, tag):
     model = model_of(

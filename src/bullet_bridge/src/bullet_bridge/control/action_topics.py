@@ -62,13 +62,6 @@ class ActionTopics:
             except rospy.ROSException:
                 pass  # the topics were just unregistered
 
-    @staticmethod
-    def same(first, second):
-        """Whether two goal handles, or None, are of one goal."""
-        if first is None or second is None:
-            return first is second
-        return first.get_goal_id().id == second.get_goal_id().id
-
     def unregister(self):
         """Say what is left to say, then end the topics."""
         self._orders.put(None)

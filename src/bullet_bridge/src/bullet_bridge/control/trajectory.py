@@ -55,7 +55,8 @@ class Trajectories(Commands):
         self.controller.clock = lambda: robot.world.time
         self._state = self._publisher(f"{self.name}/state", JointTrajectoryControllerState)
         self._state_schedule = self._every(spec.publish_rate, self._state)
-        self._handle, self._goal = None, None  # of the goal that is pursued
+        self._handle = self._goal = None  # of the goal that is pursued
+        self._id = None  # asked of a handle, it would wait for the server's lock
         self._action = ActionTopics(
             f"{self.name}/follow_joint_trajectory",
             FollowJointTrajectoryAction,
@@ -78,6 +79,7 @@ class Trajectories(Commands):
     # the action -------------------------------------------------------------------------------
     def _on_goal(self, handle):
         message, result = handle.get_goal(), FollowJointTrajectoryResult()
+        name = handle.get_goal_id().id
         goal = Goal(
             lambda *outcome: self._finished(handle, *outcome),
             tolerances_of(message.path_tolerance),
@@ -85,7 +87,9 @@ class Trajectories(Commands):
             message.goal_time_tolerance.to_sec(),
         )
         try:
-            self._robot.call(lambda: self._pursue(handle, command_of(message.trajectory), goal))
+            self._robot.call(
+                lambda: self._pursue(handle, name, command_of(message.trajectory), goal)
+            )
         except (SimError, TimeoutError) as error:
             wrong = isinstance(error, JointsError)
             result.error_code = result.INVALID_JOINTS if wrong else result.INVALID_GOAL
@@ -93,28 +97,29 @@ class Trajectories(Commands):
             rospy.logerr("%s: goal is rejected: %s", self.name, error)
             handle.set_rejected(result, str(error))
 
-    def _pursue(self, handle, command, goal):
+    def _pursue(self, handle, name, command, goal):
         """Accept a goal (simulation thread, while the server waits for it)."""
         if not self._robot.manager.is_running(self._spec.name):
             raise ControllerError(f"controller '{self._spec.name}' does not run")
         self.controller.pursue(command, goal)
-        self._handle, self._goal = handle, goal
+        self._handle, self._goal, self._id = handle, goal, name
         self._action.say(handle.set_accepted)
 
     def _on_cancel(self, handle):
+        name = handle.get_goal_id().id
         try:
-            self._robot.call(lambda: self._cancel(handle))
+            self._robot.call(lambda: self._cancel(name))
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: goal cannot be cancelled: %s", self.name, error)
 
-    def _cancel(self, handle):
-        if ActionTopics.same(handle, self._handle):
+    def _cancel(self, name):
+        if name == self._id:
             self.controller.cancel(self._goal)
 
     def _finished(self, handle, outcome, code, text):
         """Report the end of a goal (simulation thread)."""
-        if ActionTopics.same(handle, self._handle):
-            self._handle = self._goal = None
+        if handle is self._handle:
+            self._handle = self._goal = self._id = None
         finish = {
             "succeeded": handle.set_succeeded,
             "aborted": handle.set_aborted,

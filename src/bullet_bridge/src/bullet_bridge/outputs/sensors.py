@@ -26,6 +26,7 @@ class Output:
 
     message = None
     relayed = True  # see publishing.publisher
+    reports = True  # it publishes periodically, so that its rate can be measured
     every_step = False  # update() is called after every step, not at the rate of the spec
 
     def __init__(self, world, model, spec, seed):

@@ -67,6 +67,7 @@ class HandOfGodOutput(Output):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
 
     message = TFMessage
+    reports = False
     every_step = True
 
     def __init__(self, world, model, spec, seed):
@@ -143,6 +144,7 @@ class JointPosesOutput(Output):
     """
 
     message = JointTrajectory
+    reports = False
     every_step = True
 
     def __init__(self, world, model, spec, seed):

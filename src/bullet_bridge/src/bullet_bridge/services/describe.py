@@ -60,6 +60,7 @@ class DescribeService:
                     "is_camera": isinstance(output, CameraOutput),
                 }
                 for output in outputs
+                if output.reports
             ],
             "warnings": grouped(warning for warning in found if not is_loss(warning)),
             "lost": [str(warning) for warning in found if is_loss(warning)],

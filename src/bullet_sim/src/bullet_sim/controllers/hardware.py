@@ -29,6 +29,7 @@ class Hardware:
         self._interfaces = interfaces or {}
         self._pids, self._targets, self._efforts = {}, {}, {}
         self._by_pid = {}
+        self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
         self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
 
     def put_before(self, joints, interfaces):
@@ -185,7 +186,7 @@ class Hardware:
         limit=math.inf,
     ):
         inertia = self._inertias.get(name)
-        if inertia is None or not is_stiff(pid.gains, goal, inertia, period):
+        if inertia is None or not self._is_stiff(name, pid.gains, goal, inertia, period):
             if self._tracked.pop(name, None) is not None:
                 self._joints.release([name])
             rate = None if moving is None else moving - velocity
@@ -199,6 +200,14 @@ class Hardware:
         efforts.pop(name, None)
         speed, effort = servo.target(pid.gains, error, own, pid.terms[1] + extra, period)
         self._tracked[name] = speed + (moving or 0.0), min(effort, limit)
+
+    def _is_stiff(self, name, gains, goal, inertia, period):
+        """As is_stiff, remembered for a joint as long as nothing changes."""
+        known = self._stiff.get(name)
+        if known is None or known[0] is not gains or known[1:3] != (goal, period):
+            known = (gains, goal, period, is_stiff(gains, goal, inertia, period))
+            self._stiff[name] = known
+        return known[3]
 
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""

@@ -31,7 +31,10 @@ def joint_inertias(lumped, fixed_base):
         frame = frames[joint.child]
         own, rest = (
             sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
-            for names in (beyond, set(lumped.links) - beyond)
+            for names in (
+                [name for name in lumped.links if name in beyond],  # in order: the same last bits
+                [name for name in lumped.links if name not in beyond],
+            )
         )
         result[joint.name] = own if fixed_base or not rest > 0 else own * rest / (own + rest)
     return result

@@ -16,9 +16,11 @@ STEER_BOT_SIM_TYPE = "steer_bot_hardware_gazebo/SteerBotHardwareGazebo"
 
 @dataclass
 class Geometry:
-    """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, or mesh.
+    """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, mesh, heightmap
+    (size [m]) or polyline (height [m]).
 
     Attributes:
+        points: corners (x, y) of a polyline [m].
         path, scale: file and size factors of a mesh; a negative factor mirrors.
         submesh: name of the one part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its middle is the origin.
@@ -30,6 +32,7 @@ class Geometry:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     submesh: str = ""
     centered: bool = False
+    points: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass

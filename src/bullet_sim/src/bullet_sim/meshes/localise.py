@@ -18,6 +18,7 @@ from bullet_sim.description.parts import Geometry
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes import check as mesh_check
 from bullet_sim.meshes import convert as mesh_convert
+from bullet_sim.meshes import terrain
 
 MAX_BYTES = 400_000_000  # of a mesh file
 
@@ -63,6 +64,9 @@ class _Store:
 
     def visual(self, shape):
         """Shapes that replace one visual: one for each material."""
+        if shape.geometry.kind in _MADE:
+            shape = replace(shape, color=self._color(shape), texture="")
+            return [replace(shape, geometry=self._made(shape.geometry))]
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [self._covered(shape)] if shape.texture else [shape]
@@ -83,6 +87,8 @@ class _Store:
 
     def collision(self, shape):
         """Shapes that replace one collision; materials are ignored."""
+        if shape.geometry.kind in _MADE:
+            return [replace(shape, geometry=self._made(shape.geometry))]
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [shape]
@@ -95,6 +101,22 @@ class _Store:
             return [shape]
         parts = self._converted(geometry, data, "collision", shape)
         return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
+
+    def _made(self, geometry):
+        """The mesh of a heightmap or a polyline."""
+        data = _read(geometry.path) if geometry.path else b""
+        key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
+
+        def make(folder):
+            path = os.path.join(folder, "shape.obj")
+            terrain.write_obj(path, *_MADE[geometry.kind](geometry))
+            return [{"file": path, "color": None}]
+
+        return Geometry("mesh", path=self._kept(key, make)[0]["file"])
+
+    @staticmethod
+    def _color(shape):
+        return mesh_convert.mean_color(shape.texture) if shape.texture else shape.color
 
     def _covered(self, shape):
         """A box with a texture on its sides; other shapes get the texture's mean colour."""
@@ -131,6 +153,12 @@ class _Store:
         with open(index, encoding="utf-8") as file:
             parts = json.load(file)
         return [dict(part, color=part["color"] and tuple(part["color"])) for part in parts]
+
+
+_MADE = {
+    "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
+    "polyline": lambda geometry: terrain.extruded(geometry.points, geometry.size[0]),
+}
 
 
 def _beside(path, geometry):

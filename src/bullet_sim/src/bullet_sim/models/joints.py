@@ -50,11 +50,11 @@ class Joints:
 
     def state(self):
         """Positions and velocities as two mappings from the joints' names."""
-        positions, velocities, _ = self._engine.read_joints(self._body)
-        return (
-            dict(zip(self._engine_order, positions.tolist())),
-            dict(zip(self._engine_order, velocities.tolist())),
-        )
+        states = self._engine.joint_states(self._body)
+        positions, velocities = {}, {}
+        for name, joint in zip(self._engine_order, states):
+            positions[name], velocities[name] = joint[0], joint[1]
+        return positions, velocities
 
     def positions_of(self, names):
         """Positions of some joints, as a tuple."""

@@ -1,5 +1,6 @@
 """<visual> and <collision> of SDF -> shapes, with colours and textures."""
 
+import os
 from dataclasses import replace
 
 from bullet_sim.description.finish import Finish
@@ -7,7 +8,14 @@ from bullet_sim.description.parts import Geometry, Shape
 from bullet_sim.formats.colors import rgba_of
 from bullet_sim.formats.geometry import mesh_geometry, usable_size
 from bullet_sim.formats.materials import script_material
-from bullet_sim.formats.xml_read import child_flag, child_floats, child_number, child_text, is_true
+from bullet_sim.formats.xml_read import (
+    child_flag,
+    child_floats,
+    child_number,
+    child_text,
+    floats,
+    is_true,
+)
 from bullet_sim.pose import Pose
 
 PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
@@ -42,6 +50,8 @@ def parse_shape(element, tag, link, pose, model, resolve):
     if parsed is None:
         return None
     turn = _plane_turn(geometry[0], what)
+    if parsed.kind == "heightmap":
+        turn = Pose(child_floats(geometry[0], "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
     shape = Shape(parsed, pose * turn, name=name, link=link)
     if tag == "collision":
         return shape
@@ -91,14 +101,43 @@ def _geometry(shape, what, model, resolve, tag):
                 centered=is_true(child_text(shape, "submesh/center", "false")),
             )
         return geometry
+    if shape.tag in ("heightmap", "polyline"):
+        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, what, model, resolve)
     if shape.tag != "empty":
         model.warn(
             f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
-            "mesh; it is left out",
+            "mesh, heightmap, polyline; it is left out",
             "shapes have a geometry that is unknown here and are left out",
             f"{what} <{shape.tag}>",
         )
     return None
+
+
+def _heightmap(shape, what, model, resolve):
+    uri = child_text(shape, "uri", "")
+    size = child_floats(shape, "size", 3, f"{what} heightmap", _ONE)
+    try:
+        path = resolve(shape.document.beside(uri))
+        found = os.path.isfile(path)
+    except ValueError:
+        found = False
+    if not found:
+        model.warn(
+            f"{what}: heightmap '{uri}' is not found; it is left out",
+            "heightmaps are missing and left out",
+            uri,
+        )
+        return None
+    return Geometry("heightmap", size, path=path)
+
+
+def _polyline(shape, what, model, _):
+    points = tuple(
+        floats(point.text or "", 2, f"{what} polyline point") for point in shape.findall("point")
+    )
+    return Geometry(
+        "polyline", (child_number(shape, "height", f"{what} polyline", 1.0),), points=points
+    )
 
 
 def _looks(element, shape, what, model, resolve):

@@ -1,0 +1,108 @@
+"""Heightmaps and polylines: meshes in closed form, in a world, and what cannot be used."""
+
+import numpy as np
+import pytest
+from bullet_sim.errors import ModelError
+from bullet_sim.meshes import terrain
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from PIL import Image
+
+SDF = (
+    '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision name="c">'
+    '<geometry>{0}</geometry></collision><visual name="v"><geometry>{0}</geometry></visual></link>'
+    "</model></sdf>"
+)
+
+
+@pytest.fixture(name="ramp")
+def _ramp(tmp_path):
+    """An image that gets brighter to the right, and black in its top row."""
+    grey = np.tile(np.linspace(0, 255, 33).astype(np.uint8), (33, 1))
+    grey[0] = 0
+    path = tmp_path / "ramp.png"
+    Image.fromarray(grey).save(path)
+    return str(path)
+
+
+def _volume(vertices, faces):
+    """Of a closed mesh whose faces look outwards."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+@pytest.mark.parametrize(
+    "points, area",
+    [
+        ([(0, 0), (2, 0), (2, 1), (0, 1)], 2.0),
+        ([(0, 0), (0, 1), (2, 1), (2, 0), (0, 0)], 2.0),  # the other way round, closed
+        ([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)], 7.0),  # a U
+    ],
+)
+def test_an_extruded_polygon_has_its_volume(points, area):
+    vertices, faces = terrain.extruded(points, 0.5)
+    assert _volume(vertices, faces) == pytest.approx(0.5 * area)
+    assert (vertices[:, 2].min(), vertices[:, 2].max()) == (0.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    "points, words",
+    [([(0, 0), (1, 0)], "2 corners"), ([(0, 0), (2, 2), (2, 0), (0, 2)], "sides that cross")],
+)
+def test_what_is_no_polygon_is_an_error(points, words):
+    with pytest.raises(ModelError, match=words):
+        terrain.extruded(points, 1.0)
+
+
+def test_a_heightmap_rises_with_the_grey_and_its_top_is_towards_y(ramp):
+    vertices, faces = terrain.heightmap(ramp, (8.0, 4.0, 2.0))
+    assert len(vertices) == 33 * 33 and len(faces) == 2 * 32 * 32
+    assert vertices.min(0).tolist() == [-4.0, -2.0, 0.0]
+    assert vertices.max(0).tolist() == [4.0, 2.0, 2.0]
+    assert vertices[vertices[:, 1] == 2.0][:, 2].max() == 0.0
+    bottom = vertices[vertices[:, 1] == -2.0]
+    assert bottom[:, 2] == pytest.approx((bottom[:, 0] + 4.0) / 4.0, abs=2.0 / 255)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()  # all look up
+
+
+def test_great_images_are_thinned_out(tmp_path):
+    path = tmp_path / "great.png"
+    Image.fromarray(np.full((600, 300), 51, np.uint8)).save(path)
+    vertices, _ = terrain.heightmap(str(path), (1.0, 1.0, 5.0))
+    assert len(vertices) == terrain.MAX_POINTS**2
+    assert vertices[:, 2] == pytest.approx(np.full(len(vertices), 1.0))
+
+
+def _hit(world, x, y):
+    """Height at which a ray from above hits."""
+    fractions, bodies = world.engine.ray_batch([(x, y, 10.0)], [(x, y, -10.0)])
+    return 10.0 - 20.0 * fractions[0] if bodies[0] >= 0 else None
+
+
+def test_both_are_hit_by_rays_where_they_should_be(ramp):
+    world = World()
+    heightmap = f"<heightmap><uri>{ramp}</uri><size>8 4 2</size><pos>10 0 1</pos></heightmap>"
+    world.spawn_sdf("ground", SDF.format(heightmap), Pose(), lambda uri: uri)
+    block = (
+        "<polyline><point>0 0</point><point>3 0</point><point>3 3</point><point>2 3</point>"
+        "<point>2 1</point><point>1 1</point><point>1 3</point><point>0 3</point>"
+        "<height>0.5</height></polyline>"
+    )
+    model = world.spawn_sdf("block", SDF.format(block), Pose(), str)
+    assert model.description.warnings == []
+    for x in (-2.0, 0.1, 3.0):
+        assert _hit(world, 10.0 + x, -1.0) == pytest.approx(1.0 + (x + 4.0) / 4.0, abs=0.02)
+    assert _hit(world, 0.5, 2.0) == pytest.approx(0.5, abs=1e-3)
+    assert _hit(world, 1.5, 2.0) is None  # between the arms of the U
+    world.close()
+
+
+def test_a_heightmap_that_is_missing_or_no_image_is_a_warning(tmp_path):
+    world = World()
+    (tmp_path / "text.png").write_text("no image")
+    for number, name in enumerate(("none.png", "text.png")):
+        text = SDF.format(f"<heightmap><uri>{tmp_path}/{name}</uri></heightmap>")
+        model = world.spawn_sdf(f"m{number}", text, Pose(), lambda uri: uri)
+        assert name in str(model.description.warnings)
+    world.close()
