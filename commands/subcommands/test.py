@@ -31,7 +31,7 @@ def add_arguments(parser):
 def run(arguments):
     """Becomes the test runner."""
     environ = environment.ready()
-    if "learning" in arguments:
+    if "learning" in arguments and "--list" not in arguments:
         from commands.bootstrap import learning
 
         learning.prepare()

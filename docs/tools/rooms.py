@@ -21,6 +21,7 @@ PLACES = {
     "deepracer_control": (3.3, 3.4),
     "deepracer_teleop": (4.95, 3.4),
     "cybertruck": (6.6, 3.4),
+    "paddock_gym": (8.25, 1.7),
 }
 WIDTH, HEIGHT, LINE = 1.45, 3.0, 0.17
 
@@ -74,12 +75,13 @@ def draw(axes, package):
 
 def main():
     """Writes the picture."""
-    figure, axes = pyplot.subplots(figsize=(12.0, 8.6))
+    figure, axes = pyplot.subplots(figsize=(14.2, 8.6))
     for package in PLACES:
         draw(axes, package)
     axes.text(0.0, 6.55, "robot packages: no import of the simulator", fontsize=9, style="italic")
+    axes.text(8.25, 4.85, "learning", fontsize=9, style="italic")
     axes.text(0.0, -0.3, "simulator; numbers: modules in a folder", fontsize=9, style="italic")
-    axes.set(xlim=(-0.2, 8.3), ylim=(-0.6, 6.8))
+    axes.set(xlim=(-0.2, 9.95), ylim=(-0.6, 6.8))
     axes.axis("off")
     target = ROOT / "docs" / "images" / "rooms.png"
     figure.savefig(target, dpi=90, bbox_inches="tight")

@@ -9,8 +9,11 @@ import tempfile
 
 from setuptools import find_packages, setup
 
-NEEDED = ("bullet_sim", "deepracer_control", "paddock_common", "track_model")
-SHARED = ("meshes", "tracks", "urdf", "worlds")  # folders of track_model
+NEEDED = ("bullet_sim", "cybertruck", "deepracer_control", "paddock_common", "track_model")
+SHARED = {  # folders of packages
+    "cybertruck": ("config", "meshes", "urdf"),
+    "track_model": ("meshes", "tracks", "urdf", "worlds"),
+}
 REQUIRES = (
     "glcontext>=2.3",
     "gymnasium>=1.0,<1.1",
@@ -38,9 +41,10 @@ def standalone():
         packages += [found for found in find_packages(folder) if found.split(".")[0] == name]
         places[name] = os.path.join(folder, name)
     data = []
-    for folder in SHARED:
-        files = glob.glob(os.path.join("..", "track_model", folder, "*"))
-        data.append((os.path.join("share", "track_model", folder), sorted(files)))
+    for package, folders in SHARED.items():
+        for folder in folders:
+            files = sorted(filter(os.path.isfile, glob.glob(f"../{package}/{folder}/*")))
+            data.append((os.path.join("share", package, folder), files))
     temporary = tempfile.mkdtemp(prefix="paddock_gym_")  # nothing is left in the sources
     return {
         "name": "paddock_gym",

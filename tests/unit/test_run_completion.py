@@ -28,10 +28,10 @@ done
 OFFERED = {
     "./run ": sorted(COMMANDS),
     "./run l": ["lap", "lockstep:="],
-    "./run tr": ["track:=", "truck"],
-    "./run lap --": ["--driver", "--help", "--starts", "--track"],
-    "./run lap --driver ": ["buttons", "line", "pursuit", "slider"],
-    "./run lap --driver p": ["pursuit"],
+    "./run tr": ["track:=", "train", "truck"],
+    "./run lap --": ["--driver", "--help", "--policy", "--starts", "--track"],
+    "./run lap --driver ": ["buttons", "line", "policy", "pursuit", "slider"],
+    "./run lap --driver p": ["policy", "pursuit"],
     "./run lap --track ": ["default", "easy", "hard", "medium"],
     "./run lap --driver line --track m": ["medium"],
     "./run world track:=ha": ["hard"],
@@ -84,7 +84,7 @@ def test_every_filter_that_is_offered_selects_a_test():
     assert done.returncode == 0
     listed = done.stdout
     stages = {line.split()[0] for line in listed.splitlines()}
-    assert stages == {"unit", "lint", "ros"}
+    assert stages == {"unit", "lint", "ros", "learning"}
     assert [word for word in offered if word not in stages and word not in listed] == []
 
 

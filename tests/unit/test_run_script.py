@@ -74,7 +74,7 @@ def test_help_lists_commands_and_launch_arguments():
     assert all(f"  {name} " in overview and about in overview for name, about in COMMANDS.items())
     world = run("world", "--help").stdout
     assert "renderer:=auto" in world and "auto, gl or tiny" in world
-    assert "slider, buttons, line or pursuit" in run("lap", "--help").stdout  # of a comment
+    assert "slider, buttons, line, pursuit or policy" in run("lap", "--help").stdout  # of a comment
     assert "--quick" in run("bench", "--help").stdout  # of bench/bench.py
     assert "--list" in run("test", "--help").stdout  # of tests/runner.py
 

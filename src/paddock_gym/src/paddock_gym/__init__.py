@@ -1,13 +1,13 @@
 """Learning to drive: Gymnasium environments on Paddock's simulation core, without ROS.
 
-Importing this package registers Paddock/DeepRacer-v0 where Gymnasium is installed.
+Importing this package registers its environments where Gymnasium is installed.
 """
 
 import importlib.util
 
 from paddock_gym.errors import GymError
 
-IDS = ("Paddock/DeepRacer-v0",)
+IDS = ("Paddock/DeepRacer-v0", "Paddock/CyberTruckBacking-v0")
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
 
@@ -20,6 +20,11 @@ def register():
             IDS[0],
             entry_point="paddock_gym.envs.deepracer:DeepRacerEnv",
             vector_entry_point="paddock_gym.envs.cars:CarsEnv",
+            max_episode_steps=MAX_STEPS,
+        )
+        gymnasium.register(
+            IDS[1],
+            entry_point="paddock_gym.envs.backing:BackingEnv",
             max_episode_steps=MAX_STEPS,
         )
 

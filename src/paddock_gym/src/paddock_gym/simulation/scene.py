@@ -95,6 +95,7 @@ class Scene:
         """Free engine and renderer."""
         if self._painter is not None:
             self._painter.close()
+            self._painter = None
         self.world.close()
 
 

@@ -8,6 +8,7 @@ from collections import deque
 from stable_baselines3.common.callbacks import BaseCallback
 
 from paddock_gym.course.judge import LAP
+from paddock_gym.errors import RewardError
 from paddock_gym.training.checkpoint import save
 from paddock_gym.training.workers import KEPT, LOST
 
@@ -48,6 +49,8 @@ class Watch(BaseCallback):
 
     def _on_step(self):
         for info in self.locals["infos"]:
+            if "error" in info:
+                raise RewardError(info["error"])
             if info.get("end") == LOST:
                 self._say("train: a worker died and was replaced; its run is lost")
             elif "episode" in info:

@@ -10,6 +10,8 @@ from stable_baselines3.common.vec_env import SubprocVecEnv
 from stable_baselines3.common.vec_env.base_vec_env import CloudpickleWrapper
 from stable_baselines3.common.vec_env.subproc_vec_env import _stack_obs, _worker
 
+from paddock_gym.errors import RewardError
+
 LOST = "worker lost"
 _GONE = (EOFError, ConnectionError, BrokenPipeError)
 KEPT = ("end", "progress", "time", "x", "y")  # of the last info, for the log of episodes
@@ -27,9 +29,29 @@ def factory(options):
         os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
         import paddock_gym  # noqa: F401  (registers the environment)
 
-        return Monitor(gymnasium.make("Paddock/DeepRacer-v0", **options), info_keywords=KEPT)
+        env = Reporting(gymnasium.make("Paddock/DeepRacer-v0", **options))
+        return Monitor(env, info_keywords=KEPT)
 
     return make
+
+
+class Reporting(gymnasium.Wrapper):
+    """Reports what a user's reward function raised: the run ends with info["error"]."""
+
+    def reset(self, **options):
+        """Start a run."""
+        self._last = self.env.reset(**options)
+        return self._last
+
+    def step(self, action):
+        """Take an action."""
+        try:
+            observation, reward, terminated, truncated, info = self.env.step(action)
+        except RewardError as error:
+            observation, info = self._last
+            return observation, 0.0, True, False, dict(info, error=str(error))
+        self._last = observation, info
+        return observation, reward, terminated, truncated, info
 
 
 class Workers(SubprocVecEnv):
