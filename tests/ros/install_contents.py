@@ -7,8 +7,17 @@ import xml.etree.ElementTree as ElementTree
 from install_tree import ROOT, cache_entry
 
 # What is no data of a package: its sources become modules and executables.
-NO_DATA = {"CMakeLists.txt", "CATKIN_IGNORE", "README.md", "setup.py"}
-NO_DATA_FOLDERS = {"__pycache__", "docs", "nodes", "scripts", "src", "test"}
+NO_DATA = {"CMakeLists.txt", "CATKIN_IGNORE", "README.md", "pyproject.toml", "setup.py"}
+NO_DATA_FOLDERS = {
+    "__pycache__",
+    ".pytest_cache",
+    "docs",
+    "nodes",
+    "packaging",
+    "scripts",
+    "src",
+    "test",
+}
 XML = {".launch", ".sdf", ".urdf", ".world", ".xacro", ".xml"}
 TEXT = {".config", ".rviz", ".yaml"}
 FIND = re.compile(r"\$\(find ([\w-]+)\)([^\s'\"<>:;,]*)")

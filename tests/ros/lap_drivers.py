@@ -37,7 +37,12 @@ class LapDrivers(LapCase):
         track = self.small_track()
         policy = lane_keeper(os.path.join(self.folder, "policy.onnx"), speed=-0.8)
         result = lap(
-            self.folder, paced(*LOOP), driver="policy", policy=policy, track=track, camera_rate=5
+            self.folder,
+            paced(*LOOP, lag=0.08),  # it acts each 0.067 s
+            driver="policy",
+            policy=policy,
+            track=track,
+            camera_rate=5,
         )
         self.assertTrue(result["ok"], result["error"])
         [start] = result["starts"]

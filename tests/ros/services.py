@@ -20,6 +20,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import ColorRGBA
 from std_srvs.srv import Empty
 from stepping import Time
 
@@ -171,12 +172,24 @@ class Services(unittest.TestCase):
         client.update_configuration({"gravity_z": 0.0, "sor_pgs_iters": 50})
         client.close()
 
-    def test_lights_are_refused_by_name(self):
+    def test_lights_are_read_changed_and_deleted(self):
+        seen = self.ok(call("get_light_properties", srv.GetLightProperties, "sun"))
+        self.assertGreater(seen.diffuse.r, 0.0)
+        request = srv.SetLightPropertiesRequest(light_name="sun", attenuation_constant=1.0)
+        request.diffuse = ColorRGBA(0.2, 0.3, 0.4, 1.0)
+        self.ok(call("set_light_properties", srv.SetLightProperties, request))
+        seen = self.ok(call("get_light_properties", srv.GetLightProperties, "sun"))
+        self.assertAlmostEqual(seen.diffuse.g, 0.3, places=6)
+        self.assertEqual(seen.attenuation_constant, 1.0)
+        request.light_name = "lamp"
+        for answer in (
+            call("get_light_properties", srv.GetLightProperties, "lamp"),
+            call("set_light_properties", srv.SetLightProperties, request),
+            call("delete_light", srv.DeleteLight, "lamp"),
+        ):
+            self.refused(answer, "light 'lamp'", "lights are sun")
+        self.ok(call("delete_light", srv.DeleteLight, "sun"))
         self.refused(call("get_light_properties", srv.GetLightProperties, "sun"), "light 'sun'")
-        self.refused(call("delete_light", srv.DeleteLight, "lamp"), "light 'lamp'")
-        self.refused(
-            call("set_light_properties", srv.SetLightProperties, light_name="lamp"), "light 'lamp'"
-        )
 
     # states -----------------------------------------------------------------------------------
     def test_states_go_through_frames(self):

@@ -32,6 +32,12 @@ def run(*arguments, root=ROOT, **options):
     return subprocess.run([str(root / "run"), *arguments], check=False, **options)
 
 
+def usual_signals():
+    """For preexec_fn: signals as in a terminal, also under nohup and in a background job."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def start(*arguments, root=ROOT, **options):
     """Starts ./run with pipes, in a session of its own, as from a terminal (SIGINT not ignored).
 
@@ -44,7 +50,7 @@ def start(*arguments, root=ROOT, **options):
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=usual_signals,
         **options,
     )
 

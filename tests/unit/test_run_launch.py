@@ -9,7 +9,7 @@ import time
 
 import pytest
 from roslaunch import arg_dump
-from run_rig import PATIENCE, ROOT
+from run_rig import PATIENCE, ROOT, usual_signals
 
 from commands import processes
 from commands.environment import logs
@@ -184,7 +184,7 @@ except errors.Interrupted as signal:
 def test_signals_reach_the_child(number):
     with subprocess.Popen(
         [sys.executable, "-c", WAITING, str(ROOT)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        text=True, preexec_fn=usual_signals,
     ) as process:  # fmt: skip
         assert process.stdout.readline() == "here\n"
         process.send_signal(number)

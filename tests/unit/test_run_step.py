@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from run_rig import PATIENCE, ROOT
+from run_rig import PATIENCE, ROOT, usual_signals
 
 # A step that runs one program, as cli would run it.
 STEP = """
@@ -29,7 +29,7 @@ def start(folder, program):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=usual_signals,
     )
 
 
