@@ -4,6 +4,9 @@ import sys
 
 import rospy
 
+from paddock_common.logs import bear_failures
+from paddock_common.orphans import end_with_roslaunch
+
 
 def start(name, make, errors=ValueError):
     """Starts a node.
@@ -17,7 +20,9 @@ def start(name, make, errors=ValueError):
     Returns:
         What `make` gave.
     """
+    bear_failures()
     rospy.init_node(name)
+    end_with_roslaunch()
     try:
         return make()
     except errors as error:

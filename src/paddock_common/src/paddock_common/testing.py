@@ -1,12 +1,15 @@
 """Shared by tests of several packages and by the bench: ports, processes and their end."""
 
+import contextlib
 import os
 import random
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
+from http.server import BaseHTTPRequestHandler, HTTPServer
 
 FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
 POLL_PERIOD = 0.005  # [s]
@@ -22,6 +25,30 @@ def free_port():
                 continue
             return port
     raise OSError(f"no free port found between {FIRST} and {LAST}")
+
+
+class _Page(BaseHTTPRequestHandler):
+    def do_POST(self):
+        self.rfile.read(int(self.headers["Content-Length"]))
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"<html><p>hello<br></html>")
+
+    def log_message(self, *_):
+        pass
+
+
+@contextlib.contextmanager
+def web_page():
+    """Yields the address of a server that gives a web page to whoever calls it by XML-RPC."""
+    with HTTPServer(("127.0.0.1", 0), _Page) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 def is_running(pid):
