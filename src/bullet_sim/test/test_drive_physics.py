@@ -105,8 +105,7 @@ class Car:
         self.run(0.3)
 
     def run(self, seconds):
-        for _ in range(round(seconds / self.world.time_step)):
-            self.world.step()
+        self.world.step(round(seconds / self.world.time_step))
 
     @property
     def rear_axle(self):
@@ -151,9 +150,7 @@ def test_straight(car):
     assert abs(math.degrees(car.model.pose.rpy[2])) < 0.2
 
 
-@pytest.mark.parametrize(
-    "degrees, speed", [(5, 1.0), (-10, 1.0), (10, 0.5), (20, 0.5), (-20, 1.0), (30, 0.5)]
-)
+@pytest.mark.parametrize("degrees, speed", [(5, 1.0), (-10, 1.0), (20, 0.5), (-20, 1.0), (30, 0.5)])
 def test_circle_radius_and_drift(car, degrees, speed):
     curvature = math.tan(math.radians(degrees)) / BASE
     lap = 2 * math.pi / abs(speed * curvature)
@@ -161,15 +158,16 @@ def test_circle_radius_and_drift(car, degrees, speed):
     car.drive(speed, curvature)
     car.run(0.5)
     points = []
-    for _ in range(40):  # two laps
-        car.run(lap / 20)
+    for _ in range(40):  # one lap
+        car.run(lap / 40)
         points.append(car.rear_axle)
-    (first, radius), (second, _) = (
+    _, radius = fit_circle(np.array(points))
+    (first, _), (second, _) = (
         fit_circle(np.array(points[:20])),
         fit_circle(np.array(points[20:])),
     )
     assert radius * abs(curvature) == pytest.approx(1.0, rel=0.01)
-    assert np.linalg.norm(second - first) < 0.01 * radius
+    assert np.linalg.norm(second - first) < 0.01 / 2 * radius  # within half a lap
 
 
 @pytest.mark.parametrize("engaged", [True, False])
@@ -178,8 +176,8 @@ def test_stays_where_it_stands(car, engaged):
         car.engage()
     car.run(1.0)
     start = car.rear_axle
-    car.run(10.0)
-    assert np.linalg.norm(car.rear_axle - start) < 1e-3 / 6
+    car.run(5.0)
+    assert np.linalg.norm(car.rear_axle - start) < 1e-3 / 12  # 1 mm in a minute
 
 
 def test_uncontrolled_wheels_yield_to_effort(car):

@@ -114,6 +114,36 @@ def test_no_rate_at_all_is_said():
     assert model.sensors[0].rate == 30 and "sensor 'eye'" in model.warnings[0]
 
 
+def test_a_multicamera_is_a_left_and_a_right_camera():
+    """With the topics, poses and baseline of libgazebo_ros_multicamera.so."""
+    camera = (
+        '<camera name="{}"><pose>0 {} 0 0 0 0</pose><image><width>{}</width><height>24</height>'
+        "</image></camera>"
+    )
+    inside = (
+        "<update_rate>15</update_rate>"
+        + camera.format("eye_left", 0, 32)
+        + camera.format("eye_right", -0.1, 40)
+        + camera.format("middle", 0, 32)
+    )
+    tags = (
+        "<cameraName>stereo</cameraName><imageTopicName>image_raw</imageTopicName>"
+        "<frameName>optical</frameName><hackBaseline>0.1</hackBaseline>"
+    )
+    model = read(sensor("multicamera", "libgazebo_ros_multicamera.so", tags, inside))
+    left, right = model.sensors
+    assert (left.topic, left.info_topic) == ("/stereo/left/image_raw", "/stereo/left/camera_info")
+    assert (right.topic, right.info_topic) == (
+        "/stereo/right/image_raw",
+        "/stereo/right/camera_info",
+    )
+    assert (left.baseline, right.baseline) == (0.0, 0.1)
+    assert (left.width, right.width, left.rate, left.frame_id) == (32, 40, 15.0, "optical")
+    assert left.pose[0] == (1, 0, 0) and right.pose[0] == (1, -0.1, 0)
+    (warning,) = [text for text in model.warnings if "multi" not in text]
+    assert "camera 'middle' is left out" in warning and "'left' or 'right'" in warning
+
+
 def test_camera_noise_format_and_baseline():
     inside = (
         "<update_rate>1</update_rate><camera><image><format>L8</format></image><noise>"

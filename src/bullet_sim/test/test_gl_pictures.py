@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bullet_sim.description.finish import Finish
+from bullet_sim.description.lens import Lens
 from bullet_sim.description.lights import SUN, Fog, Light, Scene
 from bullet_sim.description.parts import Geometry, Shape
 from bullet_sim.description.visual import VisualLink
@@ -310,3 +311,35 @@ def test_antialiasing_smooths_edges(gl):
     finally:
         smooth.close()
     assert len(np.unique(hard[:, :, 0])) == 2 and len(np.unique(soft[:, :, 0])) > 3
+
+
+def test_labels_tell_which_body_each_pixel_shows(gl):
+    """Also of two bodies alike, behind glass, in the dark and through a lens; never a mixture."""
+    cube = VisualLink(shapes=(box((1, 1, 1)),))
+    glass = VisualLink(shapes=(box((0.5, 0.5, 0.1), color=(1, 1, 1, 0.2)),))
+    bodies = {70000: (cube, (0, 0.8, 0)), 2: (cube, (0, -0.8, 0)), 3: (glass, (0, -0.8, 1))}
+    sources = [BodySource(key, "", False, (link,)) for key, (link, _) in bodies.items()]
+    gl.sync_sources(sources, replace(PLAIN, ambient=(0.0,) * 3, lights=()))
+    states = tuple(BodyState(key, at, (0, 0, 0, 1), ()) for key, (_, at) in bodies.items())
+    gl.apply(Snapshot(0.0, 0, states))
+    straight = gl.labels(view())
+    assert straight.dtype == np.int32 and straight.shape == (200, 200)
+    focal = 100 / np.tan(0.4)
+    left, right = 99.5 - 0.8 / 4.5 * focal, 99.5 + 0.8 / 4.5 * focal  # +y is to the left
+    assert straight[100, round(left)] == 70000 and straight[100, round(right)] == 3
+    assert straight[100, round(right - 0.4 / 4.5 * focal)] == 2
+    assert straight[10, 10] == 0 and straight[100, 100] == 0
+    area = (straight == 70000).sum() / (focal / 4.5) ** 2  # the cube's top, and a strip of a side
+    assert 1.0 <= area <= 1.15
+    for lens in (
+        {"distortion": (-0.3, 0.1, 0.0, 0.0, 0.0)},
+        {"lens": Lens(fov=2.0, function="tan"), "horizontal_fov": 0.8},
+    ):
+        bent = gl.labels(view(**lens))
+        assert set(np.unique(bent)) == {0, 2, 3, 70000}, lens
+
+
+def test_labels_do_not_change_the_picture(gl):
+    before = show(gl, PLAIN, FLOOR, box((1, 1, 1)))
+    gl.labels(view())
+    assert np.array_equal(gl.render(view()), before)

@@ -91,6 +91,16 @@ def test_box_is_where_camera_info_says(mirror, width, height, in_camera):
     check_outline(mirror.render(asked), asked, in_camera)
 
 
+def test_labels_are_where_the_picture_shows_the_box(mirror, sources):
+    mirror.apply(box_at((3, 0.5, 0.2)))
+    labels, rgb = mirror.labels(request()), mirror.render(request())
+    assert labels.dtype == np.int32
+    found = {source.key: (labels == source.key).sum() for source in sources}
+    red = red_pixels(rgb)
+    box = labels[red[0][1], red[0][0]]
+    assert found[box] == len(red) and (labels[red[:, 1], red[:, 0]] == box).all()
+
+
 def test_camera_turns_with_its_joint(mirror):
     mirror.apply(snapshot(pan=np.pi / 2, box=(0.0, 3.1, 1.0)))
     found = red_pixels(mirror.render(request()))

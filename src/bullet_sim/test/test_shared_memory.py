@@ -3,7 +3,7 @@
 import os
 
 import numpy as np
-from bullet_sim.render.shared_memory import ALIGNMENT, DoubleBuffer, SharedMemory, layout
+from bullet_sim.render.shared_memory import ALIGNMENT, BufferRing, SharedMemory, layout
 from test_render import request
 
 
@@ -31,42 +31,46 @@ def test_arrays_outlive_growth_and_end():
 
 
 def test_layouts_do_not_overlap():
-    cameras = [request("a", 3, 5, depth=True), request("b", 7, 1), request("c", 2, 2, depth=True)]
+    cameras = [
+        request("a", 3, 5, depth=True, labels=True),
+        request("b", 7, 1),
+        request("c", 2, 2, depth=True),
+        request("d", 5, 3, labels=True),
+    ]
     found, size = layout(cameras)
     parts = []
-    for camera, (colours, distances) in zip(cameras, found):
+    for camera, (colours, *others) in zip(cameras, found):
         pixels = camera.width * camera.height
         parts.append((colours, 3 * pixels))
-        assert (distances is not None) == camera.depth
-        if camera.depth:
-            parts.append((distances, 4 * pixels))
+        assert [part is not None for part in others] == [camera.depth, camera.labels]
+        parts += [(start, 4 * pixels) for start in others if start is not None]
     assert all(start % ALIGNMENT == 0 for start, _ in parts)
     for (start, length), following in zip(parts, [start for start, _ in parts[1:]] + [size]):
         assert start + length <= following
 
 
-def test_buffers_alternate_and_do_not_overlap():
+def test_buffers_take_turns_and_do_not_overlap():
     memory = SharedMemory()
-    buffers = DoubleBuffer(memory)
+    buffers = BufferRing(memory, 3)
     written = {}
     orders = [
         [request("a", 8, 8)],
         [request("a", 8, 8), request("b", 64, 64)],
         [request("b", 64, 64)],
         [request("a", 8, 8)],
-    ] * 2
-    before = None
+    ] * 6
+    kept = []
     for number, cameras in enumerate(orders):
         found = buffers.next_layout(cameras)
-        for camera, (offset, _) in zip(cameras, found):
+        for camera, (offset, *_) in zip(cameras, found):
             memory.array(offset, (camera.height, camera.width, 3), np.uint8)[:] = number
-        if before:  # the pictures of the last order are complete
-            for array, value in before:
-                assert (array == value).all()
-        before = [
+        for array, value in sum(kept, []):  # the pictures of the last two orders are complete
+            assert (array == value).all()
+        now = [
             (memory.array(offset, (camera.height, camera.width, 3), np.uint8), number)
-            for camera, (offset, _) in zip(cameras, found)
+            for camera, (offset, *_) in zip(cameras, found)
         ]
+        kept = [*kept[-1:], now]
         written[number] = os.fstat(memory.fd).st_size
-    assert written[3] == written[7], "as much memory as the largest orders need, no more"
+    assert written[11] == written[23], "as much memory as the largest orders need, no more"
     memory.close()

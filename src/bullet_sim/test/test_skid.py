@@ -19,22 +19,22 @@ def drive(world, left, right, radius, effort=1e4):
         world.engine.drive_velocity(model.body, number, speed / radius, effort)
 
 
-def turned(mass, half_base, half_track, left, right, radius=0.1, round_wheels=True, time=3.0):
-    """Rate of turn [rad/s] and speed [m/s], means over the last second."""
+def turned(mass, half_base, half_track, left, right, radius=0.1, round_wheels=True, time=1.5):
+    """Rate of turn [rad/s] and speed [m/s], means over the last half second."""
     base = skid_base(
         mass, half_base, half_track, radius, WHEEL_MASS * mass, round_wheels=round_wheels
     )
     world = world_of((ground(), None), (base, Pose((0, 0, radius))))
     drive(world, left, right, radius)
-    world.step(round((time - 1.0) * 1000))
+    world.step(round((time - 0.5) * 1000))
     rates, speeds = [], []
-    for _ in range(100):
+    for _ in range(50):
         world.step(10)
         _, _, linear, angular = world.models["skid"].link_motion("base")
         rates.append(angular[2])
         speeds.append(math.hypot(linear[0], linear[1]))
     world.close()
-    return sum(rates) / 100, sum(speeds) / 100
+    return sum(rates) / 50, sum(speeds) / 50
 
 
 def balance(mass, half_base, half_track, left, right, height, mu=0.8, gravity=9.81):
@@ -95,7 +95,7 @@ def test_turning_on_the_spot(mass, ratio, speed, round_wheels):
 )
 def test_arcs(mass, ratio, left, right):
     b, radius = 0.2, 0.1
-    rate, speed = turned(mass, ratio * b, b, left, right, time=4.0)
+    rate, speed = turned(mass, ratio * b, b, left, right, time=2.5)
     wanted, wanted_speed = balance(
         mass * (1 + 4 * WHEEL_MASS), ratio * b, b, left, right, height=radius
     )

@@ -111,3 +111,24 @@ def test_viewing_changes_nothing(world):
 
     spawn_car(world)
     assert states(look=True) == states(look=False)
+
+
+def test_contacts_and_link_frames_come_on_request(world):
+    car = spawn_car(world)
+    world.engine.set_gravity((0.0, 0.0, -9.81))
+    car.set_state(Pose((0.0, 1.0, 0.1), (0.0, 0.0, np.sin(np.pi / 4), np.cos(np.pi / 4))))
+    world.step(100)
+    observer = Observer(world)
+    plain = observer.view(False)
+    assert plain.contacts is None and plain.frames is None
+    observer.show("car", True)
+    view = observer.view(False)
+    own = view.contacts.places[:, 1] > 0.5  # the car's, not those of the wall
+    assert view.contacts.places[own][:, 2] == pytest.approx(0.0, abs=1e-3)
+    assert np.abs(view.contacts.normals[own][:, 2]) == pytest.approx(1.0)
+    assert view.contacts.forces[own].sum() == pytest.approx(9.81, rel=0.05)
+    assert view.frames.names == ("base", "mast")
+    assert view.frames.origins == pytest.approx(np.array([[0, 1, 0.1], [0, 1, 0.6]]), abs=1e-3)
+    assert view.frames.rotations[0][:, 0] == pytest.approx([0, 1, 0], abs=1e-3)  # its x is ahead
+    observer.show("gone", False)
+    assert observer.view(False).frames is None

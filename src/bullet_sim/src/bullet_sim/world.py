@@ -1,7 +1,5 @@
 """The world: models in an engine, simulated time, spawn, delete, reset, snapshots."""
 
-import shutil
-import tempfile
 from collections.abc import Callable
 
 from bullet_sim.description.lights import Scene
@@ -12,12 +10,15 @@ from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.models.contacts import PERIOD, Contacts
+from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
 from bullet_sim.models.order import ModelOrder
+from bullet_sim.models.plausibility import PERIOD
 from bullet_sim.pose import PLACEABLE, Point, Pose
 from bullet_sim.snapshot import BodySource, Snapshot
+from bullet_sim.system.folders import OwnFolder
+from bullet_sim.world_state import WorldState, check_state, restore, save
 
 Resolve = Callable[[str], str]  # URI -> path
 
@@ -38,7 +39,7 @@ class World:
         engine: Engine | None = None,
     ) -> None:
         self._engine = engine or Engine(time_step, gravity)
-        self._folder = tempfile.mkdtemp(prefix="bullet_sim_")
+        self._folder = OwnFolder()
         self._next_key = 0
         self.name = "default"
         self.scene = Scene()
@@ -97,7 +98,7 @@ class World:
     def close(self) -> None:
         """Free the engine and the temporary files."""
         self._engine.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.close()
 
     def load(self, described: WorldDescription) -> list[str]:
         """Load a WorldDescription: gravity, step and models.
@@ -148,7 +149,13 @@ class World:
                 f"pose of '{description.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
             )
         self._next_key += 1
-        model = Model(self._engine, self._next_key, description, pose.normalised(), self._folder)
+        folder = self._folder.path
+        try:
+            model = Model(self._engine, self._next_key, description, pose.normalised(), folder)
+        except OSError as error:  # the disk is full, or somebody has removed the folder
+            raise ModelError(
+                f"'{description.name}' cannot be prepared in {folder}: {error.strerror or error}"
+            ) from error
         self.models[description.name] = model
         self.contacts.model_added(model)
         model.on_moved = self.contacts.model_moved
@@ -256,6 +263,30 @@ class World:
         for model in self.models.values():
             model.reload()
             self.contacts.model_added(model)
+
+    def save_state(self) -> WorldState:
+        """Save bodies, joints, controllers, forces and the time.
+
+        Where links of several collision shapes touch something, and while a model is pushed out of
+        another, this clears the contacts, also for the world that goes on.
+        """
+        return save(self, self._order, self._next_check)
+
+    def restore_state(self, state: WorldState) -> str:
+        """Go back to a saved state; what follows is equal to the bit to what followed then.
+
+        Properties (masses, gravity, lights) stay as they are now.
+
+        Returns:
+            What is not as it was, one sentence, or ''.
+
+        Raises:
+            WorldError: models or controllers came or went since; nothing has changed then.
+        """
+        check_state(self, state)
+        note = restore(self, state, self._reload)
+        self.step_count, self._next_check = state.step_count, state.next_check
+        return note
 
     def sources(self) -> list[BodySource]:
         """BodySources of all models, for a mirror."""

@@ -167,47 +167,38 @@ class Hardware:
         Returns:
             The effort that the PID gives [N m, N].
         """
-        self._regulate(
-            self._efforts, name, pid, goal, error, velocity, period, moving, extra, limit
-        )
+        place = self._efforts, name
+        self._regulate(place, pid, goal, error, velocity, period, moving, extra, limit)
         return pid.output
 
     def _regulate(
-        self,
-        efforts,
-        name,
-        pid,
-        goal,
-        error,
-        velocity,
-        period,
-        moving=None,
-        extra=0.0,
-        limit=math.inf,
+        self, place, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
     ):
-        inertia = self._inertias.get(name)
-        if inertia is None or not self._is_stiff(name, pid.gains, goal, inertia, period):
-            if self._tracked.pop(name, None) is not None:
+        """As regulate; place: (mapping that takes the effort, name of the joint)."""
+        efforts, name = place
+        gains, known = pid.gains, self._stiff.get(name)
+        if known is None or known[0] is not gains or known[1] != goal or known[2] != period:
+            inertia = self._inertias.get(name)
+            stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
+            known = self._stiff[name] = gains, goal, period, stiff
+        if not known[3]:
+            if name in self._tracked:
+                del self._tracked[name]
                 self._joints.release([name])
             rate = None if moving is None else moving - velocity
             efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
             return
         servo = self._servos.get(name)
         if servo is None or servo.goal != goal or name not in self._tracked:
-            servo = self._servos[name] = SERVOS[goal](inertia)
-        own = velocity - (moving or 0.0)  # as seen from the goal
-        pid.compute(error, period, error_rate=-own if goal == "position" else 0.0)
-        efforts.pop(name, None)
-        speed, effort = servo.target(pid.gains, error, own, pid.terms[1] + extra, period)
-        self._tracked[name] = speed + (moving or 0.0), min(effort, limit)
-
-    def _is_stiff(self, name, gains, goal, inertia, period):
-        """As is_stiff, remembered for a joint as long as nothing changes."""
-        known = self._stiff.get(name)
-        if known is None or known[0] is not gains or known[1:3] != (goal, period):
-            known = (gains, goal, period, is_stiff(gains, goal, inertia, period))
-            self._stiff[name] = known
-        return known[3]
+            servo = self._servos[name] = SERVOS[goal](self._inertias[name])
+        own = velocity if moving is None else velocity - moving  # as seen from the goal
+        pid.compute(error, period, -own if goal == "position" else 0.0)
+        if name in efforts:
+            del efforts[name]
+        speed, effort = servo.target(gains, error, own, pid.terms[1] + extra, period)
+        if moving is not None:
+            speed += moving
+        self._tracked[name] = speed, effort if effort < limit else limit
 
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""
@@ -246,20 +237,28 @@ class Hardware:
                     if kind == "velocity"
                     else position_error(self.limits[name], positions[name], target)
                 )
-                self._regulate(
-                    self._by_pid, name, self._pids[name], kind, error, velocities[name], period
-                )
-        efforts = {}
-        for wanted in (self._efforts, self._by_pid):
-            for name, effort in wanted.items():
-                low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
-                efforts[name] = min(max(effort, low), high) if math.isfinite(effort) else 0.0
-        self._joints.apply_efforts(efforts)
-        for name, (speed, effort) in self._tracked.items():
-            low, high = self._joints.effort_bounds(name, positions[name], velocities[name])
-            most = high if speed > velocities[name] else -low
-            effort = min(effort, most) if math.isfinite(effort) else 0.0
-            self._joints.track(name, speed if math.isfinite(speed) else 0.0, effort)
+                place = self._by_pid, name
+                self._regulate(place, self._pids[name], kind, error, velocities[name], period)
+        joints, is_finite = self._joints, math.isfinite
+        if self._efforts or self._by_pid:
+            efforts = {}
+            for wanted in (self._efforts, self._by_pid):
+                for name, effort in wanted.items():
+                    low, high = joints.effort_bounds(name, positions[name], velocities[name])
+                    efforts[name] = min(max(effort, low), high) if is_finite(effort) else 0.0
+            joints.apply_efforts(efforts)
+        if self._tracked:
+            targets = {}
+            for name, (speed, effort) in self._tracked.items():
+                velocity = velocities[name]
+                low, high = joints.effort_bounds(name, positions[name], velocity)
+                most = high if speed > velocity else -low
+                if not is_finite(effort):
+                    effort = 0.0
+                elif effort > most:
+                    effort = most
+                targets[name] = speed if is_finite(speed) else 0.0, effort
+            joints.track(targets)
 
     def _speed_error(self, name, target, velocity):
         limit = self.limits[name].velocity or abs(target)

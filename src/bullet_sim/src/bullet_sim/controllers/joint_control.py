@@ -18,6 +18,7 @@ class Controller:
     periodic = False  # whether update() is to be called before physics steps
     pids = ()
     sample = None
+    goal = None  # of an action that is pursued
 
     def __init__(self, spec, hardware):
         self.spec = spec
@@ -34,6 +35,22 @@ class Controller:
     def restart(self, time):
         """Restart after a reset of the world."""
         self.start(time)
+
+    def resume(self, goal):
+        """Go on from a restored state.
+
+        Args:
+            goal: that was pursued before it was restored, or None.
+
+        That goal is cancelled unless it is the restored one. A restored one that has ended since
+        has nobody to report to: the motion goes on without it.
+        """
+        if goal is not self.goal:
+            self.goal = goal
+            self._finish("canceled")
+
+    def _finish(self, outcome):
+        """End the goal, if there is one."""
 
     def check(self, values):
         """Check a command: a sequence of numbers; returns it as a tuple of floats.
@@ -112,7 +129,6 @@ class PidControl(Controller):
 
     Attributes:
         pids: one Pid a joint.
-        sample: Sample of the first joint, None before the first update.
     """
 
     periodic = True
@@ -120,15 +136,15 @@ class PidControl(Controller):
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
         self.pids = tuple(Pid(gains) for gains in spec.gains)
-        self._command = ()
-        self._write = {"velocity": hardware.velocities, "effort": hardware.efforts}[
-            spec.kind.interface
-        ]
+        self._command, self._last = (), None
+        self._joints, self._goal = spec.joints, spec.kind.goal
+        self._by_velocity = spec.kind.interface == "velocity"
+        self._write = hardware.velocities if self._by_velocity else hardware.efforts
 
     def start(self, time):
         """Hold the joints where they are, or at rest."""
         joints = self.spec.joints
-        self.sample = None
+        self._last = None
         for pid in self.pids:
             pid.reset()
         self._command = (
@@ -145,25 +161,30 @@ class PidControl(Controller):
     def update(self, state, time, period):
         """One computation of each PID."""
         positions, velocities = state
-        outputs, first, goal = [], None, self.spec.kind.goal
-        for joint, pid, target in zip(self.spec.joints, self.pids, self._command):
+        hardware, goal = self.hardware, self._goal
+        outputs, first = [], None
+        for joint, pid, target in zip(self._joints, self.pids, self._command):
+            rate = velocities[joint]
             if goal == "position":
-                limits = self.hardware.limits[joint]
+                limits = hardware.limits[joint]
                 if limits.lower is not None:
                     target = min(max(target, limits.lower), limits.upper)
-                value = positions[joint]
+                value, moving = positions[joint], rate
                 error = position_error(limits, value, target)
             else:
-                value = velocities[joint]
+                value, moving = rate, 0.0
                 error = target - value
-            rate = velocities[joint]
-            outputs.append(self._output(joint, pid, error, rate, period))
-            first = first or (target, value, rate if goal == "position" else 0.0, error)
-        if self.spec.kind.interface == "velocity":
-            self.hardware.velocities(self.spec.joints, outputs)
-        self.sample = Sample(time, period, *first, outputs[0])
+            if self._by_velocity:
+                outputs.append(pid.compute(error, period))
+            else:
+                outputs.append(hardware.regulate(joint, pid, goal, error, rate, period))
+            if first is None:
+                first = target, value, moving, error
+        if self._by_velocity:
+            hardware.velocities(self._joints, outputs)
+        self._last = time, period, *first, outputs[0]
 
-    def _output(self, joint, pid, error, rate, period):
-        if self.spec.kind.interface == "velocity":
-            return pid.compute(error, period)
-        return self.hardware.regulate(joint, pid, self.spec.kind.goal, error, rate, period)
+    @property
+    def sample(self):
+        """Sample of the first joint; None before the first update."""
+        return None if self._last is None else Sample(*self._last)

@@ -28,7 +28,7 @@ class Manager:
         self.hardware = Hardware(joints, getattr(description, "transmissions", None), inertias)
         self._period = getattr(description, "control_period", 0.0)
         self._loaded, self._states = {}, {}
-        self._running_periodic = False
+        self._periodic = []  # the running controllers to be updated, in order of loading
         self.time = self._since = 0.0
         self._due = True
 
@@ -115,10 +115,11 @@ class Manager:
         for name in starting:
             self._states[name] = RUNNING
             self._loaded[name].start(self.time)
-        self._running_periodic = any(
-            controller.periodic and self.is_running(name)
+        self._periodic = [
+            controller
             for name, controller in self._loaded.items()
-        )
+            if controller.periodic and self.is_running(name)
+        ]
         return left_out
 
     def _startable(self, start, stopping, strict, left_out):
@@ -186,7 +187,7 @@ class Manager:
     @property
     def periodic(self):
         """Whether update() has to be called before every physics step."""
-        return self._running_periodic or self.hardware.periodic
+        return bool(self._periodic) or self.hardware.periodic
 
     def update(self, period):
         """Before a physics step: update controllers that are due, then write the joints' efforts.
@@ -199,9 +200,8 @@ class Manager:
         if self._due or self._since >= self._period - 1e-9:
             elapsed = max(self._since, period)
             self._due, self._since = False, 0.0
-            for name, controller in self._loaded.items():
-                if controller.periodic and self.is_running(name):
-                    controller.update(state, self.time, elapsed)
+            for controller in self._periodic:
+                controller.update(state, self.time, elapsed)
         self.hardware.write(state, elapsed)
         self.time += period
         self._since += period
@@ -209,9 +209,8 @@ class Manager:
     def observe(self):
         """Update odometry to the present, for publishing it."""
         state = self.hardware.state()
-        for name, controller in self._loaded.items():
-            if controller.periodic and self.is_running(name):
-                controller.observe(state, self.time)
+        for controller in self._periodic:
+            controller.observe(state, self.time)
 
     def restart(self):
         """Give every running controller the state that it has right after its start."""
@@ -221,6 +220,10 @@ class Manager:
         for name, controller in self._loaded.items():
             if self.is_running(name):
                 controller.restart(0.0)
+
+    def controllers(self):
+        """The loaded Controllers, in order of loading."""
+        return tuple(self._loaded.values())
 
     def list(self):
         """(ControllerSpec, state) of every loaded controller, in order of loading."""

@@ -74,13 +74,19 @@ class Pid:
             return 0.0
         gains = gains or self.gains
         self.error, self.error_rate, self._last_error = error, error_rate, error
-        self.integral += error * period
+        integral = self.integral + error * period
         if gains.antiwindup and gains.i != 0:
             bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
-            self.integral = min(max(self.integral, bounds[0]), bounds[1])
-        by_integral = min(max(gains.i * self.integral, gains.i_clamp_min), gains.i_clamp_max)
-        self.terms = (gains.p * error, by_integral, gains.d * error_rate)
-        output = sum(self.terms)
+            integral = min(max(integral, bounds[0]), bounds[1])
+        self.integral = integral
+        by_integral = gains.i * integral
+        if by_integral < gains.i_clamp_min:
+            by_integral = gains.i_clamp_min
+        elif by_integral > gains.i_clamp_max:
+            by_integral = gains.i_clamp_max
+        by_error, by_rate = gains.p * error, gains.d * error_rate
+        self.terms = by_error, by_integral, by_rate
+        output = 0.0 + by_error + by_integral + by_rate
         self.output = output if math.isfinite(output) else 0.0
         return self.output
 

@@ -86,6 +86,7 @@ class PositionServo:
     def __init__(self, inertia):
         self._inertia = inertia
         self._mean = self._end = None  # velocities expected of and after the last period
+        self._gains = self._period = self._motion = None  # result of oscillator for these gains
 
     def target(self, gains, error, velocity, by_integral, period):
         """Velocity that the motor is to track for a period, and how strong it may be.
@@ -104,7 +105,10 @@ class PositionServo:
             Velocity [rad/s, m/s], effort [N m, N].
         """
         now = velocity if self._mean is None else self._end + velocity - self._mean
-        phi, psi, phi_rate, psi_rate = oscillator(gains.p, gains.d, self._inertia, period)
+        if gains is not self._gains or period != self._period:
+            self._gains, self._period = gains, period
+            self._motion = oscillator(gains.p, gains.d, self._inertia, period)
+        phi, psi, phi_rate, psi_rate = self._motion
         start = (gains.p * error + by_integral) / self._inertia
         self._mean = (phi * now + psi * start) / period
         self._end = phi_rate * now + psi_rate * start
@@ -118,11 +122,14 @@ class VelocityServo:
 
     def __init__(self, inertia):
         self._inertia = inertia
+        self._gains = self._period = self._share = None  # of the error, that a period corrects
 
     def target(self, gains, error, velocity, by_integral, period):
         """As PositionServo.target; the error is one of velocity."""
-        share = -math.expm1(-gains.p * period / (self._inertia + gains.d))
-        wanted = velocity + share * (error + by_integral / gains.p)
+        if gains is not self._gains or period != self._period:
+            self._gains, self._period = gains, period
+            self._share = -math.expm1(-gains.p * period / (self._inertia + gains.d))
+        wanted = velocity + self._share * (error + by_integral / gains.p)
         return wanted, abs(gains.p * error + by_integral)
 
 

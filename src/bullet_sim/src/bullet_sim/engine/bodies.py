@@ -3,6 +3,7 @@
 from bullet_sim.engine.library import p
 from bullet_sim.engine.motion import Motion
 from bullet_sim.engine.motors import Motors
+from bullet_sim.engine.saving import Saving
 from bullet_sim.errors import ModelError
 from bullet_sim.system.output import silenced
 
@@ -17,7 +18,7 @@ _FLAGS = (
 )
 
 
-class Bodies(Motion, Motors):
+class Bodies(Motion, Motors, Saving):
     """The bodies of a world, from URDF files."""
 
     def load(
@@ -65,6 +66,7 @@ class Bodies(Motion, Motors):
         self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
         if not fixed_base:
             self._free.add(body)
+        self._note_layout("load", body, len(joints))
         self._prepare_dynamics(body, joints)
         self.set_base_pose(body, position, orientation)
         return body
@@ -102,6 +104,8 @@ class Bodies(Motion, Motors):
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._scaled = {key for key in self._scaled if key[0] != body}
         self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
+        self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
+        self._note_layout("remove", body)
 
     def joint_names(self, body):
         """Names of the movable joints, in joint order."""
@@ -132,6 +136,7 @@ class Bodies(Motion, Motors):
     def disable_self_collision(self, body, first, second):
         """Disable collision between two links of a body."""
         p.setCollisionFilterPair(body, body, first, second, 0, physicsClientId=self._client)
+        self._note_layout("pair", body, body)
 
     def set_mass(self, body, link, mass, moments):
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""

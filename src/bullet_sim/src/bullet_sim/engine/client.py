@@ -31,6 +31,8 @@ class Client:
         self._friction, self._scaled = {}, set()  # coefficients that were set, anisotropic links
         self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
+        self._motors = {}  # (body, joint) -> (method, its arguments after the body) of its motor
+        self.layout = 0  # see saving.py
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
@@ -95,8 +97,43 @@ class Client:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
         p.restoreState(stateId=number, physicsClientId=self._client)
 
+    def link_velocity(self, body, link):
+        """Centre of mass (3,) [m] of a link, and its linear and angular velocity; world axes.
+
+        Args:
+            link: index as link_indices gives it.
+
+        Returns:
+            centre, linear [m/s], angular [rad/s], and the pose (position, quaternion) of the
+            frame that PyBullet keeps: of the root link that of its inertia, else the link's own.
+        """
+        if link < 0:
+            place = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            return place[0], *p.getBaseVelocity(body, physicsClientId=self._client), place
+        state = p.getLinkState(
+            body,
+            link,
+            computeLinkVelocity=1,
+            computeForwardKinematics=1,
+            physicsClientId=self._client,
+        )
+        return state[0], state[6], state[7], state[4:6]
+
     def step(self, count=1):
         """Advance by `count` time steps."""
         step, client = p.stepSimulation, self._client
         for _ in range(count):
             step(client)
+
+
+def velocity_at(point, centre, linear, angular):
+    """Velocity (3,) of a rigid body's material at a point.
+
+    Args:
+        point, centre: (3,) [m].
+        linear: (3,) [m/s] of the centre.
+        angular: (3,) [rad/s].
+    """
+    (u, v, w), (a, b, c) = linear, angular
+    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
+    return u + b * z - c * y, v + c * x - a * z, w + a * y - b * x

@@ -15,6 +15,7 @@ class Motors(Client):
 
     def drive_velocity(self, body, joint, velocity, effort):
         """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
+        self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -24,8 +25,23 @@ class Motors(Client):
             physicsClientId=self._client,
         )
 
+    def drive_velocities(self, body, joints, velocities, efforts):
+        """As drive_velocity, of several joints in one call."""
+        movable, motors = self._movable[body], self._motors
+        for command in zip(joints, velocities, efforts):
+            motors[body, command[0]] = "drive_velocity", command
+        p.setJointMotorControlArray(
+            body,
+            [movable[joint] for joint in joints],
+            p.VELOCITY_CONTROL,
+            targetVelocities=velocities,
+            forces=efforts,
+            physicsClientId=self._client,
+        )
+
     def drive_position(self, body, joint, position, effort, velocity):
         """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
+        self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
         p.setJointMotorControl2(
             body,
             self._movable[body][joint],
@@ -43,6 +59,7 @@ class Motors(Client):
 
         The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
         """
+        self._motors[body, joint] = "release", (joint,)
         index = self._movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
         p.setJointMotorControl2(

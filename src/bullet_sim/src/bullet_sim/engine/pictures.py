@@ -52,6 +52,18 @@ class Pictures(Client):
         rgb, _ = self.render_with_depth(width, height, view, projection, shadow)
         return rgb
 
+    def bodies_seen(self, width, height, view, projection):
+        """Which body each pixel shows, as render: (H, W) int, -1 where nothing is."""
+        picture = p.getCameraImage(
+            width,
+            height,
+            viewMatrix=view,
+            projectionMatrix=projection,
+            renderer=p.ER_TINY_RENDERER,
+            physicsClientId=self._client,
+        )
+        return np.asarray(picture[4], dtype=np.int64).reshape(height, width)
+
     def render_with_depth(self, width, height, view, projection, shadow=False, out=None):
         """As render, with the depth buffer (H, W) float32 in 0..1 (1 = nothing there).
 

@@ -85,6 +85,20 @@ class Sensing(Client):
             found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
         return found
 
+    def all_contacts(self):
+        """Contact points of all bodies that press, as of the last step.
+
+        Returns:
+            (n, 3) places [m], (n, 3) unit normals, (n,) normal forces [N], in the world frame.
+        """
+        points = [
+            (point[5], point[7], point[9])
+            for point in p.getContactPoints(physicsClientId=self._client)
+            if point[9] > 0.0
+        ]
+        places, normals, forces = zip(*points) if points else ((), (), ())
+        return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
+
     def contact_count(self, body, link):
         """Number of contact points of one link."""
         return len(p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client))

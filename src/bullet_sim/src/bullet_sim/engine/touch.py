@@ -2,8 +2,9 @@
 
 import math
 
-from bullet_sim.engine.client import Client
+from bullet_sim.engine.client import velocity_at
 from bullet_sim.engine.library import p
+from bullet_sim.engine.saving import Saving
 
 _SATURATED = 0.98  # of the friction limit: from here on a contact counts as sliding
 _MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
@@ -13,7 +14,7 @@ _COMMON, _SHIFT = 3, 8
 _STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
 
 
-class Touch(Client):
+class Touch(Saving):
     """Contacts between bodies."""
 
     def set_friction(self, body, link, friction, scale=None):
@@ -41,16 +42,19 @@ class Touch(Client):
         p.setCollisionFilterGroupMask(
             body, link, own, own | (_COMMON if bits else 0), physicsClientId=self._client
         )
+        self._note_layout("mask", body, link)
 
     def set_ghost(self, body, link):
         """Let a link touch only what never moves; rays go through it."""
         p.setCollisionFilterGroupMask(body, link, _GHOST, _STATIC, physicsClientId=self._client)
+        self._note_layout("mask", body, link)
 
     def set_pair_collision(self, body, link, other, other_link, collide):
         """Enable or disable collision between two links of different bodies."""
         p.setCollisionFilterPair(
             body, other, link, other_link, int(collide), physicsClientId=self._client
         )
+        self._note_layout("pair", body, other)
 
     def touching(self, body):
         """Pairs in contact as of the last step.
@@ -127,21 +131,8 @@ class Touch(Client):
 
     def _point_velocity(self, body, link, point):
         """Velocity (3,) of the material of a link at a world point."""
-        if link < 0:
-            centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
-            linear, angular = p.getBaseVelocity(body, physicsClientId=self._client)
-        else:
-            state = p.getLinkState(
-                body,
-                link,
-                computeLinkVelocity=1,
-                computeForwardKinematics=1,
-                physicsClientId=self._client,
-            )
-            centre, linear, angular = state[0], state[6], state[7]
-        (u, v, w), (a, b, c) = linear, angular
-        x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
-        return (u + b * z - c * y, v + c * x - a * z, w + a * y - b * x)
+        centre, linear, angular, _ = self.link_velocity(body, link)
+        return velocity_at(point, centre, linear, angular)
 
     def apply_force(self, body, link, force, point):
         """Apply a force (3,) [N] to a link at a world point for the next step only."""

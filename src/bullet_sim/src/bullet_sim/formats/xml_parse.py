@@ -20,13 +20,16 @@ _MARKS = (
 )
 _DECLARED = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([\w.:-]+)[\"']")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
-# The parts of an XML text as TinyXML sees them; quotes may hold < and >, values may lack quotes.
-_PARTS = re.compile(
-    r"(?P<comment><!--.*?-->)|(?P<data><!\[CDATA\[.*?\]\]>)|(?P<other><(?:\?|!(?!--|\[CDATA\[)).*?>)"
-    r"|(?P<tag></?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*>)|(?P<text>[^<]+|<)",
-    re.DOTALL,
+DEEPEST = 100  # elements within each other, as in TinyXML
+# The parts of an XML text as TinyXML sees them, by what they begin and end with; quotes of a tag
+# may hold < and >, values may lack quotes.
+_ENDS = (("comment", "<!--", "-->"), ("data", "<![CDATA[", "]]>"), ("other", "<?", ">"))
+_ENDS += (("other", "<!", ">"),)
+_TAG = re.compile(r"</?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*+>")
+_UNCLOSED = 50  # tags that nothing closes; later ones are not looked at
+_ATTRIBUTE = re.compile(
+    r"(?<![^\s=/\"'<>])([^\s=/\"'<>]++)\s*+=\s*+(\"[^\"]*\"|'[^']*'|[^\s\"'/>]+)"
 )
-_ATTRIBUTE = re.compile(r"([^\s=/\"'<>]+)\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s\"'/>]+)")
 _BARE = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[1-9]\d*|#x[1-9a-fA-F][\da-fA-F]*);)")
 
 
@@ -136,12 +139,26 @@ def _built(text, document):
     parser = expat.ParserCreate("utf-8")  # whatever its declaration says
     parser.buffer_text = True
 
+    depth = 0
+
     def begin(tag, attributes):
+        nonlocal depth
+        depth += 1
+        line = above + parser.CurrentLineNumber
+        if depth > DEEPEST:
+            raise ModelError(
+                f"{document.name} has more than {DEEPEST} elements within each other at line {line}"
+            )
         node = builder.start(tag, attributes)
-        node.document, node.line = document, above + parser.CurrentLineNumber
+        node.document, node.line = document, line
+
+    def end(tag):
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
 
     parser.StartElementHandler = begin
-    parser.EndElementHandler = builder.end
+    parser.EndElementHandler = end
     parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(text[start:].encode("utf-8", "replace"), True)
@@ -161,8 +178,7 @@ def mended(text):
     """
     out, depth, begun = [], 0, False
     text = _CONTROL.sub("", text)
-    for part in _PARTS.finditer(text):
-        kind, found = part.lastgroup, part.group()
+    for kind, found, place in _parts(text):
         if kind == "tag":
             closes, empty = found.startswith("</"), found.endswith("/>")
             depth += -1 if closes else 0 if empty else 1
@@ -171,7 +187,7 @@ def mended(text):
         elif kind == "data" and depth:
             out.append(found)
         elif found == "<":
-            out.append("<" if text[part.end() : part.end() + 1] in "!?" else "")
+            out.append("<" if text[place : place + 1] in "!?" else "")
         elif kind == "text" and depth:
             out.append(_BARE.sub("&amp;", found).replace(">", "&gt;"))
         else:
@@ -179,6 +195,36 @@ def mended(text):
         if begun and depth <= 0:
             break
     return "".join(out)
+
+
+def _parts(text):
+    """Parts of a text: kind, what it is, where it ends. Takes time in proportion to its length."""
+    place, unclosed = 0, {}  # kind -> how many of them had no end
+    while place < len(text):
+        kind, end = "text", text.find("<", place)
+        if end == place:
+            kind, end = _part_at(text, place, unclosed)
+        end = len(text) if end < 0 else end
+        yield kind, text[place:end], end
+        place = end
+
+
+def _part_at(text, place, unclosed):
+    """Kind and end of what begins with the < at a place; one that nothing closes is a text."""
+    for kind, start, stop in _ENDS:
+        if text.startswith(start, place):
+            end = -1 if start in unclosed else text.find(stop, place + len(start))
+            if end >= 0:
+                return kind, end + len(stop)
+            unclosed[start] = 1
+            return "text", place + 1
+    if unclosed.get("tag", 0) < _UNCLOSED:
+        found = _TAG.match(text, place)
+        if found is not None:
+            return "tag", found.end()
+        if text[place + 1 : place + 2].isalpha():
+            unclosed["tag"] = unclosed.get("tag", 0) + 1
+    return "text", place + 1
 
 
 def _mended_tag(tag, empty):

@@ -4,6 +4,10 @@ import os
 import re
 from urllib.parse import unquote
 
+from bullet_sim.errors import ModelError
+from bullet_sim.meshes.looks import TooLarge, opened
+
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff")
 TEXTURES = os.path.join("..", "materials", "textures")  # of a Gazebo model, beside its meshes
 
 
@@ -15,6 +19,7 @@ class Beside:
     """
 
     def __init__(self, path):
+        self.faults = []  # of pictures that cannot be used, which trimesh leaves out silently
         self._folder = os.path.dirname(os.path.abspath(path))
 
     def get(self, name):
@@ -30,8 +35,19 @@ class Beside:
         for place in (name, plain, os.path.join(TEXTURES, plain)):
             path = os.path.normpath(os.path.join(self._folder, place))
             if os.path.isfile(path):
-                with open(path, "rb") as file:
-                    return file.read()
+                return self._read(path)
         raise FileNotFoundError(f"'{name}' is neither in '{self._folder}' nor in its {TEXTURES}")
+
+    def _read(self, path):
+        with open(path, "rb") as file:
+            if path.lower().endswith(PICTURES):
+                try:
+                    opened(file)
+                except ModelError as error:
+                    self.faults.append(str(error))
+                    if isinstance(error, TooLarge):
+                        raise FileNotFoundError(str(error)) from error
+                file.seek(0)
+            return file.read()
 
     __getitem__ = get  # as trimesh asks for material libraries

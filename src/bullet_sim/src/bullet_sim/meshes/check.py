@@ -7,12 +7,16 @@ import struct
 
 import numpy as np
 
-_BAD_NUMBER = re.compile(rb"^\s*v[nt]?\s[^\n]*(?:nan|inf)", re.MULTILINE | re.IGNORECASE)
-_VERTEX = re.compile(rb"^\s*v\s", re.MULTILINE)
-_FACE = re.compile(rb"^\s*f\s+([^\n]*)$", re.MULTILINE)
-_MATERIAL = re.compile(rb"^\s*usemtl\s+(\S+)", re.MULTILINE)
-_LIBRARY = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
-_PICTURE = re.compile(r"^\s*map_Kd\s+(.+?)\s*$", re.MULTILINE)
+from bullet_sim.errors import ModelError
+from bullet_sim.meshes.looks import MAX_PIXELS, opened
+from bullet_sim.meshes.parts import MAX_SIZE
+
+_BAD_NUMBER = re.compile(rb"^[ \t]*v[nt]?\s[^\n]*?(?:nan|inf)", re.MULTILINE | re.IGNORECASE)
+_VERTEX = re.compile(rb"^[ \t]*v\s", re.MULTILINE)
+_FACE = re.compile(rb"^[ \t]*f[ \t]+([^\n]*)$", re.MULTILINE)
+_MATERIAL = re.compile(rb"^[ \t]*usemtl[ \t]+(\S+)", re.MULTILINE)
+_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(\S[^\n]*)$", re.MULTILINE)
+_PICTURE = re.compile(r"^[ \t]*map_Kd[ \t]+(\S[^\n]*)$", re.MULTILINE)
 
 
 def kind_of(path, data):
@@ -50,7 +54,9 @@ def _stl_fault(path, data):
         return f"mesh '{path}' has no triangles"
     table = np.frombuffer(data, np.uint8, 50 * count, 84).reshape(count, 50)
     corners = np.ascontiguousarray(table[:, 12:48]).view("<f4")
-    return "" if np.isfinite(corners).all() else f"mesh '{path}' has corners that are no numbers"
+    if np.isfinite(corners).all() and np.abs(corners).max() <= MAX_SIZE:
+        return ""
+    return f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
 
 
 def _obj_fault(path, data):
@@ -64,9 +70,10 @@ def _obj_fault(path, data):
         used = np.array([int(face.split(b"/", 1)[0]) for face in faces])
     except ValueError:
         return f"mesh '{path}' has a face that is no list of numbers"
-    if used.max() > count or used.min() < -count or (used == 0).any():
-        return f"mesh '{path}' has {count} corners, but a face names number {used.max()}"
-    return ""
+    wrong = used[(used > count) | (used < -count) | (used == 0)]
+    if not len(wrong):
+        return ""
+    return f"mesh '{path}' has {count} corners, but a face names number {wrong[0]}"
 
 
 def is_plain(shape, kind, data):
@@ -81,43 +88,39 @@ def is_plain(shape, kind, data):
         return False
     if kind == "stl":
         return True
-    folder = os.path.dirname(geometry.path)
-    if (
-        shape.painted
-        or len(set(_MATERIAL.findall(data))) != 1
-        or not any(
-            os.path.isfile(os.path.join(folder, library.decode(errors="replace")))
-            for library in _LIBRARY.findall(data)
-        )
-    ):
+    libraries = _libraries(geometry.path, data)
+    if shape.painted or len(set(_MATERIAL.findall(data))) != 1 or not libraries:
         return False
-    return all(_is_aligned(picture) for picture in _pictures(geometry.path, data))
+    folder = os.path.dirname(geometry.path)
+    return all(
+        _is_aligned(picture) for library in libraries for picture in _pictures(library, folder)
+    )
 
 
-def _pictures(path, data):
-    """Existing picture files that an OBJ's material libraries name."""
+def _libraries(path, data):
+    """Existing material libraries that an OBJ names."""
     folder = os.path.dirname(path)
-    for library in _LIBRARY.findall(data):
-        name = os.path.join(folder, library.decode(errors="replace"))
-        if not os.path.isfile(name):
-            continue
-        with open(name, encoding="utf-8", errors="replace") as file:
-            for picture in _PICTURE.findall(file.read()):
-                full = os.path.join(folder, picture.split()[-1])
-                if os.path.isfile(full):
-                    yield full
+    names = (library.strip().decode(errors="replace") for library in _LIBRARY.findall(data))
+    return [file for file in (os.path.join(folder, name) for name in names) if os.path.isfile(file)]
+
+
+def _pictures(library, folder):
+    """Existing picture files that a material library names; paths begin in the OBJ's folder."""
+    with open(library, encoding="utf-8", errors="replace") as file:
+        names = [picture.split()[-1] for picture in _PICTURE.findall(file.read())]
+    files = (os.path.join(folder, name) for name in names)
+    return [file for file in files if os.path.isfile(file)]
 
 
 def _is_aligned(picture):
-    return _width(picture, os.stat(picture).st_mtime_ns) % 4 == 0
+    width, height = _size(picture, os.stat(picture).st_mtime_ns)
+    return width % 4 == 0 and width * height <= MAX_PIXELS
 
 
 @functools.lru_cache(maxsize=256)
-def _width(picture, _):
-    from PIL import Image
-
+def _size(picture, _):
     try:
-        with Image.open(picture) as opened:
-            return opened.size[0]
-    except (OSError, ValueError):
-        return 1
+        with opened(picture) as found:
+            return found.size
+    except ModelError:
+        return 1, 1

@@ -5,14 +5,14 @@ import os
 import numpy as np
 
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes.box import box_sides
+from bullet_sim.meshes.looks import GREY, WHITE, mean_color, open_picture, picture_of, rgba
 from bullet_sim.meshes.parts import check_corners, read_parts
 
 MAX_PICTURE = 2048  # [px] longest side of a picture
-WHITE = (1.0, 1.0, 1.0, 1.0)
-GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a colour
 
 
-def convert(shape, signs, role, folder):
+def convert(shape, signs, role, folder, faults=None):
     """Write a mesh file's parts into a folder.
 
     Args:
@@ -21,6 +21,7 @@ def convert(shape, signs, role, folder):
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
         folder: where the files go.
+        faults: list that takes what is wrong with its pictures, which are left out.
 
     Returns:
         List of dicts: file; color RGBA or None; textured, whether a picture covers it.
@@ -30,7 +31,7 @@ def convert(shape, signs, role, folder):
     """
     geometry = shape.geometry
     with np.errstate(all="ignore"):  # corners that are not finite are found below
-        meshes = _load(geometry)
+        meshes = _load(geometry, faults)
     for mesh in meshes:
         check_corners(np.asarray(mesh.vertices, float), geometry.path)
     if geometry.centered:
@@ -51,10 +52,10 @@ def convert(shape, signs, role, folder):
     return parts
 
 
-def _load(geometry):
+def _load(geometry, faults):
     """Trimeshes of a file in metres, transforms of its scene applied."""
     meshes = []
-    for found, place in read_parts(geometry):
+    for found, place in read_parts(geometry, faults):
         mesh = found.copy()
         mesh.apply_transform(place)
         meshes.append(mesh)
@@ -68,41 +69,24 @@ def _looks(mesh, shape):
     if shape.texture:
         if uv is None:
             return mean_color(shape.texture), None
-        return WHITE, _open(shape.texture)
+        return WHITE, open_picture(shape.texture)
     if shape.painted or visual is None or not visual.defined:
         return shape.color or GREY, None
     material = getattr(visual, "material", None)
     if material is None:
-        return _rgba(visual.main_color), None
-    picture = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
+        return rgba(visual.main_color), None
+    picture = picture_of(material)
     if picture is not None and uv is not None:
         return WHITE, picture
-    return _rgba(material.main_color), None
-
-
-def _rgba(color):
-    return tuple(float(value) / 255.0 for value in (list(color) + [255])[:4])
-
-
-def _open(path):
-    from PIL import Image
-
-    try:
-        with Image.open(path) as opened:
-            return opened.convert("RGB")
-    except (OSError, ValueError) as error:
-        raise ModelError(f"picture '{path}' cannot be read: {error}") from error
-
-
-def mean_color(path):
-    """Mean RGBA of a picture file."""
-    mean = np.asarray(_open(path).resize((32, 32))).reshape(-1, 3).mean(axis=0)
-    return tuple((mean / 255.0).tolist()) + (1.0,)
+    return rgba(material.main_color), None
 
 
 def _save(picture, path):
     """Save a picture with sides that are multiples of 4: EGL draws others as stripes."""
-    picture = picture.convert("RGB")
+    try:
+        picture = picture.convert("RGB")
+    except (OSError, ValueError, SyntaxError) as error:  # cut off, or broken within
+        raise ModelError(f"a picture cannot be read: {error}") from error
     shrink = min(1.0, MAX_PICTURE / max(picture.size))
     size = tuple(max(4, 4 * round(side * shrink / 4)) for side in picture.size)
     if size != picture.size:
@@ -153,28 +137,17 @@ def _library(path, color, picture=None):
 def write_box(size, texture, folder):
     """Write a box of a size [m] with a picture on each side; returns parts as convert does."""
     path = os.path.join(folder, "part_0.obj")
-    lines = _library(path, WHITE, _open(texture))
+    lines = _library(path, WHITE, open_picture(texture))
     lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
-    half, number = np.asarray(size, float) / 2.0, 0
-    for axis in range(3):
-        for side in (1.0, -1.0):
-            normal = np.zeros(3)
-            normal[axis] = side
-            right = np.array([0.0, side, 0.0]) if axis == 0 else np.array([1.0, 0.0, 0.0])
-            if axis == 1:
-                right = right * -side
-            up = np.cross(normal, right)
-            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                lines.append(
-                    "v {:.9g} {:.9g} {:.9g}".format(*tuple((normal + a * right + b * up) * half))
-                )
-            lines.append("vn {:g} {:g} {:g}".format(*tuple(normal)))
-            corner = [f"{4 * number + k}/{k}/{number + 1}" for k in (1, 2, 3, 4)]
-            lines += [
-                f"f {corner[0]} {corner[1]} {corner[2]}",
-                f"f {corner[0]} {corner[2]} {corner[3]}",
-            ]
-            number += 1
+    half = np.asarray(size, float) / 2.0
+    for number, (normal, corners) in enumerate(box_sides()):
+        lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(corner * half)) for corner in corners]
+        lines.append("vn {:g} {:g} {:g}".format(*tuple(normal)))
+        corner = [f"{4 * number + k}/{k}/{number + 1}" for k in (1, 2, 3, 4)]
+        lines += [
+            f"f {corner[0]} {corner[1]} {corner[2]}",
+            f"f {corner[0]} {corner[2]} {corner[3]}",
+        ]
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
     return [{"file": path, "color": WHITE, "textured": True}]

@@ -19,6 +19,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes import check as mesh_check
 from bullet_sim.meshes import convert as mesh_convert
 from bullet_sim.meshes import terrain
+from bullet_sim.meshes.looks import mean_color
 
 MAX_BYTES = 400_000_000  # of a mesh file
 
@@ -35,7 +36,7 @@ def localise(lumped, folder, warn):
     Returns:
         Link name -> the visuals that can be used, as they were.
     """
-    store = _Store(os.path.join(folder, "meshes"))
+    store = _Store(os.path.join(folder, "meshes"), warn)
     usable = {name: [] for name in lumped.links}
     for link in lumped.links.values():
         for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
@@ -59,8 +60,8 @@ def localise(lumped, folder, warn):
 class _Store:
     """Converted files below one folder."""
 
-    def __init__(self, folder):
-        self._folder = folder
+    def __init__(self, folder, warn):
+        self._folder, self._warn = folder, warn
 
     def visual(self, shape):
         """Shapes that replace one visual: one for each material."""
@@ -77,7 +78,14 @@ class _Store:
             raise ModelError(fault)
         if mesh_check.is_plain(shape, kind, data) and not shape.texture:
             return [shape]
-        parts = self._converted(geometry, data, "visual", shape)
+        faults = []
+        parts = self._converted(geometry, data, "visual", shape, faults)
+        for fault in dict.fromkeys(faults):
+            self._warn(
+                f"a picture of mesh '{geometry.path}' is left out: {fault}",
+                "pictures of meshes cannot be used and are left out",
+                geometry.path,
+            )
         return [
             replace(
                 shape, texture="", geometry=_beside(part["file"], geometry), color=part["color"]
@@ -116,15 +124,14 @@ class _Store:
 
     @staticmethod
     def _color(shape):
-        return mesh_convert.mean_color(shape.texture) if shape.texture else shape.color
+        return mean_color(shape.texture) if shape.texture else shape.color
 
     def _covered(self, shape):
         """A box with a texture on its sides; other shapes get the texture's mean colour."""
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
-            return replace(shape, texture="", color=mesh_convert.mean_color(shape.texture))
-        with open(shape.texture, "rb") as file:
-            key = _key(file.read(), repr(size))
+            return replace(shape, texture="", color=mean_color(shape.texture))
+        key = _key(_read(shape.texture, "picture"), repr(size))
         parts = self._kept(key, lambda folder: mesh_convert.write_box(size, shape.texture, folder))
         return replace(
             shape,
@@ -133,13 +140,15 @@ class _Store:
             geometry=Geometry("mesh", path=parts[0]["file"]),
         )
 
-    def _converted(self, geometry, data, role, shape):
+    def _converted(self, geometry, data, role, shape, faults=None):
         signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
         looks = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
         key = _key(
             data, repr((geometry.path, signs, geometry.submesh, geometry.centered, role, looks))
         )
-        return self._kept(key, lambda folder: mesh_convert.convert(shape, signs, role, folder))
+        return self._kept(
+            key, lambda folder: mesh_convert.convert(shape, signs, role, folder, faults)
+        )
 
     def _kept(self, key, make):
         """Parts made before, or made now; each a dict of file, color, textured."""
@@ -169,13 +178,15 @@ def _key(data, text):
     return hashlib.sha256(data + text.encode()).hexdigest()[:24]
 
 
-def _read(path):
+def _read(path, what="mesh"):
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise ModelError(f"{what} '{path}' is no file")
     try:
         if os.path.getsize(path) > MAX_BYTES:
             raise ModelError(
-                f"mesh '{path}' has {os.path.getsize(path)} bytes, must have at most {MAX_BYTES}"
+                f"{what} '{path}' has {os.path.getsize(path)} bytes, must have at most {MAX_BYTES}"
             )
         with open(path, "rb") as file:
             return file.read()
     except OSError as error:
-        raise ModelError(f"mesh '{path}' cannot be read: {error.strerror}") from error
+        raise ModelError(f"{what} '{path}' cannot be read: {error.strerror}") from error

@@ -12,13 +12,14 @@ from bullet_sim.meshes.beside import Beside
 MAX_SIZE = 1e6  # [m] larger meshes are refused
 
 
-def read_parts(geometry):
+def read_parts(geometry, faults=None):
     """Trimeshes of a file and their places, (mesh, (4, 4) with the scale to metres).
 
     DAE: <unit> counts, <up_axis> does not (see localise.py).
 
     Args:
         geometry: Geometry that is a mesh; its submesh counts, its scale does not.
+        faults: list that takes what is wrong with its pictures, which are left out.
 
     Raises:
         ModelError: it cannot be read, or has no triangles or no such submesh.
@@ -30,7 +31,10 @@ def read_parts(geometry):
             f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
         ) from error
     try:
-        scene = _scene(geometry)
+        beside = Beside(geometry.path)
+        scene = _scene(geometry, beside)
+        if faults is not None:
+            faults += beside.faults
         parts, names = [], []
         for node in scene.graph.nodes_geometry:
             place, name = scene.graph[node]
@@ -62,11 +66,11 @@ def check_corners(corners, path):
         raise ModelError(f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m")
 
 
-def _scene(geometry):
-    """trimesh's Scene of a file."""
+def _scene(geometry, beside):
+    """trimesh's Scene of a file and those beside it."""
     import trimesh
 
-    options = {"process": False, "resolver": Beside(geometry.path)}
+    options = {"process": False, "resolver": beside}
     if geometry.submesh and geometry.path.lower().endswith(".obj"):
         options |= {"split_objects": True, "group_material": False}
     try:

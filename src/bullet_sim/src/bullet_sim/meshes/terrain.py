@@ -5,6 +5,7 @@ import os
 import numpy as np
 
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes.looks import opened
 
 MAX_POINTS = 257  # a side of a heightmap; greater images are thinned out to it
 
@@ -22,13 +23,11 @@ def heightmap(path, size):
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
-    from PIL import Image, UnidentifiedImageError
-
     try:
-        with Image.open(path) as picture:
+        with opened(path) as picture:
             deep = picture.mode.startswith("I")
             grey = np.asarray(picture if deep else picture.convert("L"), float)
-    except (OSError, UnidentifiedImageError) as error:
+    except (OSError, ValueError, SyntaxError) as error:
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     if min(grey.shape) < 2:
         raise ModelError(f"heightmap '{path}' has {grey.shape[1]} x {grey.shape[0]} pixels")

@@ -1,7 +1,7 @@
 """Contacts beside the solver: friction of pairs, slip, release, links without weight."""
 
 from bullet_sim.models.friction import Friction
-from bullet_sim.models.plausibility import PERIOD, implausible_state
+from bullet_sim.models.plausibility import implausible_state
 from bullet_sim.models.release import Release
 from bullet_sim.models.slip import Slip
 from bullet_sim.models.weight import Weight
@@ -46,6 +46,21 @@ class Contacts:
         """All models are about to be reloaded."""
         self._changed, self._reported = True, set()
         self._release.clear()
+
+    @property
+    def is_releasing(self):
+        """Whether models are on their way out of others."""
+        return self._release.moving
+
+    def begin_restore(self):
+        """A saved state is about to be restored: end what the engine does for the present one."""
+        self._release.end()
+        self._friction.restart()
+
+    def end_restore(self):
+        """A saved state was restored: have the engine do what belongs to it."""
+        self._friction.resume()
+        self._release.resume()
 
     def prepare(self, models):
         """Before the first step after a change.
@@ -94,6 +109,3 @@ class Contacts:
             if text is not None:
                 self._reported.add(name)
                 self.on_implausible(text)
-
-
-__all__ = ["CHECK_STEPS", "PERIOD", "Contacts"]

@@ -38,10 +38,10 @@ class Friction:
         """
         self._given, self._axis, self._fixed, self._updated = {}, {}, set(), {}
         models = list(models)
-        ghosts = {model.body for model in models if getattr(model, "is_ghost", False)}
+        ghosts = {model.body for model in models if model.is_ghost}
         for model in models:
             self._read(model)
-        grounds = {mu for (body, _), mu in self._given.items() if body in self._fixed}
+        grounds = self._grounds()
         uneven = set()
         for (body, link), mine in self._given.items():
             if body in self._fixed:
@@ -55,6 +55,9 @@ class Friction:
         if len(moving) > 1:  # they may touch each other; a product with 1 is right as it is
             uneven |= {body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)} & moving
         self.watched = tuple(sorted(uneven))
+
+    def _grounds(self):
+        return {mu for (body, _), mu in self._given.items() if body in self._fixed}
 
     def _read(self, model):
         immobile = model.is_static
@@ -89,6 +92,18 @@ class Friction:
         else:
             most = min(first, second)
         self._engine.set_friction(body, link, most / other if other > 0.0 else 0.0, scale)
+
+    def restart(self):
+        """Set the coefficients that links have before they touch anything."""
+        for body, link in self._updated:
+            pairs = {_pair(self._given[body, link], ground) for ground in self._grounds()}
+            self._set(body, link, min(pairs, default=self._given[body, link]), 1.0)
+        self._updated = {}
+
+    def resume(self):
+        """Set the coefficients of `_updated`, which was restored."""
+        for (body, link), wanted in self._updated.items():
+            self._set(body, link, *wanted)
 
     def update(self):
         """Fit the watched links to what each presses on hardest."""

@@ -103,14 +103,15 @@ class Joints:
             ModelError: no such movable joint.
         """
         self.index(name)
-        limit = self._effort(name)
+        limit = self.greatest_effort(name)
         return min(max(effort, -limit), limit)
 
     def add_effort(self, name, effort):
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
         self._engine.drive_effort(self._body, self._index[name], effort)
 
-    def _effort(self, name):
+    def greatest_effort(self, name):
+        """A joint's effort limit [N m, N], or a very great one."""
         return self.limits[name].effort or UNLIMITED_EFFORT
 
     def _speed(self, name):
@@ -121,12 +122,11 @@ class Joints:
         for name, value in zip(names, values):
             speed = self._speed(name)
             self._engine.drive_velocity(
-                self._body, self._index[name], min(max(value, -speed), speed), self._effort(name)
+                self._body,
+                self._index[name],
+                min(max(value, -speed), speed),
+                self.greatest_effort(name),
             )
-
-    def greatest_effort(self, name):
-        """A joint's effort limit [N m, N], or a very great one."""
-        return self._effort(name)
 
     def drive_within(self, name, velocity, effort):
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
@@ -142,7 +142,7 @@ class Joints:
             if limits.lower is not None:
                 value = min(max(value, limits.lower), limits.upper)
             self._engine.drive_position(
-                self._body, self._index[name], value, self._effort(name), self._speed(name)
+                self._body, self._index[name], value, self.greatest_effort(name), self._speed(name)
             )
 
     def apply_efforts(self, efforts):
@@ -151,18 +151,26 @@ class Joints:
             self._engine.drive_effort(self._body, self._index[name], effort)
             self._applied[name] = effort
 
-    def track(self, name, velocity, effort):
-        """Track a velocity [rad/s, m/s] with at most an effort [N m, N], without other limits.
+    def track(self, targets):
+        """Track velocities, each with at most an effort, without other limits.
 
-        The joint's own friction acts against it.
+        The joints' own friction acts against it.
+
+        Args:
+            targets: mapping name -> (velocity [rad/s, m/s], effort [N m, N]), not empty.
         """
-        friction = self.limits[name].friction
-        if friction >= effort > 0.0:
-            velocity, effort = 0.0, friction
-        else:
-            effort = max(0.0, effort - friction)
-        self._applied.pop(name, None)
-        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
+        numbers, velocities, efforts = [], [], []
+        for name, (velocity, effort) in targets.items():
+            friction = self.limits[name].friction
+            if friction >= effort > 0.0:
+                velocity, effort = 0.0, friction
+            else:
+                effort = max(0.0, effort - friction)
+            self._applied.pop(name, None)
+            numbers.append(self._index[name])
+            velocities.append(velocity)
+            efforts.append(effort)
+        self._engine.drive_velocities(self._body, numbers, velocities, efforts)
 
     def effort_bounds(self, name, position, velocity):
         """Least and greatest effort [N m, N] a joint's motor may give in a state.
@@ -170,13 +178,19 @@ class Joints:
         As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
         position or velocity. A limit of 0 counts as none.
         """
-        limits, effort = self.limits[name], self._effort(name)
-        low, high = -effort, effort
+        limits = self.limits[name]
+        high = limits.effort or UNLIMITED_EFFORT
+        low, speed = -high, limits.velocity or UNLIMITED_SPEED
         if limits.lower is not None:
-            low = 0.0 if position < limits.lower else low
-            high = 0.0 if position > limits.upper else high
-        speed = self._speed(name)
-        return 0.0 if velocity < -speed else low, 0.0 if velocity > speed else high
+            if position < limits.lower:
+                low = 0.0
+            if position > limits.upper:
+                high = 0.0
+        if velocity < -speed:
+            low = 0.0
+        elif velocity > speed:
+            high = 0.0
+        return low, high
 
     def release(self, names):
         """Release joints: they move freely, with their friction."""

@@ -65,7 +65,7 @@ class Model:
         )
 
     def _load(self):
-        self._placed = None
+        self.placed = None  # what set_state has set since it was loaded
         apart = [
             name
             for name, link in self._lumped.links.items()
@@ -142,7 +142,7 @@ class Model:
 
     def save_state(self):
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
-        return self._placed, () if self.is_static else self._engine.read_joints(self.body)[0]
+        return self.placed, () if self.is_static else self._engine.read_joints(self.body)[0]
 
     def restore_state(self, state):
         """Restore the result of save_state() after a reload; controllers restart."""
@@ -258,7 +258,7 @@ class Model:
         self._engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
             self._engine.set_base_velocity(self.body, linear, angular)
-        self._placed = (pose, linear, angular)
+        self.placed = (pose, linear, angular)
         self.on_moved(self)
 
     def state(self):

@@ -33,6 +33,22 @@ class Release:
         """Whether a model is on its way out, or has to be looked at."""
         return bool(self._moving or self._unchecked)
 
+    @property
+    def moving(self):
+        """Whether a model is on its way out."""
+        return bool(self._moving)
+
+    def end(self):
+        """End all ways out where the models are."""
+        for release in self._moving.values():
+            release.restore_collisions(self._engine)
+        self.clear()
+
+    def resume(self):
+        """Go on with the ways out, which were restored."""
+        for release in self._moving.values():
+            release.pass_through(self._engine)
+
     def check_later(self, model):
         """Look at a model before the next step: it was put somewhere."""
         if not model.is_static and not model.source.fixed_base and model not in self._unchecked:
@@ -86,8 +102,7 @@ class _Release:
         given = [speed for speed in speeds if speed]
         self._speed = max(SLOWEST, min(given)) if given else SPEED
         self._left = SLACK + 3.0 * depth
-        for link, other, its in self.pairs:
-            engine.set_pair_collision(model.body, link, other, its, False)
+        self.pass_through(engine)
 
     def move(self, engine):
         """Set the velocity for the coming step; returns whether it has still to move."""
@@ -108,6 +123,11 @@ class _Release:
         velocity = [speed * w - g * engine.time_step for w, g in zip(self._way, engine.gravity)]
         engine.set_base_velocity(body, velocity, (0.0, 0.0, 0.0))
         return True
+
+    def pass_through(self, engine):
+        """Let the pairs pass through each other."""
+        for link, other, its in self.pairs:
+            engine.set_pair_collision(self._model.body, link, other, its, False)
 
     def restore_collisions(self, engine):
         """End the passing through."""

@@ -2,14 +2,17 @@
 
 import sys
 import threading
+import time
+from collections import deque
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.order_queue import OrderQueue
 from bullet_sim.render.orders import BlockingRequest
-from bullet_sim.render.process import Worker
+from bullet_sim.render.process import AHEAD, Worker
 from bullet_sim.render.request import DEFAULT, RENDERERS, Renderer
 
-MAX_RESTARTS = 3
+MAX_RESTARTS = 3  # within ...
+WINDOW = 60.0  # [s] ... of wall time: a worker that keeps dying is given up
 SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
@@ -17,8 +20,8 @@ class RenderClient:
     """Renders snapshots in another process; submit() does not block.
 
     While the worker draws, a new request replaces the queued one of the same camera, which counts
-    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times, and on_error is
-    called. The worker draws the next pictures while on_frame runs for the last ones.
+    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times within WINDOW, and
+    on_error is called. The worker draws the next pictures while on_frame runs for the last ones.
 
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
@@ -45,6 +48,7 @@ class RenderClient:
         self._worker = None
         self._thread = None
         self._orders = OrderQueue()
+        self._restarted = []  # times of the last restarts
 
     @property
     def dropped(self):
@@ -164,27 +168,37 @@ class RenderClient:
 
     # the client's own thread ------------------------------------------------------------------
     def _run(self):
+        sent = deque()  # orders that the worker has, the oldest first
         last = None  # the newest picture, emitted while the worker draws the next one
         while True:
-            order = self._orders.next_order(wait=last is None)
-            if order is None and self._orders.closing:
+            self._send_orders(sent, wait=last is None)
+            if self._orders.closing:
                 break
-            if order:
-                order.send(self._worker)
             self._emit(last)
             last = None
-            if not order:
+            if not sent:
                 continue
             try:
-                last = self._collect(order)
+                last = self._collect(sent[0])
             except (EOFError, OSError):
-                if self._orders.closing or not self._restart_worker(order.job):
+                if self._orders.closing or not self._restart_worker(sent):
                     break
+                sent.clear()
             else:
-                if order.job:
-                    order.job.done.set()
+                job = sent.popleft().job
+                if job:
+                    job.done.set()
         self._orders.end_blocking()
         self._worker.close()
+
+    def _send_orders(self, sent, wait):
+        """Send what is queued, until the worker has AHEAD orders; wait for one when it has none."""
+        while len(sent) < AHEAD:
+            order = self._orders.next_order(wait=wait and not sent)
+            if order is None:
+                return
+            order.send(self._worker)
+            sent.append(order)
 
     def _collect(self, order):
         """Wait for the pictures of an order; emit all but the last, which is returned."""
@@ -221,27 +235,30 @@ class RenderClient:
             else:
                 self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
-    def _restart_worker(self, job):
-        """Restart the worker after it died; returns whether it runs."""
+    def _restart_worker(self, lost):
+        """Restart the worker after it died with these orders; returns whether it runs."""
         text = self._worker.exit_reason()
         kind = self._worker.kind
         self._worker.close()
-        worker = None
-        if self.restarts < MAX_RESTARTS:
+        worker, now = None, time.monotonic()
+        self._restarted = [moment for moment in self._restarted if now - moment < WINDOW]
+        within = f"{MAX_RESTARTS} times within {WINDOW:g} s"
+        if len(self._restarted) < MAX_RESTARTS:
             try:
                 worker = Worker(kind, self._environment, self._quality)
+                self._restarted.append(now)
                 self.restarts += 1
-                message = f"{text}; started again ({self.restarts} of {MAX_RESTARTS})"
+                message = f"{text}; started again (at most {within})"
             except RenderError as error:
                 message = f"{text}; it could not be started again: {error}"
         else:
-            message = f"{text}; it is not started again after {MAX_RESTARTS} times"
+            message = f"{text}; it is not started again after {within}"
         if worker:
             self._worker = worker
             self._orders.resend_sources()
         else:
             self._orders.fail(f"no pictures any more: {message}")
-        if job:
+        for job in (order.job for order in lost if order.job):
             job.error = message
             job.done.set()
         self._call(self.on_error, message)

@@ -2,8 +2,10 @@
 
 import math
 
+import numpy as np
+
 from bullet_sim.errors import RenderError
-from bullet_sim.render.pictures import Pictures
+from bullet_sim.render.pictures import Pictures, check_body, check_link
 from bullet_sim.render.sky import paint_sky
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.frames import sensor_in_world
@@ -95,15 +97,28 @@ class Mirror(Pictures):
         depth[:] = metres
         return rgb, depth
 
-    def _draw(self, request, view, near, far, out=None):
-        """Colours and, if requested, distances [m] between two clip distances."""
-        projection = camera.projection_matrix(
+    def label_picture(self, request):
+        """See Pictures."""
+        view = camera.view_matrix(*self._camera_pose(request))
+        projection = self._projection(request, request.near, request.far)
+        seen = self.engine.bodies_seen(request.width, request.height, view, projection)
+        found = np.zeros(seen.shape, np.int32)
+        for key, body in self._bodies.items():
+            found[seen == body] = key
+        return found
+
+    def _projection(self, request, near, far):
+        return camera.projection_matrix(
             request.horizontal_fov,
             request.width / request.height,
             near,
             far,
             shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
         )
+
+    def _draw(self, request, view, near, far, out=None):
+        """Colours and, if requested, distances [m] between two clip distances."""
+        projection = self._projection(request, near, far)
         rgb, buffer = self.engine.render_with_depth(
             request.width, request.height, view, projection, out=out
         )
@@ -113,18 +128,9 @@ class Mirror(Pictures):
     def _camera_pose(self, request):
         if request.key is None:
             return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
-        body = self._bodies.get(request.key)
-        if body is None:
-            raise RenderError(
-                f"camera {request.name}: body {request.key} is not loaded, "
-                f"loaded are {sorted(self._bodies)}"
-            )
-        positions, orientations = self.engine.link_poses(body)
-        if not 0 <= request.link_index < len(positions):
-            raise RenderError(
-                f"camera {request.name}: link index {request.link_index}, body "
-                f"{request.key} has 0 to {len(positions) - 1}"
-            )
+        check_body(request, self._bodies)
+        positions, orientations = self.engine.link_poses(self._bodies[request.key])
+        check_link(request, len(positions))
         return sensor_in_world(
             positions[request.link_index], orientations[request.link_index], request.pose
         )

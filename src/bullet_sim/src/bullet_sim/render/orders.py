@@ -2,8 +2,6 @@
 
 import threading
 
-import numpy as np
-
 from bullet_sim.render.request import Frame
 
 
@@ -55,16 +53,13 @@ class Order:
 
         Args:
             number: of the request.
-            zero_copy: its arrays are those that the worker has written, valid until the order
-                after the next one is sent; False: copies.
+            zero_copy: its arrays are those that the worker has written, valid until AHEAD + 1
+                more orders are sent; False: copies.
         """
-        request, (colours, distances) = self._requests[number], self._offsets[number]
-        size, depth = (request.height, request.width), None
-        rgb = worker.memory.array(colours, (*size, 3), np.uint8)
-        if distances is not None:
-            depth = worker.memory.array(distances, size, np.float32)
+        request = self._requests[number]
+        arrays = worker.memory.pictures(request, self._offsets[number])
         if not zero_copy:
-            rgb, depth = rgb.copy(), depth if depth is None else depth.copy()
+            arrays = [None if array is None else array.copy() for array in arrays]
         return Frame(
-            request.name, self._snapshot.time, self._snapshot.step, rgb, depth, self._epoch
+            request.name, self._snapshot.time, self._snapshot.step, *arrays, epoch=self._epoch
         )

@@ -4,12 +4,13 @@ import zlib
 
 import numpy as np
 
+from bullet_sim.errors import RenderError
 from bullet_sim.render.lenses import plumb_bob, wide_angle
 from bullet_sim.sensors import camera
 
 
 class Pictures:
-    """A renderer: what draws implements `picture`."""
+    """A renderer: what draws implements `picture` and `label_picture`."""
 
     def picture(self, request, rgb=None, depth=None):
         """What a camera sees of the applied snapshot, without noise.
@@ -26,6 +27,40 @@ class Pictures:
             RenderError: the camera's body or link is not there.
         """
         raise NotImplementedError
+
+    def label_picture(self, request):
+        """Which body a pinhole camera sees in each pixel of the applied snapshot.
+
+        Args:
+            request: CameraRequest.
+
+        Returns:
+            (H, W) int32, BodySource.key, 0 where nothing is.
+
+        Raises:
+            RenderError: the camera's body or link is not there.
+        """
+        raise NotImplementedError
+
+    def labels(self, request, out=None):
+        """A label image through the camera's lens; labels of neighbours are never mixed.
+
+        Args:
+            request: CameraRequest.
+            out: (H, W) int32 that takes the result; None: a new one.
+
+        Returns, Raises:
+            As label_picture().
+        """
+        if out is None:
+            out = np.empty((request.height, request.width), np.int32)
+        if request.lens is not None:
+            out[:] = wide_angle.labels(self.label_picture, request)
+        elif request.distortion:
+            out[:] = plumb_bob.labels(self.label_picture, request)
+        else:
+            out[:] = self.label_picture(request)
+        return out
 
     def render(self, request, step=0):
         """Draw one camera's view; as render_with_depth, without the distances."""
@@ -60,6 +95,23 @@ class Pictures:
                 rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
             )
         return rgb, depth
+
+
+def check_body(request, loaded):
+    """Raise RenderError when the body of a request's camera is not among the loaded keys."""
+    if request.key not in loaded:
+        raise RenderError(
+            f"camera {request.name}: body {request.key} is not loaded, loaded are {sorted(loaded)}"
+        )
+
+
+def check_link(request, count):
+    """Raise RenderError when a request's body has only `count` links."""
+    if not 0 <= request.link_index < count:
+        raise RenderError(
+            f"camera {request.name}: link index {request.link_index}, body "
+            f"{request.key} has 0 to {count - 1}"
+        )
 
 
 def noise_generator(request, step):

@@ -26,6 +26,7 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
+        labels: whether a label image is requested.
         distortion: (k1, k2, p1, p2, k3) of its lens, see lenses.plumb_bob; (): a pinhole.
         lens: a wide-angle Lens, see lenses.wide_angle; horizontal_fov does not count then.
     """
@@ -45,6 +46,7 @@ class CameraRequest:
     depth: bool = False
     distortion: tuple = ()
     lens: Lens | None = None
+    labels: bool = False
 
     @classmethod
     def from_spec(cls, spec, key, link_index, seed=0):
@@ -80,6 +82,8 @@ class Frame:
         rgb: (H, W, 3) uint8, top row first.
         depth: (H, W) float32 [m] along the optical axis, far where nothing is; None: not
             requested.
+        labels: (H, W) int32, BodySource.key of what each pixel shows, 0: nothing; None: not
+            requested.
         epoch: RenderClient.epoch at the request.
     """
 
@@ -88,6 +92,7 @@ class Frame:
     step: int
     rgb: np.ndarray
     depth: np.ndarray | None = None
+    labels: np.ndarray | None = None
     epoch: int = 0
 
 

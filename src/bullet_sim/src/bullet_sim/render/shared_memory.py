@@ -39,6 +39,23 @@ class SharedMemory:
             self._map = mmap.mmap(self.fd, self._size)  # the old one is freed with its arrays
         return np.frombuffer(self._map, kind, count, offset).reshape(shape)
 
+    def pictures(self, request, offsets):
+        """The arrays of a request's pictures.
+
+        Args:
+            request: CameraRequest.
+            offsets: as layout gives them.
+
+        Returns:
+            [(H, W, 3) uint8 colours, (H, W) float32 distances or None, (H, W) int32 labels or None]
+        """
+        size = request.height, request.width
+        kinds = (np.uint8, (*size, 3)), (np.float32, size), (np.int32, size)
+        return [
+            None if offset is None else self.array(offset, shape, kind)
+            for offset, (kind, shape) in zip(offsets, kinds)
+        ]
+
     def close(self):
         """Close the file descriptor; the memory is freed with the last array."""
         if self.fd >= 0:
@@ -53,17 +70,19 @@ def layout(requests):
         requests: CameraRequests.
 
     Returns:
-        List of (offset of the colours, offset of the distances or None), and the buffer's size
-        [bytes].
+        List of (offset of the colours, of the distances or None, of the labels or None), and the
+        buffer's size [bytes].
     """
     found, end = [], 0
     for request in requests:
         pixels = request.width * request.height
         colours, end = end, _aligned(end + 3 * pixels)
-        distances = None
+        distances = labels = None
         if request.depth:
             distances, end = end, _aligned(end + 4 * pixels)
-        found.append((colours, distances))
+        if request.labels:
+            labels, end = end, _aligned(end + 4 * pixels)
+        found.append((colours, distances, labels))
     return found, end
 
 
@@ -71,16 +90,17 @@ def _aligned(size):
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
-class DoubleBuffer:
-    """Two buffers in a SharedMemory: one is written while the pictures in the other are used.
+class BufferRing:
+    """Buffers in a SharedMemory that are used in turn.
 
     Args:
         memory: SharedMemory of the parent.
+        count: of the buffers.
     """
 
-    def __init__(self, memory):
+    def __init__(self, memory, count):
         self._memory, self._end = memory, 0
-        self._buffers = [(0, 0), (0, 0)]  # (offset, size)
+        self._buffers = [(0, 0)] * count  # (offset, size)
 
     def next_layout(self, requests):
         """Layout of pictures in the next buffer.
@@ -89,13 +109,13 @@ class DoubleBuffer:
             Offsets in the shared memory, as `layout` gives them.
         """
         found, size = layout(requests)
-        (start, room), other = self._buffers
+        (start, room), *others = self._buffers
         if size > room:  # a new buffer at the end, at least twice the size: few are abandoned
             start, room = self._end, max(size, 2 * room)
             self._end += room
             self._memory.grow(self._end)
-        self._buffers = [other, (start, room)]
+        self._buffers = [*others, (start, room)]
         return [
-            (start + colours, distances if distances is None else start + distances)
-            for colours, distances in found
+            tuple(None if offset is None else start + offset for offset in offsets)
+            for offsets in found
         ]

@@ -2,8 +2,8 @@
 
 Messages (pickled through the socket):
     to the worker    ((sources, scene) or None, snapshot, [CameraRequest, ...], [offsets, ...]);
-                     offsets are (of the colours, of the distances or None) in the SharedMemory
-                     of the descriptor MEMORY, to which the pictures are written
+                     offsets are (of the colours, of the distances or None, of the labels or None)
+                     in the SharedMemory of the descriptor MEMORY, to which the pictures are written
     from the worker  ('ready', details), then for each draw lists of ('error', camera or '', text),
                      ('frame', number of the request), and ('done',) at the end of the last one.
 The process ends when the other end of the socket closes, also if its parent crashed. SIGINT is left
@@ -15,15 +15,13 @@ import importlib
 import os
 import signal
 import sys
-import tempfile
 from multiprocessing.connection import Connection
-
-import numpy as np
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.snapshot import BodySource
+from bullet_sim.system.folders import OwnFolder
 
 NICENESS = 5  # lower priority than the physics and the user's nodes
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
@@ -40,11 +38,14 @@ def check_renderer(renderer):
     Raises:
         RenderError: the middle of the picture is not red.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "probe.urdf")
+    folder = OwnFolder()
+    try:
+        path = os.path.join(folder.path, "probe.urdf")
         with open(path, "w", encoding="utf-8") as file:
             file.write(PROBE_URDF)
         renderer.sync_sources([BodySource(0, path, True)])
+    finally:
+        folder.close()
     pixel = renderer.render(
         CameraRequest("probe", 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24, 1.0, 0.1, 10.0)
     )[12, 16]
@@ -88,15 +89,12 @@ def draw(connection, renderer, memory, sources, snapshot, requests, layout):
         except RenderError as error:
             answers.append(("error", "", str(error)))
     renderer.apply(snapshot)
-    for number, (request, (colours, distances)) in enumerate(zip(requests, layout)):
-        size = request.height, request.width
+    for number, (request, offsets) in enumerate(zip(requests, layout)):
+        rgb, depth, labels = memory.pictures(request, offsets)
         try:
-            renderer.render_with_depth(
-                request,
-                snapshot.step,
-                memory.array(colours, (*size, 3), np.uint8),
-                None if distances is None else memory.array(distances, size, np.float32),
-            )
+            renderer.render_with_depth(request, snapshot.step, rgb, depth)
+            if labels is not None:
+                renderer.labels(request, labels)
             answers.append(("frame", number))
         except ValueError as error:
             answers.append(("error", request.name, str(error)))
@@ -121,7 +119,8 @@ def serve(connection, memory, kind, quality):
     check_renderer(renderer)
     try:
         connection.send(("ready", details))
-        warm_up()
+        if kind == "gl":  # PyBullet's renderers read prepared files themselves
+            warm_up()
         while True:
             draw(connection, renderer, memory, *connection.recv())
     except (EOFError, ConnectionError):

@@ -22,6 +22,24 @@ class Rays:
 
 
 @dataclass(frozen=True)
+class Contacts:
+    """Contact points: places (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
+
+    places: np.ndarray
+    normals: np.ndarray
+    forces: np.ndarray
+
+
+@dataclass(frozen=True)
+class LinkFrames:
+    """Frames of a model's links in the world: names, origins (n, 3) [m], rotations (n, 3, 3)."""
+
+    names: tuple[str, ...]
+    origins: np.ndarray
+    rotations: np.ndarray
+
+
+@dataclass(frozen=True)
 class Entry:
     """A model: key of its body in the snapshot, name, whether it never moves."""
 
@@ -41,6 +59,8 @@ class WorldView:
         rays: of the lidars with <visualize>.
         paused: whether simulated time stands still.
         scene: lights and background.
+        contacts: what presses on what; None: not asked for.
+        frames: of the selected model; None: none is selected.
     """
 
     models: tuple[Entry, ...]
@@ -49,6 +69,8 @@ class WorldView:
     rays: tuple[Rays, ...]
     paused: bool
     scene: Scene | None = None
+    contacts: Contacts | None = None
+    frames: LinkFrames | None = None
 
 
 class Observer:
@@ -61,7 +83,17 @@ class Observer:
     def __init__(self, world):
         self._world = world
         self._shown = None
+        self._selected, self._with_contacts = "", False
         self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
+
+    def show(self, selected, contacts):
+        """Choose what else the next views have.
+
+        Args:
+            selected: name of the model whose link frames they have; '': none.
+            contacts: whether they have the contact points.
+        """
+        self._selected, self._with_contacts = str(selected), bool(contacts)
 
     def view(self, paused):
         """View of the world now.
@@ -84,7 +116,19 @@ class Observer:
             tuple(self._rays(models)),
             bool(paused),
             self._world.scene,
+            Contacts(*self._world.engine.all_contacts()) if self._with_contacts else None,
+            self._frames(),
         )
+
+    def _frames(self):
+        """LinkFrames of the selected model, or None."""
+        model = self._world.models.get(self._selected)
+        if model is None:
+            return None
+        poses = [model.link_state(name)[0] for name in model.link_names]
+        origins = np.reshape([pose.position for pose in poses], (-1, 3))
+        rotations = np.reshape([pose.matrix for pose in poses], (-1, 3, 3))
+        return LinkFrames(tuple(model.link_names), origins, rotations)
 
     def _rays(self, models):
         """Rays of all visualised lidars, cast again when their next scan would be due."""

@@ -4,21 +4,28 @@ from bullet_sim.description.specs import CameraSpec, DepthCameraSpec, RangeCamer
 from bullet_sim.formats.tags import lenses
 from bullet_sim.formats.tags.sensor_element import SensorElement, noise_of
 from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true, sdf_pose
+from bullet_sim.pose import Pose
 
 WIDE = "wideanglecamera"
 
 
-def _camera_values(sensor):
+def _camera_values(sensor, camera=None, side=""):
+    """Values of a CameraSpec.
+
+    Args:
+        sensor: SensorElement.
+        camera: its <camera>; None: the only one.
+        side: appended to the topics' namespace.
+    """
     what = f"camera '{sensor.name}'"
-    camera = sensor.element.find("camera")
-    camera = sensor.element if camera is None else camera
-    group = child_text(sensor.plugin, "cameraName", "")
+    camera = sensor.part("camera") if camera is None else camera
+    group = child_text(sensor.plugin, "cameraName", "") + side
     mean, stddev = noise_of(camera, "noise", what)
     near, far = lenses.clip(camera, what)
     return dict(
         name=sensor.name,
         link=sensor.link,
-        pose=sensor.pose,
+        pose=_place(sensor, camera, what),
         width=child_whole(camera, "image/width", what, 320),
         height=child_whole(camera, "image/height", what, 240),
         horizontal_fov=lenses.field_of_view(camera, what, sensor.element.get("type") == WIDE),
@@ -36,16 +43,42 @@ def _camera_values(sensor):
     )
 
 
+def _place(sensor, camera, what):
+    """Pose of a <camera> in its link: that of its <sensor>, and within that its own."""
+    if camera is sensor.element or camera.find("pose") is None:
+        return sensor.pose
+    pose = Pose.from_xyz_rpy(*sensor.pose) * sdf_pose(camera, what)
+    return pose.position, pose.rpy
+
+
 def camera(sensor):
     """CameraSpec of libgazebo_ros_camera.so."""
     return CameraSpec(**_camera_values(sensor))
 
 
+def multicamera(sensor):
+    """CameraSpecs of libgazebo_ros_multicamera.so: a left and a right one, told by their names."""
+    found = []
+    for camera in sensor.element.findall("camera"):
+        name = camera.get("name", "")
+        side = next((side for side in ("left", "right") if side in name), None)
+        if side is None:
+            sensor.model.warn(
+                f"sensor '{sensor.name}': camera '{name}' is left out; its name must hold 'left' "
+                "or 'right'"
+            )
+            continue
+        values = dict(_camera_values(sensor, camera, f"/{side}"), name=f"{sensor.name}/{name}")
+        if side == "left":
+            values["baseline"] = 0.0
+        found.append(CameraSpec(**values))
+    return found
+
+
 def wide_angle_camera(sensor):
     """CameraSpec of libgazebo_ros_camera.so with a wide-angle lens."""
-    found = sensor.element.find("camera")
-    found = sensor.element if found is None else found
-    lens = lenses.wide_lens(found, f"camera '{sensor.name}'", sensor.model)
+    what = f"camera '{sensor.name}'"
+    lens = lenses.wide_lens(sensor.part("camera"), what, sensor.model)
     return CameraSpec(**dict(_camera_values(sensor), lens=lens, distortion=()))
 
 

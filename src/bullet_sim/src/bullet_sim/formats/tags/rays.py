@@ -7,123 +7,114 @@ from bullet_sim.formats.tags.sensor_element import noise_of
 from bullet_sim.formats.xml_read import child_number, child_text, child_whole, is_true
 
 
-def _scan(sensor):
-    """Values that all of them share, from <ray> and the plugin's frame."""
+def _scan(sensor, samples):
+    """Values that all of them share, from <ray>; `samples` where it names none."""
     what = f"lidar '{sensor.name}'"
-    ray = sensor.element.find("ray")
-    ray = sensor.element if ray is None else ray
-
+    ray = sensor.part("ray")
     first, last = lenses.sweep(ray, what)
     near, far = lenses.reach(ray, what)
     return dict(
         name=sensor.name,
         link=sensor.link,
         pose=sensor.pose,
-        samples=child_whole(ray, "scan/horizontal/samples", what, 1),
+        samples=child_whole(ray, "scan/horizontal/samples", what, samples),
         min_angle=first,
         max_angle=last,
+        range_min=near,
+        range_max=far,
+        visualize=is_true(child_text(sensor.element, "visualize", "false")),
+    )
+
+
+def _layers(sensor):
+    """As _scan, with layers and noise."""
+    what = f"lidar '{sensor.name}'"
+    ray = sensor.part("ray")
+    return dict(
+        _scan(sensor, 1),
         layers=child_whole(ray, "scan/vertical/samples", what, 1),
         min_elevation=child_number(ray, "scan/vertical/min_angle", what, 0.0),
         max_elevation=child_number(ray, "scan/vertical/max_angle", what, 0.0),
-        range_min=near,
-        range_max=far,
         noise_mean=child_number(ray, "noise/mean", what, 0.0),
         noise_stddev=abs(child_number(ray, "noise/stddev", what, 0.0)),
-        visualize=is_true(child_text(sensor.element, "visualize", "false")),
     )
+
+
+def _sent(sensor, what, values, topic, rate_tag="updateRate"):
+    """The values of _layers with the plugin's noise, rate and topic."""
+    noise = values["noise_stddev"]
+    return dict(
+        values,
+        noise_stddev=noise or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
+        rate=sensor.drawn_rate(tag=rate_tag),
+        topic=sensor.names.text_topic("topicName", topic),
+    )
+
+
+def _frame(sensor, default="/world"):
+    return sensor.names.frame(child_text(sensor.plugin, "frameName", default))
 
 
 def laser(sensor):
     """RaySpec of libgazebo_ros_laser.so."""
     what = f"lidar '{sensor.name}'"
-    ray = sensor.element.find("ray")
-    ray = sensor.element if ray is None else ray
+    ray = sensor.part("ray")
     if child_number(ray, "scan/vertical/samples", what, 1) > 1:
         sensor.model.warn(f"{what} has several layers (<vertical>); only the level one is scanned")
     mean, stddev = noise_of(ray, "noise", what)
-    first, last = lenses.sweep(ray, what)
-    near, far = lenses.reach(ray, what)
     return RaySpec(
-        name=sensor.name,
-        link=sensor.link,
-        pose=sensor.pose,
-        samples=child_whole(ray, "scan/horizontal/samples", what, 640),
-        min_angle=first,
-        max_angle=last,
-        range_min=near,
-        range_max=far,
+        **_scan(sensor, 640),
         rate=sensor.drawn_rate(tag="-"),  # the laser plugins ignore <updateRate>
         noise_stddev=stddev or child_number(sensor.plugin, "gaussianNoise", what, 0.0),
         noise_mean=mean,
         topic=sensor.names.text_topic("topicName", "/world"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/world")),
-        visualize=is_true(child_text(sensor.element, "visualize", "false")),
+        frame_id=_frame(sensor),
     )
 
 
 def velodyne(sensor):
     """CloudSpec of libgazebo_ros_velodyne_laser.so; min_range, max_range narrow the ray's."""
     what = f"lidar '{sensor.name}'"
-    values = _scan(sensor)
+    values = _layers(sensor)
     nearest = child_number(sensor.plugin, "min_range", what, 0.0)
     farthest = child_number(sensor.plugin, "max_range", what, float("inf"))
     values.update(
-        range_min=max(values["range_min"], nearest),
-        range_max=min(values["range_max"], farthest),
-        noise_stddev=values["noise_stddev"]
-        or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
-        rate=sensor.drawn_rate(tag="-"),
-        topic=sensor.names.text_topic("topicName", "/velodyne_points"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/velodyne")),
-        organized=is_true(child_text(sensor.plugin, "organize_cloud", "false")),
+        range_min=max(values["range_min"], nearest), range_max=min(values["range_max"], farthest)
     )
-    return CloudSpec(layout="velodyne", **values)
+    return CloudSpec(
+        **_sent(sensor, what, values, "/velodyne_points", rate_tag="-"),
+        frame_id=_frame(sensor, "/velodyne"),
+        organized=is_true(child_text(sensor.plugin, "organize_cloud", "false")),
+        layout="velodyne",
+    )
 
 
 def block_laser(sensor):
     """CloudSpec of libgazebo_ros_block_laser.so."""
-    what = f"lidar '{sensor.name}'"
-    values = _scan(sensor)
-    values.update(
-        noise_stddev=values["noise_stddev"]
-        or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
-        rate=sensor.drawn_rate(),
-        topic=sensor.names.text_topic("topicName", "/world"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/world")),
-    )
-    return CloudSpec(layout="block", **values)
+    values = _sent(sensor, f"lidar '{sensor.name}'", _layers(sensor), "/world")
+    return CloudSpec(**values, frame_id=_frame(sensor), layout="block")
 
 
 def range_sensor(sensor):
     """RangeSpec of libgazebo_ros_range.so."""
     what = f"range sensor '{sensor.name}'"
-    values = _scan(sensor)
-    values.update(
-        noise_stddev=values["noise_stddev"]
-        or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
-        rate=sensor.drawn_rate(),
-        topic=sensor.names.text_topic("topicName", "/range"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameName", "/world")),
-    )
     return RangeSpec(
+        **_sent(sensor, what, _layers(sensor), "/range"),
+        frame_id=_frame(sensor),
         infrared=child_text(sensor.plugin, "radiation", "infrared").lower() != "ultrasound",
         field_of_view=child_number(sensor.plugin, "fov", what, 0.05),
-        **values,
     )
 
 
 def sonar(sensor):
     """RangeSpec of libhector_gazebo_ros_sonar.so; its field of view is the narrower of both."""
-    what = f"sonar '{sensor.name}'"
-    values = _scan(sensor)
+    values = _layers(sensor)
     wide = values["max_angle"] - values["min_angle"]
     high = values["max_elevation"] - values["min_elevation"]
-    values.update(
-        noise_stddev=values["noise_stddev"]
-        or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
-        rate=sensor.drawn_rate(),
-        topic=sensor.names.text_topic("topicName", "sonar"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameId", sensor.link), False),
-    )
     angles = [angle for angle in (wide, high) if angle > 0.0]
-    return RangeSpec(infrared=False, field_of_view=min(angles, default=0.0), **values)
+    return RangeSpec(
+        **_sent(sensor, f"sonar '{sensor.name}'", values, "sonar"),
+        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameId", sensor.link), False),
+        infrared=False,
+        field_of_view=min(angles, default=0.0),
+    )

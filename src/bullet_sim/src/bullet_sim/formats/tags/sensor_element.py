@@ -20,6 +20,11 @@ class SensorElement:
     pose: tuple
     model: object
 
+    def part(self, tag):
+        """The sub-element with the sensor's numbers; without it they stand in the <sensor>."""
+        found = self.element.find(tag)
+        return self.element if found is None else found
+
     def rate(self, tag="updateRate", default=0.0):
         """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one."""
         what = f"sensor '{self.name}'"

@@ -62,7 +62,8 @@ def parse_sensor(element, link, model):
         place = (pose.position, pose.rpy)
         sensor = SensorElement(element, plugin, Names(plugin, model.name), name, link, place, model)
         try:
-            model.sensors.append(reader(sensor))
+            found = reader(sensor)
+            model.sensors += found if isinstance(found, list) else [found]
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
 
@@ -106,6 +107,7 @@ _LASERS = {
 }
 _READERS = {
     "camera": _CAMERAS | _DEPTH,
+    "multicamera": {"gazebo_ros_multicamera": cameras.multicamera},
     cameras.WIDE: {"gazebo_ros_camera": cameras.wide_angle_camera},
     "depth": _DEPTH | _CAMERAS,
     "depth_camera": _DEPTH | _CAMERAS,

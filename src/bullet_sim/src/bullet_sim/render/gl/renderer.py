@@ -13,7 +13,7 @@ from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.gl.sky import Sky
 from bullet_sim.render.gl.stage import Stage
 from bullet_sim.render.gl.targets import Targets
-from bullet_sim.render.pictures import Pictures
+from bullet_sim.render.pictures import Pictures, check_body, check_link
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.sources import links_of
 from bullet_sim.sensors.frames import sensor_in_world
@@ -120,22 +120,33 @@ class GlRenderer(Pictures):
         samples = f"{self._samples} samples a pixel" if self._samples else "no antialiasing"
         return f"{self.device}, {shadows}, {samples}"
 
-    def picture(self, request, rgb=None, depth=None):
-        """See Pictures."""
+    def _look(self, request):
+        """Prepare the stage for a camera.
+
+        Returns:
+            Its position (3,) [m] and rotation (3, 3), the matrix (4, 4) from places relative to the
+            stage's origin to clip space, the planes of its view, and what may be seen, (n,) bool.
+        """
         position, rotation = self.camera_pose(request)
-        stage, gl = self._stage, self._context.gl
+        stage = self._stage
         self._context.use()
         stage.set_origin(np.round(position / GRID) * GRID)
-        samples = 0 if request.depth else self._samples
-        target = self._targets.get(request.width, request.height, samples)
         clip = projection(
             request.horizontal_fov, request.width / request.height, request.near, request.far
         ) @ view(position - stage.origin, rotation)
         planes = view_planes(clip)
-        centres = stage.centres - stage.origin
-        seen = in_view(planes, centres, stage.radii)
+        seen = in_view(planes, stage.centres - stage.origin, stage.radii)
+        return position, rotation, clip, planes, seen
+
+    def picture(self, request, rgb=None, depth=None):
+        """See Pictures."""
+        position, rotation, clip, planes, seen = self._look(request)
+        stage, gl = self._stage, self._context.gl
+        samples = 0 if request.depth else self._samples
+        target = self._targets.get(request.width, request.height, samples)
         if self._has_shadows:
             away = np.array(self._sun.direction)
+            centres = stage.centres - stage.origin
             ends = centres + stage.shadow_lengths(away)[:, None] * away
             casts = stage.casts & in_view(planes, centres, stage.radii, ends)
             focal = request.width / (2.0 * np.tan(request.horizontal_fov / 2.0))
@@ -151,11 +162,7 @@ class GlRenderer(Pictures):
             )
         )
         self._frame.bind_to_uniform_block(0)
-        target.draw.use()
-        gl.front_face = "cw"  # pictures are drawn upside down
-        gl.depth_func = ">"
-        background = self._scene.background or (0.0, 0.0, 0.0)
-        target.draw.clear(*background, 1.0, depth=0.0)
+        self._begin(target, (*(self._scene.background or (0.0, 0.0, 0.0)), 1.0))
         self._draw_surfaces(seen, False, position)
         if self._scene.background is None:
             gl.enable_only(gl.DEPTH_TEST)
@@ -166,6 +173,28 @@ class GlRenderer(Pictures):
         if request.depth:
             depth = metres(target.depth(), request.near, request.far, depth)
         return rgb, depth
+
+    def label_picture(self, request):
+        """See Pictures; glass and the holes of cut-out textures count as what they belong to."""
+        _, _, clip, _, seen = self._look(request)
+        stage, gl, program = self._stage, self._context.gl, self._programs.label
+        target = self._targets.get(request.width, request.height, 0)
+        self._begin(target, (0.0,) * 4)
+        program["clip"].write(clip.T.astype(np.float32).tobytes())
+        for batch in stage.batches:
+            selection = stage.select(batch, seen, "seen")
+            if selection:
+                double = batch.kind.double_sided
+                gl.enable_only(gl.DEPTH_TEST if double else gl.DEPTH_TEST | gl.CULL_FACE)
+                stage.array(batch, selection, program).render(instances=selection.count)
+        return target.labels()
+
+    def _begin(self, target, color):
+        """Draw to a target from now on, which is cleared; pictures are drawn upside down."""
+        gl = self._context.gl
+        target.draw.use()
+        gl.front_face, gl.depth_func = "cw", ">"
+        target.draw.clear(*color, depth=0.0)
 
     def _draw_surfaces(self, seen, transparent, position):
         gl, stage = self._context.gl, self._stage
@@ -217,17 +246,8 @@ class GlRenderer(Pictures):
         if request.key is None:
             return sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
         firsts = self._stage.kinematics.firsts
-        if request.key not in firsts:
-            raise RenderError(
-                f"camera {request.name}: body {request.key} is not loaded, "
-                f"loaded are {sorted(firsts)}"
-            )
-        count = self._stage.kinematics.counts[request.key]
-        if not 0 <= request.link_index < count:
-            raise RenderError(
-                f"camera {request.name}: link index {request.link_index}, body "
-                f"{request.key} has 0 to {count - 1}"
-            )
+        check_body(request, firsts)
+        check_link(request, self._stage.kinematics.counts[request.key])
         place = self._stage.kinematics.places[firsts[request.key] + request.link_index]
         local = sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
         return place[:3, :3] @ local[0] + place[:3, 3], place[:3, :3] @ local[1]

@@ -1,76 +1,24 @@
 """What is to be drawn: every visual as an instance of an uploaded mesh, in batches."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
-from bullet_sim.render.gl.meshes.parts import GREY
-
-ROWS = 12  # numbers of an instance's place
-WIDTH = ROWS + 20  # and with its colours: diffuse, ambient, specular, emissive, label
-INSTANCE = ("4f",) * 8
-INSTANCE_NAMES = (
-    "in_row0",
-    "in_row1",
-    "in_row2",
-    "in_color",
-    "in_ambient",
-    "in_specular",
-    "in_emissive",
-    "in_label",
+from bullet_sim.render.gl.kinematics import Kinematics
+from bullet_sim.render.gl.meshes.batches import (
+    CORNER,
+    CORNER_NAMES,
+    INSTANCE,
+    INSTANCE_NAMES,
+    ROWS,
+    WIDTH,
+    Batch,
+    Selection,
+    attributes,
 )
-CORNER, CORNER_NAMES = ("3f", "3f", "2f"), ("in_position", "in_normal", "in_uv")
+from bullet_sim.render.gl.meshes.instances import describe
+
 LONGEST_SHADOW = 60.0  # [m]
 SUNK = 0.02  # [m] what stands on a floor may reach into it and throw no shadow on it
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What the instances of a batch have in common.
-
-    Attributes:
-        textured, shiny, lit: see shaders.Programs.
-        double_sided: whether the inside is drawn, too.
-        transparent: drawn after all others, from far to near.
-    """
-
-    textured: bool = False
-    shiny: bool = False
-    lit: bool = True
-    double_sided: bool = False
-    transparent: bool = False
-
-
-class Selection:
-    """Some instances of a batch in the graphics memory, for one purpose.
-
-    Attributes:
-        buffer: moderngl Buffer with room for all of them.
-        arrays: program -> vertex array.
-        count: of those in the buffer.
-        held: bytes that tell which ones, or None when they may have moved.
-    """
-
-    def __init__(self, gl, room):
-        self.buffer = gl.buffer(reserve=4 * WIDTH * room, dynamic=True)
-        self.arrays, self.count, self.held = {}, 0, None
-
-
-class Batch:
-    """Instances of one mesh that are drawn together.
-
-    Attributes:
-        look: Look of the first.
-        kind: Kind.
-        first, end: its range in the stage's table.
-        selections: purpose -> Selection.
-    """
-
-    def __init__(self, look, kind, first, end):
-        self.look, self.kind, self.first, self.end = look, kind, first, end
-        self.selections = {}
 
 
 class Stage:
@@ -132,7 +80,7 @@ class Stage:
         return new
 
     def _fill(self, found):
-        described = [_describe(*entry) for entry in found]
+        described = [describe(*entry) for entry in found]
         described = [entry for entry in described if entry is not None]
         order = {}
         for number, entry in enumerate(described):
@@ -264,88 +212,3 @@ class Stage:
                 index_element_size=4,
             )
         return selection.arrays[program]
-
-
-def attributes(program, buffer, layout, names, ending=""):
-    """Content of a vertex array: what a program does not use is skipped.
-
-    Args:
-        layout: formats of the attributes, e.g. ("3f", "2f").
-        names: of the attributes.
-        ending: of the whole format: " /i" for one a instance.
-    """
-    kinds = [
-        kind if name in program else f"{4 * int(kind[0])}x" for kind, name in zip(layout, names)
-    ]
-    return (buffer, " ".join(kinds) + ending, *[name for name in names if name in program])
-
-
-def _describe(key, row, moves, shape, look):
-    """One instance's numbers, or None when it is invisible."""
-    geometry, finish = shape.geometry, shape.finish
-    size = _size(geometry)
-    local = pose_matrix(shape.pose) @ np.diag([*size, 1.0])
-    color = _color(shape, look.part, geometry.kind)
-    alpha = color[3] * finish.opacity
-    if alpha <= 0.0:
-        return None
-    specular = look.part.specular if finish.specular is None else finish.specular
-    emissive = tuple(np.maximum(look.part.emissive, finish.emissive).tolist())
-    ambient = color[:3] if finish.ambient is None else finish.ambient
-    kind = Kind(
-        textured=look.texture is not None,
-        shiny=any(specular) or any(emissive),
-        lit=finish.lit,
-        double_sided=look.part.double_sided,
-        transparent=alpha < 0.999 or look.clear,
-    )
-    return {
-        "group": (look.mesh, look.texture, kind),
-        "look": look,
-        "row": row,
-        "local": local,
-        "middle": (*look.mesh.centre, 1.0),
-        "half": (look.mesh.high - look.mesh.low) / 2.0,
-        "radius": look.mesh.radius * max(size),
-        "casts": finish.cast_shadows and alpha > 0.5,
-        "still": not moves,
-        "colors": [
-            *color[:3],
-            alpha,
-            *ambient,
-            finish.shininess,
-            *specular,
-            0.0,
-            *emissive,
-            0.0,
-            *_label(key),
-        ],
-    }
-
-
-def _size(geometry):
-    """Factors (3,) from a solid of unit size."""
-    if geometry.kind == "cylinder":
-        radius, length = geometry.size
-        return (radius, radius, length)
-    if geometry.kind == "sphere":
-        return (geometry.size[0],) * 3
-    if geometry.kind == "mesh":
-        return (1.0, 1.0, 1.0)
-    return tuple(geometry.size) or (1.0, 1.0, 1.0)
-
-
-def _color(shape, part, kind):
-    """RGBA of an instance."""
-    if shape.texture:
-        return part.color
-    if kind != "mesh":
-        return shape.color or GREY
-    if shape.painted or part.color == GREY:
-        return shape.color or GREY
-    return part.color
-
-
-def _label(key):
-    """Four numbers 0..1 that make the bytes of a body's key."""
-    return [((key >> shift) & 255) / 255.0 for shift in (0, 8, 16)] + [1.0]

@@ -35,9 +35,9 @@ class Target:
         return cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
 
     def labels(self):
-        """The bytes of an 8-bit picture, (H, W, 4) uint8."""
+        """The numbers that the label program draws, (H, W) int32; of targets with one sample."""
         self._flat.read_into(self._rgba, components=4)
-        return self._rgba.copy()
+        return (self._rgba.view("<u4")[:, :, 0] & 0xFFFFFF).astype(np.int32)
 
     def depth(self):
         """The depth buffer, (H, W) float32; of targets with one sample a pixel."""

@@ -57,13 +57,34 @@ def picture(draw, request, rgb=None, depth=None):
     Returns:
         As Pictures.picture.
     """
-    (width, height, fov), places = plan(
-        request.width, request.height, request.horizontal_fov, request.distortion
-    )
-    wide = replace(request, width=width, height=height, horizontal_fov=fov, distortion=())
+    wide, places = _pinhole(request)
     colors, metres = draw(wide)
     rgb = cv2.remap(colors, places, None, cv2.INTER_LINEAR, dst=rgb)
     if metres is not None:  # distances are not mixed across edges
         depth = cv2.remap(metres, places, None, cv2.INTER_NEAREST, dst=depth)
         return rgb, depth
     return rgb, None
+
+
+def labels(draw, request):
+    """A label image through the lens of a request.
+
+    Args:
+        draw: function as Pictures.label_picture.
+        request: CameraRequest with a distortion.
+
+    Returns:
+        (H, W) float32 of whole numbers, as draw gives them.
+    """
+    wide, places = _pinhole(request)
+    # cv2.remap takes no int32; float32 is exact for numbers below 2^24, which labels are.
+    return cv2.remap(draw(wide).astype(np.float32), places, None, cv2.INTER_NEAREST)
+
+
+def _pinhole(request):
+    """The request of the pinhole to draw, and where the lens's pixels are in its picture."""
+    (width, height, fov), places = plan(
+        request.width, request.height, request.horizontal_fov, request.distortion
+    )
+    wide = replace(request, width=width, height=height, horizontal_fov=fov, distortion=())
+    return wide, places

@@ -88,15 +88,38 @@ def picture(draw, request, rgb=None):
     Returns:
         (H, W, 3) uint8.
     """
-    size, angle, sides = plan(request.width, request.height, request.lens)
     rgb = np.empty((request.height, request.width, 3), np.uint8) if rgb is None else rgb
     rgb[:] = 0
+    for side, places, mask in _sides(request):
+        colors, _ = draw(side)
+        rgb[mask] = cv2.remap(colors, places, None, cv2.INTER_LINEAR)[mask]
+    return rgb
+
+
+def labels(draw, request):
+    """A label image through the Lens of a request; 0 where it sees nothing.
+
+    Args:
+        draw: function as Pictures.label_picture.
+        request: CameraRequest with a lens.
+
+    Returns:
+        (H, W) float32 of whole numbers, as draw gives them.
+    """
+    found = np.zeros((request.height, request.width), np.float32)
+    for side, places, mask in _sides(request):
+        seen = draw(side).astype(np.float32)  # exact below 2^24
+        found[mask] = cv2.remap(seen, places, None, cv2.INTER_NEAREST)[mask]
+    return found
+
+
+def _sides(request):
+    """For each side that is seen: request of its pinhole, places of the pixels in it, mask."""
+    size, angle, sides = plan(request.width, request.height, request.lens)
     pose = Pose.from_xyz_rpy(*request.pose)
     pinhole = replace(
         request, width=size, height=size, horizontal_fov=angle, lens=None, depth=False
     )
     for number, places, mask in sides:
         side = pose * Pose(orientation=quaternion_from_rpy(*SIDES[number]))
-        colors, _ = draw(replace(pinhole, pose=(side.position, side.rpy)))
-        rgb[mask] = cv2.remap(colors, places, None, cv2.INTER_LINEAR)[mask]
-    return rgb
+        yield replace(pinhole, pose=(side.position, side.rpy)), places, mask

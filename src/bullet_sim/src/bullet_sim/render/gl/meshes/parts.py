@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bullet_sim.meshes.convert import GREY, WHITE, mean_color
+from bullet_sim.meshes.looks import GREY, WHITE, picture_of, rgba
 from bullet_sim.meshes.parts import check_corners, read_parts
 from bullet_sim.render.gl.meshes.normals import crease_normals
 
@@ -43,7 +43,7 @@ def mesh_parts(geometry):
         ModelError: it cannot be read or has no triangles.
     """
     scale = np.diag([*geometry.scale, 1.0])
-    found = [(mesh, place) for mesh, place in read_parts(geometry)]
+    found = read_parts(geometry)
     shift = np.eye(4)
     if geometry.centered:
         places = [_placed(np.asarray(mesh.vertices, float), place) for mesh, place in found]
@@ -104,41 +104,15 @@ def _looks(visual, covered):
     if visual is None or not visual.defined:
         return {"color": GREY}
     if material is None:
-        return {"color": _rgba(visual.main_color)}
-    looks = {"color": _rgba(material.main_color)}
-    picture = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
+        return {"color": rgba(visual.main_color)}
+    looks = {"color": rgba(material.main_color)}
+    picture = picture_of(material)
     if picture is not None and covered:
         looks.update(picture=picture, color=WHITE[:3] + (looks["color"][3],))
     if hasattr(material, "glossiness"):  # of an MTL
-        looks["specular"] = _rgba(material.specular)[:3]
+        looks["specular"] = rgba(material.specular)[:3]
     emissive = getattr(material, "emissiveFactor", None)
     if emissive is not None:
         looks["emissive"] = tuple(float(value) for value in emissive[:3])
     looks["double_sided"] = bool(getattr(material, "doubleSided", False))
     return looks
-
-
-def _rgba(color):
-    return tuple(float(value) / 255.0 for value in (list(color) + [255])[:4])
-
-
-def picture_of(path):
-    """Pillow image of a texture file, with its transparency.
-
-    Raises:
-        ModelError: it cannot be read.
-    """
-    from PIL import Image
-
-    from bullet_sim.errors import ModelError
-
-    try:
-        with Image.open(path) as opened:
-            return opened.convert("RGBA" if "A" in opened.getbands() else "RGB")
-    except (OSError, ValueError) as error:
-        raise ModelError(f"picture '{path}' cannot be read: {error}") from error
-
-
-def color_of(path):
-    """Mean RGBA of a texture file, for meshes without texture coordinates."""
-    return mean_color(path)

@@ -4,6 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from bullet_sim.meshes.box import CORNERS, box_sides
+
 SIDES = 48  # of a cylinder, and around a sphere
 RINGS = 24  # from pole to pole of a sphere
 
@@ -26,19 +28,11 @@ def solid(kind):
 def _box():
     """Each side shows the whole picture, upright where the side stands."""
     corners, triangles = [], []
-    for axis in range(3):
-        for side in (1.0, -1.0):
-            normal = np.zeros(3)
-            normal[axis] = side
-            right = np.array([0.0, side, 0.0]) if axis == 0 else np.array([1.0, 0.0, 0.0])
-            if axis == 1:
-                right = right * -side
-            up = np.cross(normal, right)
-            first = len(corners)
-            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                place = (normal + a * right + b * up) / 2.0
-                corners.append([*place, *normal, (a + 1) / 2.0, (b + 1) / 2.0])
-            triangles += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
+    for normal, places in box_sides():
+        first = len(corners)
+        for place, (a, b) in zip(places, CORNERS):
+            corners.append([*place / 2.0, *normal, (a + 1) / 2.0, (b + 1) / 2.0])
+        triangles += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
     return corners, triangles
 
 

@@ -5,7 +5,8 @@ import os
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.render.gl.meshes.parts import WHITE, Part, color_of, mesh_parts, picture_of
+from bullet_sim.meshes.looks import WHITE, mean_color, open_picture
+from bullet_sim.render.gl.meshes.parts import Part, mesh_parts
 from bullet_sim.render.gl.meshes.solids import solid
 
 MAX_PICTURE = 8192  # [px] longest side of a texture
@@ -90,7 +91,7 @@ class Store:
         found = []
         for look in looks:
             mapped = look.part.corners is None or look.part.corners[:, 6:].any()
-            part = Part(None, None, WHITE if mapped else color_of(shape.texture))
+            part = Part(None, None, WHITE if mapped else mean_color(shape.texture))
             found.append(Look(look.mesh, texture if mapped else None, clear and mapped, part))
         return found
 
@@ -119,7 +120,7 @@ class Store:
         key = (path, _stamp(path))
         self._used.add(key)
         if key not in self._pictures:
-            self._pictures[key] = self._upload(picture_of(path))
+            self._pictures[key] = self._upload(open_picture(path, transparent=True))
         return self._pictures[key]
 
     def _upload(self, picture):
