@@ -24,6 +24,13 @@ class Client:
         """Keep them."""
         self.waiting += [(snapshot, request, self.epoch) for request in requests]
 
+    def render_sync(self, snapshot, requests):
+        """At once."""
+        return [
+            SimpleNamespace(camera=request.name, time=snapshot, epoch=self.epoch, labels=None)
+            for request in requests
+        ]
+
     def discard(self):
         """Only the epoch: as if all were being drawn."""
         self.epoch += 1
@@ -32,7 +39,9 @@ class Client:
         """The pictures that were asked for are drawn."""
         waiting, self.waiting = self.waiting, []
         for snapshot, request, epoch in waiting:
-            self.on_frame(SimpleNamespace(camera=request.name, time=snapshot, epoch=epoch))
+            self.on_frame(
+                SimpleNamespace(camera=request.name, time=snapshot, epoch=epoch, labels=None)
+            )
 
 
 class Camera:
@@ -47,11 +56,11 @@ class Camera:
 
 
 @pytest.fixture(name="cameras")
-def _cameras(monkeypatch):
+def _cameras(monkeypatch, request):
     monkeypatch.setattr(module, "RenderClient", Client)
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
-    cameras = Cameras("tiny", False)
+    cameras = Cameras("tiny", getattr(request, "param", False))
     cameras.restart()  # before the first camera there is nothing to forget
     cameras.start()
     return cameras
@@ -83,3 +92,14 @@ def test_removing_leaves_a_later_namesake(cameras):
     cameras.draw(SimpleNamespace(snapshot=lambda: 2.0), [new])
     cameras._client.finish()
     assert (old.times, new.times) == ([], [1.0])
+
+
+@pytest.mark.parametrize(
+    "cameras, at_once", [(True, [1.0, 2.0, 3.0]), (False, [])], indirect=["cameras"]
+)
+def test_every_picture_is_waited_for_if_asked(cameras, at_once):
+    camera = Camera("a")
+    cameras.add(camera)
+    for now in (1.0, 2.0, 3.0):
+        cameras.draw(SimpleNamespace(snapshot=lambda: now), [camera])  # noqa: B023
+    assert camera.times == at_once

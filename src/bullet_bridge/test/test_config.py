@@ -25,6 +25,7 @@ def test_defaults():
         ("real_time_factor", 1.0, "world_pace", False),
         ("real_time_factor", 2.5, "real_time_factor", 2.5),
         ("lockstep", True, "lockstep", True),
+        ("every_picture", True, "every_picture", True),
         ("renderer", "tiny", "renderer", "tiny"),
         ("renderer", "gl", "renderer", "gl"),
         ("shadows", "true", "shadows", "true"),

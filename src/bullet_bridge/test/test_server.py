@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import rospy
 from bullet_bridge.config import Config
 from bullet_bridge.loop import clock as clock_module
 from bullet_bridge.loop import server as module
@@ -346,3 +347,20 @@ def test_the_process_time_is_the_published_time(monkeypatch):
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_current", None)
     clock_module.set_own_time(own[0])
     assert clock_module.rospy.get_time() == 1.25
+
+
+@pytest.mark.parametrize("ending", [True, False])
+def test_topics_that_a_shutdown_closes_during_a_batch_end_the_loop(monkeypatch, ending):
+    rig = Rig()
+
+    def publish(_step, _time):
+        raise rospy.ROSException("publish() to a closed topic")
+
+    rig.robots.publish = publish
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: False)
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: ending)
+    if ending:
+        rig.server.run()
+    else:
+        with pytest.raises(rospy.ROSException):
+            rig.server.run()

@@ -28,7 +28,15 @@ GAZEBO_ARGUMENTS = {
     "server_required",
     "gui_required",
 }
-OURS = {"real_time_factor", "lockstep", "renderer", "shadows", "antialias"}
+OURS = {
+    "real_time_factor",
+    "lockstep",
+    "renderer",
+    "shadows",
+    "antialias",
+    "labels",
+    "every_picture",
+}
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",
     "gazebo_plugins",

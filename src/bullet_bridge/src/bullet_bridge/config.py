@@ -16,8 +16,10 @@ class Config:
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
+        every_picture: wait for each due picture, without lockstep, too; time slows down instead.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
+        labels: every camera also publishes which model each pixel shows.
         clock_rate: messages on /clock per simulated second [Hz].
         states_rate: of model_states and link_states in simulated time [Hz].
         seed: of all sensor noise.
@@ -31,9 +33,11 @@ class Config:
     real_time_factor: float = number(1.0, least=0.0)
     world_pace: bool = False
     lockstep: bool = flag(False)
+    every_picture: bool = flag(False)
     renderer: str = choice("auto", RENDERERS)
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
+    labels: bool = flag(False)
     clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
     states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)

@@ -1,6 +1,7 @@
 """Assembly of the bridge node."""
 
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 
 import rospy
@@ -9,6 +10,8 @@ from bullet_sim.formats.xml_read import is_true
 from bullet_sim.render.request import Quality
 from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
+from paddock_common.logs import bear_failures
+from paddock_common.orphans import end_with_roslaunch
 
 from bullet_bridge.config import parse_config
 from bullet_bridge.loop.arrivals import Arrivals
@@ -25,6 +28,7 @@ from bullet_bridge.robots import Robots
 from bullet_bridge.services.describe import DescribeService
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.transport import publishing
+from bullet_bridge.transport.master_watch import MasterWatch
 from bullet_bridge.transport.relay import Relay
 
 
@@ -37,62 +41,91 @@ def start_relay():
         return None
 
 
+def end(reason):
+    """End the node with a reason, from any thread."""
+    rospy.logfatal("%s", reason)
+    rospy.signal_shutdown(reason)
+
+
 def main():
-    """Run the node `gazebo`; returns 1 after logging the reason when it cannot start."""
+    """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
+    bear_failures()
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
     rospy.init_node("gazebo", disable_rostime=True)
+    end_with_roslaunch()
+    master = MasterWatch(end)
+    master.start()
+    with ExitStack() as parts:
+        try:
+            make_server(parts).run()
+        except (SimError, ValueError) as error:
+            rospy.logfatal("%s", error)
+            return 1
+        finally:
+            master.close()
+    return 1 if master.reason else 0
+
+
+def make_server(parts):
+    """Make everything that the node's parameters ask for.
+
+    Args:
+        parts: ExitStack that closes it, the last made first.
+
+    Returns:
+        Server, ready to run.
+    """
     world = World()
+    parts.callback(world.close)
     world.contacts.on_implausible = rospy.logerr
-    cameras = viewer = relay = None
-    try:
-        config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
-        publishing.set_lockstep(config.lockstep)
-        relay = None if config.lockstep else start_relay()
-        publishing.set_relay(relay)
-        resolve = Resolver()
-        described = load_world(world, config.world_file, resolve)
-        if config.world_pace and described is not None:
-            config = replace(config, real_time_factor=described.real_time_factor)
-        jobs = JobQueue()
-        rospy.on_shutdown(jobs.close)
-        quality = Quality(config.shadows, config.antialias)
-        cameras = Cameras(config.renderer, config.lockstep, quality, lambda: world.scene)
-        arrivals = Arrivals()
-        robots = Robots(jobs, world, cameras, config.seed, arrivals)
-        own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
-        clock = SimClock(config.clock_rate, world.time_step, own=own_time)
-        server = Server(world, jobs, robots, config, clock, relay=relay)
-        GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
-        StatisticsService(jobs, server)
-        DescribeService(jobs, world, robots, described)
-        StepService(jobs, server, arrivals, config.step_timeout)
-        robots.connect_world_models()
-        viewer = ViewerLink(jobs, world, server, config.renderer)
-        viewer.advertise()
-        if config.gui and not config.headless:
-            viewer.open()
-        rospy.loginfo(
-            "world '%s' is up: step %g s, %s",
-            world.name,
-            world.time_step,
-            f"real time x {config.real_time_factor:g}"
-            if config.real_time_factor
-            else "as fast as possible",
-        )
-        server.run()
-    except (SimError, ValueError) as error:
-        rospy.logfatal("%s", error)
-        return 1
-    finally:
-        if viewer is not None:
-            viewer.close()
-        if cameras is not None:
-            cameras.close()
-        if relay is not None:
-            relay.close()
-        world.close()
-    return 0
+    config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
+    publishing.set_lockstep(config.lockstep)
+    relay = None if config.lockstep else start_relay()
+    if relay is not None:
+        parts.callback(relay.close)
+    publishing.set_relay(relay)
+    resolve = Resolver()
+    described = load_world(world, config.world_file, resolve)
+    if config.world_pace and described is not None:
+        config = replace(config, real_time_factor=described.real_time_factor)
+    jobs = JobQueue()
+    rospy.on_shutdown(jobs.close)
+    cameras = make_cameras(world, config)
+    parts.callback(cameras.close)
+    arrivals = Arrivals()
+    robots = Robots(jobs, world, cameras, config.seed, arrivals)
+    own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
+    clock = SimClock(config.clock_rate, world.time_step, own=own_time)
+    server = Server(world, jobs, robots, config, clock, relay=relay)
+    GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
+    StatisticsService(jobs, server)
+    DescribeService(jobs, world, robots, described)
+    StepService(jobs, server, arrivals, config.step_timeout)
+    robots.connect_world_models()
+    viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
+    parts.callback(viewer.close)
+    viewer.advertise()
+    if config.gui and not config.headless:
+        viewer.open()
+    factor = config.real_time_factor
+    pace = f"real time x {factor:g}" if factor else "as fast as possible"
+    rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)
+    return server
+
+
+def quality_of(config):
+    """Quality of the OpenGL renderer."""
+    return Quality(config.shadows, config.antialias)
+
+
+def make_cameras(world, config):
+    """The Cameras, with labels where they are asked for."""
+    wait = config.lockstep or config.every_picture
+    cameras = Cameras(config.renderer, wait, quality_of(config), lambda: world.scene)
+    if config.labels:
+        cameras.publish_labels(lambda: {m.source.key: m.name for m in world.models.values()})
+    return cameras
 
 
 if __name__ == "__main__":

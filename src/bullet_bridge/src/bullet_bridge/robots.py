@@ -5,6 +5,7 @@ import time as wall
 import zlib
 
 import rospy
+from bullet_sim.system.object_state import ObjectState
 
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.arrivals import Arrivals
@@ -15,6 +16,13 @@ from bullet_bridge.transport.publishing import all_or_none
 
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
 CHECK_GAP = 0.005  # [s] ... and least wall time between them
+# Modules whose objects hold the state of sensors and plugins.
+MODULES = (
+    "bullet_bridge.outputs.",
+    "bullet_bridge.loop.schedule",
+    "bullet_sim.controllers.",
+    "bullet_sim.sensors.",
+)
 
 
 def _publish(what, publish, *arguments):
@@ -237,6 +245,21 @@ class Robots:
     def show_scene(self):
         """Let the pictures show the world's present lights."""
         self._cameras.set_sources(self._world.sources())
+
+    def save_state(self):
+        """State of sensors and plugins, and the commands that wait for the next step."""
+        outputs = [output for outputs in self._outputs.values() for output in outputs]
+        commands = [(control, control.waiting_commands()) for control in self._controls.values()]
+        return ObjectState(outputs, MODULES), commands
+
+    def restore_state(self, state):
+        """Restore the result of save_state() of the same models, after a restart()."""
+        outputs, commands = state
+        outputs.restore()
+        for control, waiting in commands:
+            for name, values in waiting.items():
+                control.buffer_command(name, values)
+        self.refresh()
 
     def restart(self):
         """Restart controls, outputs and cameras after a reset."""

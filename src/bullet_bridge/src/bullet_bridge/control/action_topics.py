@@ -10,6 +10,7 @@ import threading
 
 import actionlib
 import rospy
+from bullet_sim.errors import ControllerError, SimError
 
 STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
 
@@ -21,6 +22,48 @@ class _Server(actionlib.ActionServer):
         super().initialize()
         if self.status_timer is not None:
             self.status_timer.shutdown()
+
+
+class Pursuit:
+    """The goal that a controller pursues; for Topics with an action, mixed in before them."""
+
+    def _serve(self, name, action):
+        """Start the action of a name in the controller's namespace; _on_goal gets its goals."""
+        self._handle = self._goal = None  # of the goal that is pursued
+        self._id = None  # asked of a handle, it would wait for the server's lock
+        self._action = ActionTopics(f"{self.name}/{name}", action, self._on_goal, self._on_cancel)
+        self._endpoints.append(self._action)
+
+    def _check_running(self):
+        if not self._robot.manager.is_running(self._spec.name):
+            raise ControllerError(f"controller '{self._spec.name}' does not run")
+
+    def _accept(self, handle, name, goal):
+        """Accept a goal (simulation thread, while the server waits for it)."""
+        self._handle, self._goal, self._id = handle, goal, name
+        self._action.say(handle.set_accepted)
+
+    def _on_cancel(self, handle):
+        name = handle.get_goal_id().id
+        try:
+            self._robot.call(lambda: self._cancel(name))
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s: goal cannot be cancelled: %s", self.name, error)
+
+    def _cancel(self, name):
+        if name == self._id:
+            self.controller.cancel(self._goal)
+
+    def _finish(self, handle, outcome, result):
+        """Report the end of a goal (simulation thread)."""
+        if handle is self._handle:
+            self._handle = self._goal = self._id = None
+        finish = {
+            "succeeded": handle.set_succeeded,
+            "aborted": handle.set_aborted,
+            "canceled": handle.set_canceled,
+        }[outcome]
+        self._action.say(finish, result)
 
 
 class ActionTopics:

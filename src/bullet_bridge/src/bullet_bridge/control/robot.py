@@ -4,19 +4,14 @@ import math
 import threading
 
 import rospy
-from bullet_sim.controllers.drive import steer_bot
-from bullet_sim.controllers.pid import parse_pid
-from bullet_sim.description.parts import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import ControllerError, SimError
 
-from bullet_bridge.control.pid_tuning import PidTuning
 from bullet_bridge.control.services import ControllerServices
 from bullet_bridge.control.table import topics_of
+from bullet_bridge.control.tuning import Tunings, set_hardware
 from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.loop.jobs import Ended
 from bullet_bridge.transport.publishing import all_or_none
-
-PID_GAINS = "gazebo_ros_control/pid_gains"
 
 
 class RobotControl:
@@ -38,68 +33,17 @@ class RobotControl:
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self.arrivals = arrivals or Arrivals()
         self._commands, self._lock = {}, threading.Lock()
-        self._topics, self._tunings, self._logged = {}, {}, set()
+        self._topics, self._tunings, self._logged = {}, Tunings(jobs), set()
         self._publishing = {}  # of the topics: those of running controllers that publish
         self.closed = False
         try:
-            self._set_hardware()
+            set_hardware(model, self.namespace, self._tunings)
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload
             )
         except BaseException:
             self._close_topics()
             raise
-
-    def _set_hardware(self):
-        """Set up the hardware layer that <robotSimType> names."""
-        if self.model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
-            self._set_joint_gains()
-            return
-        where = f"{self.namespace}/{steer_bot.NAMESPACE}"
-        joints = self.model.joints
-        try:
-            config = steer_bot.parse_steer_bot(
-                rospy.get_param(where, None), where, joints.names, self.model.description
-            )
-        except SimError as error:
-            rospy.logerr("%s; the joints are those of the URDF", error)
-            return
-        self.manager.hardware.put_before(
-            steer_bot.SteerBotJoints(joints, config), config.interfaces()
-        )
-
-    def _set_joint_gains(self):
-        """Read the gains of joints that follow their commands by a PID."""
-        entries = rospy.get_param(f"{self.namespace}/{PID_GAINS}", None) or {}
-        if not isinstance(entries, dict):
-            rospy.logerr(
-                "%s/%s is %r, must be a mapping from joints to gains",
-                self.namespace,
-                PID_GAINS,
-                entries,
-            )
-            return
-        for joint, values in entries.items():
-            where, warnings = f"{self.namespace}/{PID_GAINS}/{joint}", []
-            try:
-                gains = parse_pid(values, where, warnings)
-                self.manager.hardware.set_gains(joint, gains)
-                self._tune(
-                    PID_GAINS,
-                    where,
-                    gains,
-                    lambda gains, j=joint: self.manager.hardware.set_gains(j, gains),
-                )
-            except (SimError, TimeoutError) as error:
-                warnings.append(f"{error}; the gains are not used")
-            for text in warnings:
-                rospy.logwarn("%s", text)
-
-    def _tune(self, owner, namespace, gains, apply):
-        """Start a dynamic_reconfigure server; `apply` runs in the simulation thread."""
-        tuning = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
-        with self._lock:
-            self._tunings.setdefault(owner, []).append(tuning)
 
     def pid_namespace(self, spec, number):
         """Namespace of the parameters of a controller's PID, that of its joint `number`."""
@@ -163,6 +107,11 @@ class RobotControl:
         with self._lock:
             self._commands[name] = values
 
+    def waiting_commands(self):
+        """The commands that wait for the next step, by controller."""
+        with self._lock:
+            return dict(self._commands)
+
     def _load(self, name):
         config = rospy.get_param(f"{self.namespace}/{name}", None)
         if config is None:
@@ -189,7 +138,7 @@ class RobotControl:
                 self._unload(name)
                 return False
             for number, gains in enumerate(spec.gains):
-                self._tune(
+                self._tunings.add(
                     name,
                     self.pid_namespace(spec, number),
                     gains,
@@ -239,7 +188,7 @@ class RobotControl:
             self.manager.unload(name)
             with self._lock:
                 self._commands.pop(name, None)
-                return self._topics.pop(name, None), self._tunings.pop(name, [])
+            return self._topics.pop(name, None), self._tunings.take(name)
 
         done = self._run_job(work)
         if done is None:
@@ -272,7 +221,6 @@ class RobotControl:
     def _close_topics(self):
         """Close topics and tunings, each once."""
         with self._lock:
-            topics, tunings = self._topics, self._tunings
-            self._topics, self._tunings = {}, {}
-        for part in [*topics.values(), *(t for ts in tunings.values() for t in ts)]:
+            topics, self._topics = self._topics, {}
+        for part in [*topics.values(), *self._tunings.take_all()]:
             part.close()

@@ -4,7 +4,7 @@ import rospy
 from bullet_sim.controllers.actions.plan import Command, JointsError, Point
 from bullet_sim.controllers.actions.tolerances import Tolerance
 from bullet_sim.controllers.actions.trajectory import Goal
-from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.errors import SimError
 from control_msgs.msg import (
     FollowJointTrajectoryAction,
     FollowJointTrajectoryFeedback,
@@ -14,7 +14,7 @@ from control_msgs.msg import (
 from control_msgs.srv import QueryTrajectoryState, QueryTrajectoryStateResponse
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bullet_bridge.control.action_topics import ActionTopics
+from bullet_bridge.control.action_topics import Pursuit
 from bullet_bridge.control.topics import Commands
 from bullet_bridge.transport.conversions import stamp
 
@@ -47,7 +47,7 @@ def _point(motion):
     )
 
 
-class Trajectories(Commands):
+class Trajectories(Pursuit, Commands):
     """trajectory_msgs/JointTrajectory on command, control_msgs/FollowJointTrajectory as action."""
 
     def __init__(self, robot, spec):
@@ -55,15 +55,7 @@ class Trajectories(Commands):
         self.controller.clock = lambda: robot.world.time
         self._state = self._publisher(f"{self.name}/state", JointTrajectoryControllerState)
         self._state_schedule = self._every(spec.publish_rate, self._state)
-        self._handle = self._goal = None  # of the goal that is pursued
-        self._id = None  # asked of a handle, it would wait for the server's lock
-        self._action = ActionTopics(
-            f"{self.name}/follow_joint_trajectory",
-            FollowJointTrajectoryAction,
-            self._on_goal,
-            self._on_cancel,
-        )
-        self._endpoints.append(self._action)
+        self._serve("follow_joint_trajectory", FollowJointTrajectoryAction)
         self._feedback_schedule = self._every_while(
             spec.action.monitor_rate,
             lambda: self._handle is not None and self._action.has_subscribers(),
@@ -81,7 +73,11 @@ class Trajectories(Commands):
         message, result = handle.get_goal(), FollowJointTrajectoryResult()
         name = handle.get_goal_id().id
         goal = Goal(
-            lambda *outcome: self._finished(handle, *outcome),
+            lambda outcome, code, text: self._finish(
+                handle,
+                outcome,
+                FollowJointTrajectoryResult(error_code=code, error_string=text),
+            ),
             tolerances_of(message.path_tolerance),
             tolerances_of(message.goal_tolerance),
             message.goal_time_tolerance.to_sec(),
@@ -98,34 +94,10 @@ class Trajectories(Commands):
             handle.set_rejected(result, str(error))
 
     def _pursue(self, handle, name, command, goal):
-        """Accept a goal (simulation thread, while the server waits for it)."""
-        if not self._robot.manager.is_running(self._spec.name):
-            raise ControllerError(f"controller '{self._spec.name}' does not run")
+        """Check and accept a goal (simulation thread)."""
+        self._check_running()
         self.controller.pursue(command, goal)
-        self._handle, self._goal, self._id = handle, goal, name
-        self._action.say(handle.set_accepted)
-
-    def _on_cancel(self, handle):
-        name = handle.get_goal_id().id
-        try:
-            self._robot.call(lambda: self._cancel(name))
-        except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: goal cannot be cancelled: %s", self.name, error)
-
-    def _cancel(self, name):
-        if name == self._id:
-            self.controller.cancel(self._goal)
-
-    def _finished(self, handle, outcome, code, text):
-        """Report the end of a goal (simulation thread)."""
-        if handle is self._handle:
-            self._handle = self._goal = self._id = None
-        finish = {
-            "succeeded": handle.set_succeeded,
-            "aborted": handle.set_aborted,
-            "canceled": handle.set_canceled,
-        }[outcome]
-        self._action.say(finish, FollowJointTrajectoryResult(error_code=code, error_string=text))
+        self._accept(handle, name, goal)
 
     # what is published ------------------------------------------------------------------------
     def _planned(self, request):
@@ -141,8 +113,7 @@ class Trajectories(Commands):
         )
 
     def _motion_at(self, time):
-        if not self._robot.manager.is_running(self._spec.name):
-            raise ControllerError(f"controller '{self._spec.name}' does not run")
+        self._check_running()
         return self.controller.planned(time)
 
     def publish(self, step, time):

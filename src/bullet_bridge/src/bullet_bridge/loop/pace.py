@@ -14,13 +14,14 @@ class Pace:
     Args:
         factor: simulated seconds per wall second; 0: as fast as possible.
         now: function that gives wall time [s].
+        on_measured: called with the measured real time factor after each full WINDOW.
 
     Attributes:
         factor: as above.
     """
 
-    def __init__(self, factor, now=wall.monotonic):
-        self.factor, self._now = factor, now
+    def __init__(self, factor, now=wall.monotonic, on_measured=None):
+        self.factor, self._now, self._on_measured = factor, now, on_measured
         self._late = collections.deque(maxlen=HISTORY)
         self._measured = 0.0
         self.anchor(0.0)
@@ -36,6 +37,8 @@ class Pace:
         if now - self._mark_wall >= WINDOW:
             self._measured = (time - self._mark_sim) / (now - self._mark_wall)
             self._mark_wall, self._mark_sim = now, time
+            if self._on_measured is not None:
+                self._on_measured(self._measured)
         if self.factor == 0:
             return 0.0
         delay = self._wall_start + (time - self._sim_start) / self.factor - now

@@ -10,6 +10,7 @@ from bullet_sim.errors import WorldError
 
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.pace import Pace
+from bullet_bridge.loop.slowness import Slowness
 
 PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
@@ -49,7 +50,8 @@ class Server:
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic = config.monotonic_clock
         self._now, self._relay = now, relay
-        self._pace = Pace(config.real_time_factor, now)
+        self._slowness = Slowness(now=now)
+        self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
         self._clock_mark, self._clock_waits = (now(), world.step_count), False
         self._reporters, self._steps = [], None
@@ -73,6 +75,11 @@ class Server:
         self._reporters.append(reporter)
 
     @property
+    def time(self):
+        """Simulated time [s]."""
+        return self._world.time
+
+    @property
     def real_time_factor(self):
         """Simulated seconds per wall second; 0: as fast as possible."""
         return self._pace.factor
@@ -83,6 +90,9 @@ class Server:
         if self.paused:
             values["real_time_factor"] = 0.0
         return values
+
+    def _measured(self, factor):
+        self._slowness.measured(factor, self._pace.factor, self._world.time_step)
 
     def set_pace(self, factor):
         """Change the real time factor (simulation thread)."""
@@ -107,6 +117,7 @@ class Server:
 
     def _anchor(self):
         """Measure the pace from now on."""
+        self._slowness.restart()
         self._pace.anchor(self._world.time)
 
     def run(self):
@@ -116,7 +127,14 @@ class Server:
         gc.freeze()  # later collections skip these objects: shorter pauses
         self._clock.publish(self._world.time)
         while not rospy.is_shutdown():
-            self.spin_once()
+            try:
+                self.spin_once()
+            except rospy.ROSException:
+                # A shutdown from another thread (rosnode kill, a master that is gone) closes the
+                # topics while a batch is being published.
+                if not rospy.core.is_shutdown_requested():
+                    raise
+                return
 
     def spin_once(self):
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
@@ -238,6 +256,10 @@ class Server:
         self._end_steps("the simulation was reset by another call")
         self._world.sort_models()
         self._world.reset(time=time and not self._monotonic)
+        self._restart()
+
+    def _restart(self):
+        """Restart all schedules at the present step."""
         self._clock.restart(self._world.step_count)
         self._robots.restart()
         for reporter in self._reporters:
@@ -245,6 +267,31 @@ class Server:
         self._anchor()
         self._clock.publish(self._world.time)
         self._drain_relay()
+
+    def save_state(self):
+        """The state of world, controllers and sensors, for restore_state()."""
+        return self._world.save_state(), self._robots.save_state()
+
+    def restore_state(self, state):
+        """Go back to a saved state, also of simulated time.
+
+        Returns:
+            What is not as it was, one sentence, or ''.
+
+        Raises:
+            WorldError: the models are others, or the clock is monotonic; nothing has changed then.
+        """
+        if self._monotonic:
+            raise WorldError(
+                "a state cannot be restored with monotonic_clock: time would go back; start "
+                "without it"
+            )
+        world, robots = state
+        note = self._world.restore_state(world)
+        self._end_steps("a state was restored by another call")
+        self._restart()
+        self._robots.restore_state(robots)
+        return note
 
     def _drain_relay(self):
         """Wait until all messages are sent, so that a caller gets its answer after them."""

@@ -1,11 +1,15 @@
-"""Cameras: one render worker for all; the simulation thread does not wait for it."""
+"""Cameras: one render worker for all; the simulation thread waits for it only if asked to."""
 
+import json
 import threading
 
 import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
+from std_msgs.msg import String
+
+from bullet_bridge.transport.publishing import publisher
 
 
 class Cameras:
@@ -13,13 +17,14 @@ class Cameras:
 
     Args:
         renderer: auto, gl or tiny.
-        lockstep: True: wait for each due picture; runs are then reproducible.
+        wait: True: wait for each due picture, as in lockstep: none is left out, and the physics
+            waits for the renderer.
         quality: Quality of the OpenGL renderer.
         scene: function without arguments that gives the world's Scene.
     """
 
-    def __init__(self, renderer, lockstep, quality=DEFAULT, scene=lambda: None):
-        self._renderer, self._lockstep, self._quality = renderer, lockstep, quality
+    def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
+        self._renderer, self._wait, self._quality = renderer, wait, quality
         self._scene = scene
         self._client, self._outputs = None, {}
         self._starting = threading.Lock()
@@ -27,6 +32,7 @@ class Cameras:
         self._ready = False
         self._sources = []
         self._failures = []
+        self._names = self._legend = None
 
     def start(self):
         """Start the worker unless it runs; called outside the simulation thread."""
@@ -54,8 +60,20 @@ class Cameras:
             client.set_sources(self._sources, self._scene())
             self._ready = True
 
+    def publish_labels(self, names):
+        """Publish a label image for each camera, and the latched topic ~labels: what labels mean,
+        as JSON {"label": "model's name"}.
+
+        Args:
+            names: function without arguments that gives them as a dict.
+        """
+        self._names = names
+        self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
+
     def add(self, output):
         """Add a camera output."""
+        if self._legend is not None:
+            output.add_labels()
         self._outputs[output.request.name] = output
 
     def remove(self, output):
@@ -66,6 +84,8 @@ class Cameras:
     def set_sources(self, sources):
         """Send the worker the present bodies."""
         self._sources = sources
+        if self._legend is not None:
+            self._legend.publish(json.dumps(self._names()))
         if self._ready:
             self._client.set_sources(sources, self._scene())
 
@@ -82,7 +102,7 @@ class Cameras:
             self._failures = ["there is no renderer, pictures are missing"]
             return
         requests = [output.request for output in outputs]
-        if not self._lockstep:
+        if not self._wait:
             self._client.submit(world.snapshot(), requests)
             return
         try:
@@ -109,6 +129,8 @@ class Cameras:
         if output is not None and not rospy.is_shutdown():
             try:
                 output.publish_frame(frame)
+                if frame.labels is not None:
+                    output.publish_labels(frame)
             except rospy.ROSException:
                 pass  # the topic was just unregistered
 

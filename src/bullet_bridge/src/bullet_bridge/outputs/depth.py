@@ -44,20 +44,10 @@ def point_cloud(time, spec, depth, rgb, k):
         rgb: (H, W, 3) uint8.
         k: (3, 3) [px].
     """
-    height, width = depth.shape
-    data = np.zeros((height, width), _POINT)
+    data = np.zeros(depth.shape, _POINT)
     data["xyz"] = camera.points(depth, k)
     data["bgr"] = rgb[:, :, ::-1]
-    message = PointCloud2(
-        height=height,
-        width=width,
-        fields=_FIELDS,
-        is_bigendian=False,
-        point_step=_POINT.itemsize,
-        row_step=_POINT.itemsize * width,
-        data=data.tobytes(),
-        is_dense=bool(np.isfinite(depth).all()),
-    )
+    message = conversions.cloud(data, _FIELDS, bool(np.isfinite(depth).all()))
     message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
     return message
 

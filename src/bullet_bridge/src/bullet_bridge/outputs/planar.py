@@ -5,11 +5,12 @@ import math
 from bullet_sim.sensors import ground_truth
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.loop.schedule import Schedule
 from bullet_bridge.outputs.sensors import Output
-from bullet_bridge.outputs.wheels import command_of, odometry_message, odometry_transform
+from bullet_bridge.outputs.wheels import command_of, odometry_message
 from bullet_bridge.transport.publishing import publisher
 
 
@@ -66,7 +67,7 @@ class PlanarMoveOutput(Output):
         linear, angular = ground_truth.twist(pose.orientation, linear, angular)
         message = odometry_message(time, self.spec, pose, linear, angular)
         self.publisher.publish(message)
-        self._transform.publish(TFMessage([odometry_transform(message)]))
+        self._transform.publish(TFMessage([transform_of(message)]))
 
     def close(self):
         super().close()

@@ -5,7 +5,7 @@ from bullet_sim.sensors.layers import LayeredLidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField, Range
 
-from bullet_bridge.outputs.sensors import Output
+from bullet_bridge.outputs.sensors import RaysOutput
 from bullet_bridge.transport import conversions
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
@@ -30,24 +30,6 @@ _FIELDS = [
 ]
 
 
-class _RaysOutput(Output):
-    """Casts the rays of a CloudSpec or RangeSpec."""
-
-    def __init__(self, world, model, spec, seed):
-        self._lidar = LayeredLidar(spec)
-        super().__init__(world, model, spec, seed)
-
-    def _scan(self):
-        pose, _, _ = self.model.link_state(self.spec.link)
-        return self._lidar.scan(
-            self.world.engine,
-            np.array(pose.position),
-            np.array(pose.orientation),
-            self.rng,
-            self.model.body,
-        )
-
-
 def velodyne_cloud(spec, points, rings):
     """sensor_msgs/PointCloud2 of points (n, 3), without stamp.
 
@@ -62,23 +44,13 @@ def velodyne_cloud(spec, points, rings):
         data = data.reshape(-1, spec.layers).T[::-1]
     else:
         data = data[np.isfinite(points).all(axis=1)][None, :]
-    height, width = data.shape
-    return PointCloud2(
-        height=height,
-        width=width,
-        fields=_FIELDS,
-        is_bigendian=False,
-        point_step=_POINT.itemsize,
-        row_step=_POINT.itemsize * width,
-        data=np.ascontiguousarray(data).tobytes(),
-        is_dense=not spec.organized,
-    )
+    return conversions.cloud(data, _FIELDS, not spec.organized)
 
 
-class CloudOutput(_RaysOutput):
+class CloudOutput(RaysOutput):
     """sensor_msgs/PointCloud2 of a velodyne, intensities 0."""
 
-    message = PointCloud2
+    message, lidar = PointCloud2, LayeredLidar
     relayed = False
 
     def update(self, time):
@@ -88,10 +60,10 @@ class CloudOutput(_RaysOutput):
         self.publisher.publish(message)
 
 
-class BlockLaserOutput(_RaysOutput):
+class BlockLaserOutput(RaysOutput):
     """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only, intensities 0."""
 
-    message = PointCloud
+    message, lidar = PointCloud, LayeredLidar
     relayed = False
 
     def update(self, time):
@@ -110,10 +82,10 @@ def cloud_output(world, model, spec, seed):
     return kind(world, model, spec, seed)
 
 
-class RangeOutput(_RaysOutput):
+class RangeOutput(RaysOutput):
     """sensor_msgs/Range: the nearest hit, max_range where there is none."""
 
-    message = Range
+    message, lidar = Range, LayeredLidar
 
     def update(self, time):
         spec, ranges = self.spec, self._scan()

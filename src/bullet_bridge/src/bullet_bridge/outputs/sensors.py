@@ -3,9 +3,12 @@
 Everything here runs in the simulation thread, except creation of publishers.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from bullet_sim.pose import Pose, cross
-from bullet_sim.sensors import camera, ground_truth, imu, lidar
+from bullet_sim.sensors import camera, ground_truth, imu
+from bullet_sim.sensors.lidar import Lidar
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 
@@ -94,38 +97,63 @@ class GroundTruthOutput(Output):
         self._sender.send(time, position, orientation, linear, angular)
 
 
-class LidarOutput(Output):
-    """sensor_msgs/LaserScan; all rays of a scan are cast at one time."""
+class RaysOutput(Output):
+    """Casts the rays of a lidar, all of a scan at one time.
 
-    message = LaserScan
+    Attributes:
+        lidar: class of the core's lidar.
+    """
+
+    lidar = Lidar
 
     def __init__(self, world, model, spec, seed):
-        self._lidar = lidar.Lidar(spec)
+        self._lidar = self.lidar(spec)
         super().__init__(world, model, spec, seed)
-        self._sender = PackedScan(
-            self.publisher, spec, self._lidar.angle_increment, len(self._lidar.angles)
-        )
 
-    def update(self, time):
+    def _scan(self):
         pose, _, _ = self.model.link_state(self.spec.link)
-        ranges = self._lidar.scan(
+        return self._lidar.scan(
             self.world.engine,
             np.array(pose.position),
             np.array(pose.orientation),
             self.rng,
             self.model.body,
         )
-        self._sender.send(time, ranges)
 
 
-class ImuOutput(Output):
-    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+class LidarOutput(RaysOutput):
+    """sensor_msgs/LaserScan."""
 
-    message = Imu
+    message = LaserScan
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedScan(
+            self.publisher, spec, self._lidar.angle_increment, len(self._lidar.angles)
+        )
+
+    def update(self, time):
+        self._sender.send(time, self._scan())
+
+
+class DifferenceOutput(Output):
+    """Compares a state with that of its last message, which it forgets without subscribers."""
 
     def restart(self):
         super().restart()
         self._before = None
+
+    def has_subscribers(self):
+        subscribed = super().has_subscribers()
+        if not subscribed:
+            self._before = None
+        return subscribed
+
+
+class ImuOutput(DifferenceOutput):
+    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+
+    message = Imu
 
     def update(self, time):
         pose, linear, angular = self.sensor_state()
@@ -143,12 +171,6 @@ class ImuOutput(Output):
             conversions.imu_message(time, self.spec, pose.orientation, rate, force)
         )
 
-    def has_subscribers(self):
-        subscribed = super().has_subscribers()
-        if not subscribed:
-            self._before = None
-        return subscribed
-
 
 class CameraOutput(Output):
     """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
@@ -162,6 +184,7 @@ class CameraOutput(Output):
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(world, model, spec, seed)
         self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
+        self._labels = None
         self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(
             spec.width, spec.height, spec.horizontal_fov, spec.distortion
@@ -178,10 +201,32 @@ class CameraOutput(Output):
             pose=(pose.position, pose.rpy),
             name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
         )
-        self.request = CameraRequest(**values)
+        self._request = CameraRequest(**values)
+
+    @property
+    def request(self):
+        """CameraRequest of the pictures that have subscribers."""
+        return replace(self._request, labels=True) if self._has_labels() else self._request
+
+    def add_labels(self):
+        """Publish label images, too: labels/image_raw beside camera_info."""
+        namespace = self.spec.info_topic.rsplit("/", 1)[0]
+        self._labels = publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
+        self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
+
+    def _has_labels(self):
+        return self._labels is not None and self._labels.get_num_connections() > 0
 
     def has_subscribers(self):
-        return super().has_subscribers() or self._info_publisher.get_num_connections() > 0
+        return (
+            super().has_subscribers()
+            or self._info_publisher.get_num_connections() > 0
+            or self._has_labels()
+        )
+
+    def publish_labels(self, frame):
+        """Publish a finished label image with the snapshot's stamp."""
+        self._label_sender.send(frame.time, frame.labels)
 
     def publish_frame(self, frame):
         """Publish a finished picture and its camera_info with the snapshot's stamp."""
@@ -197,3 +242,5 @@ class CameraOutput(Output):
     def close(self):
         super().close()
         self._info_publisher.unregister()
+        if self._labels is not None:
+            self._labels.unregister()

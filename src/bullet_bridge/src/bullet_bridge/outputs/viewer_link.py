@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 
 import rospy
 from bullet_sim.errors import SimError
+from bullet_sim.render.request import DEFAULT
 from bullet_sim.sensors.viewing import Observer
 from bullet_sim.system.sockets import blocking_pair
 from std_srvs.srv import Trigger, TriggerResponse
@@ -39,12 +40,14 @@ class ViewerLink:
         world: of the core.
         server: Server, for pause, step and reset.
         renderer: auto, gl or tiny.
-        command: of the viewer process; socket and renderer are appended.
+        command: of the viewer process; socket, renderer and the Quality's values are appended.
+        quality: Quality of the OpenGL renderer.
     """
 
-    def __init__(self, jobs, world, server, renderer, command=COMMAND):
+    def __init__(self, jobs, world, server, renderer, command=COMMAND, quality=DEFAULT):
         self._jobs, self._world, self._server = jobs, world, server
-        self._renderer, self._command = renderer, tuple(command)
+        self._command = tuple(command)
+        self._drawing = (renderer, quality.shadows, quality.antialias)
         self._opening = threading.Lock()
         self._process = self._thread = self._connection = self._log = None
         self._closing = False
@@ -85,7 +88,7 @@ class ViewerLink:
         self._log = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(
-                [*self._command, str(viewer_end.fileno()), self._renderer],
+                [*self._command, str(viewer_end.fileno()), *self._drawing],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
@@ -128,6 +131,7 @@ class ViewerLink:
         server = self._server
         jobs = {
             "view": lambda: ("view", observer.view(server.paused)),
+            "show": lambda: observer.show(*arguments),
             "pause": lambda: server.set_paused(True),
             "unpause": lambda: server.set_paused(False),
             "step": lambda: self._step(*arguments),

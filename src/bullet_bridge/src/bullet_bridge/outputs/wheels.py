@@ -6,6 +6,7 @@ from bullet_sim.controllers.drive.plugin import WheelDrive
 from bullet_sim.sensors import ground_truth
 from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
@@ -90,7 +91,7 @@ class WheelDriveOutput(Output):
         message = self._odometry(time)
         for out in outputs:
             transform = out is self._transform
-            out.publish(TFMessage([odometry_transform(message)]) if transform else message)
+            out.publish(TFMessage([transform_of(message)]) if transform else message)
 
     def _publish_wheels(self, time):
         """Positions of the wheels, and their frames below the links that carry them."""
@@ -107,7 +108,11 @@ class WheelDriveOutput(Output):
         parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
         message = TransformStamped(child_frame_id=joint.child)
         message.header.stamp, message.header.frame_id = conversions.stamp(time), joint.parent
-        return _with_pose(message, conversions.pose_to_msg(parent.inverse() * child))
+        pose = conversions.pose_to_msg(parent.inverse() * child)
+        message.transform.rotation = pose.orientation
+        translation, position = message.transform.translation, pose.position
+        translation.x, translation.y, translation.z = position.x, position.y, position.z
+        return message
 
     def _odometry(self, time):
         if self.spec.from_wheels:
@@ -152,17 +157,4 @@ def odometry_message(time, spec, pose, linear, angular):
     message.twist.twist = conversions.twist_to_msg(linear, angular)
     for covariance in (message.pose.covariance, message.twist.covariance):
         covariance[::7] = list(PLANAR)
-    return message
-
-
-def odometry_transform(odometry):
-    """geometry_msgs/TransformStamped with the pose of an Odometry."""
-    message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
-    return _with_pose(message, odometry.pose.pose)
-
-
-def _with_pose(message, pose):
-    message.transform.rotation = pose.orientation
-    translation, position = message.transform.translation, pose.position
-    translation.x, translation.y, translation.z = position.x, position.y, position.z
     return message

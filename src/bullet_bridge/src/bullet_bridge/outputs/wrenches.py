@@ -11,7 +11,7 @@ from geometry_msgs.msg import TransformStamped, Vector3, WrenchStamped
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
-from bullet_bridge.outputs.sensors import Output
+from bullet_bridge.outputs.sensors import DifferenceOutput, Output
 from bullet_bridge.transport import conversions
 
 
@@ -36,20 +36,10 @@ class ForceTorqueOutput(Output):
         self.publisher.publish(wrench_message(time, self.spec.frame_id, *wrench))
 
 
-class LinkForceOutput(Output):
+class LinkForceOutput(DifferenceOutput):
     """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
 
     message = WrenchStamped
-
-    def restart(self):
-        super().restart()
-        self._before = None
-
-    def has_subscribers(self):
-        subscribed = super().has_subscribers()
-        if not subscribed:
-            self._before = None
-        return subscribed
 
     def update(self, time):
         part = self.model.description.links[self.spec.link]

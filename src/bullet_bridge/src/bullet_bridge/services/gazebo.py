@@ -8,6 +8,7 @@ from bullet_bridge.services.model import ModelServices
 from bullet_bridge.services.physics.properties import PhysicsProperties
 from bullet_bridge.services.physics.service import PhysicsServices
 from bullet_bridge.services.physics.tuning import PhysicsTuning
+from bullet_bridge.services.states import StateServices
 
 
 class GazeboServices:
@@ -32,4 +33,5 @@ class GazeboServices:
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)
         PhysicsTuning(prefix, jobs, properties)
+        StateServices(prefix, jobs, server)
         LightServices(prefix, world, jobs, robots.show_scene)

@@ -6,7 +6,7 @@ import rospy
 from bullet_sim.pose import Pose
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Twist
-from sensor_msgs.msg import CameraInfo, Imu
+from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
 
 from bullet_bridge.transport.packed import to_sec_nsec
 
@@ -69,6 +69,26 @@ def camera_info(spec, arrays):
     message.P[3] = -message.P[0] * spec.baseline  # of a stereo pair's right camera
     message.header.frame_id = spec.frame_id
     return message
+
+
+def cloud(data, fields, is_dense):
+    """sensor_msgs/PointCloud2 (without header) of an (H, W) structured array.
+
+    Args:
+        fields: PointFields of its type.
+        is_dense: whether all points are numbers.
+    """
+    height, width = data.shape
+    return PointCloud2(
+        height=height,
+        width=width,
+        fields=fields,
+        is_bigendian=False,
+        point_step=data.dtype.itemsize,
+        row_step=data.dtype.itemsize * width,
+        data=np.ascontiguousarray(data).tobytes(),
+        is_dense=is_dense,
+    )
 
 
 def imu_message(time, spec, orientation, rate, force):

@@ -178,7 +178,7 @@ class PackedImage(Packed):
         self._frame, self._encoding = pack_string(frame), pack_string(encoding)
 
     def send(self, time, pixels):
-        """Publish for a simulated time [s]; pixels (H, W) or (H, W, C) uint8, contiguous."""
+        """Publish for a simulated time [s]; pixels (H, W) or (H, W, C), contiguous."""
         height, width = pixels.shape[:2]
         step = pixels.strides[0]
         self._send(

@@ -16,6 +16,9 @@ from bullet_bridge.transport.direct import send_directly
 
 QUEUE_SIZE = 10  # messages per subscriber, the oldest is dropped beyond
 
+# rospy warns about a missing queue size. (catch_warnings is not for several threads.)
+warnings.filterwarnings("ignore", "The publisher should be created with", SyntaxWarning)
+
 _in_lockstep, _relay = False, None
 _made = threading.local()  # .lists: of the publishers made within each all_or_none
 
@@ -40,9 +43,7 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
         queue_size: messages per subscriber.
         relayed: False for large messages that other threads than the simulation's publish.
     """
-    with warnings.catch_warnings():  # rospy warns about a missing queue size
-        warnings.simplefilter("ignore")
-        made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
+    made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
     for made_here in getattr(_made, "lists", ()):
         made_here.append(made)
     if _in_lockstep:

@@ -4,6 +4,7 @@ import threading
 
 import rospy
 from geometry_msgs.msg import Twist, TwistStamped
+from paddock_common.sending import flush
 
 
 class Sender:
@@ -39,6 +40,7 @@ class Sender:
             self._condition.notify()
         self._thread.join()
         self._publish((0.0, 0.0, 0.0, 0.0))
+        flush(self.publisher)
 
     def _run(self):
         while True:

@@ -1,0 +1,106 @@
+"""The ROS master falls silent, dies, or is another one."""
+
+import socket
+import threading
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+from bullet_bridge.transport import master_watch
+from bullet_bridge.transport.master_watch import GONE, SILENCE, MasterWatch, master_pid
+
+
+class Rig:
+    """A watch with a clock and a master of its own."""
+
+    def __init__(self):
+        self.answer, self.time, self.said, self.ended = 7, 0.0, [], []
+        self.watch = MasterWatch(
+            self.ended.append, "http://m:1", self.said.append, self._ask, lambda: self.time
+        )
+
+    def _ask(self, _):
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    def go_on(self, seconds):
+        """Asks once a second."""
+        for _ in range(int(seconds)):
+            self.time += 1.0
+            self.watch.check()
+
+
+@pytest.fixture(name="rig")
+def _rig():
+    rig = Rig()
+    rig.go_on(2)
+    return rig
+
+
+def test_a_silent_master_is_waited_for_and_said_once(rig):
+    rig.answer = TimeoutError()
+    rig.go_on(SILENCE + 600.0)
+    assert rig.ended == []
+    assert len(rig.said) == 1 and "does not answer" in rig.said[0]
+    rig.answer = 7
+    rig.go_on(3)
+    assert len(rig.said) == 2 and "answers again" in rig.said[1]
+    assert rig.ended == []
+
+
+def test_a_short_silence_is_not_said(rig):
+    for _ in range(5):
+        rig.answer = OSError("no route")
+        rig.go_on(SILENCE - 1)
+        rig.answer = 7
+        rig.go_on(1)
+    assert rig.said == [] and rig.ended == []
+
+
+def test_a_dead_master_ends_the_simulation(rig):
+    rig.answer = ConnectionRefusedError()
+    rig.go_on(GONE)
+    assert rig.ended == []
+    rig.go_on(2)
+    assert rig.ended[0] == "the ROS master at http://m:1 is gone: the simulation ends"
+    assert rig.watch.reason
+
+
+def test_a_short_refusal_is_borne(rig):
+    rig.answer = ConnectionRefusedError()
+    rig.go_on(GONE - 1)
+    rig.answer = 7
+    rig.go_on(10)
+    assert rig.ended == []
+
+
+def test_another_master_ends_the_simulation(rig):
+    rig.answer = ConnectionRefusedError()
+    rig.go_on(2)
+    rig.answer = 8
+    rig.go_on(1)
+    assert "another ROS master runs at http://m:1" in rig.ended[0]
+
+
+def test_a_closed_watch_ends_nothing(rig):
+    rig.watch.close()
+    rig.answer = 8
+    rig.go_on(1)
+    assert rig.ended == []
+
+
+def test_the_pid_of_a_real_server(monkeypatch):
+    monkeypatch.setattr(master_watch, "ANSWER_LIMIT", 0.3)
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+        server.register_function(lambda caller: [1, "", 4711], "getPid")
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        port = server.server_address[1]
+        assert master_pid(f"http://127.0.0.1:{port}") == 4711
+        server.shutdown()
+        thread.join()
+    with pytest.raises(ConnectionRefusedError):
+        master_pid(f"http://127.0.0.1:{port}")
+    with socket.create_server(("127.0.0.1", 0)) as stopped:  # accepts and never answers
+        with pytest.raises(TimeoutError):
+            master_pid(f"http://127.0.0.1:{stopped.getsockname()[1]}")

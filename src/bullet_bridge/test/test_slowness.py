@@ -1,0 +1,99 @@
+"""The warning that the simulation is slow names the reason, once."""
+
+import pytest
+from bullet_bridge.loop.pace import Pace
+from bullet_bridge.loop.slowness import PATIENCE, SILENCE, Slowness, thread_times
+
+STEP = 0.001  # [s]
+
+
+class Rig:
+    """A clock, a processor that is used by a share, and what was said."""
+
+    def __init__(self):
+        self.time = self.processor = self.ready = 0.0
+        self.warned, self.told = [], []
+        self.slowness = Slowness(
+            self.warned.append,
+            self.told.append,
+            lambda: self.time,
+            lambda: (self.processor, self.ready),
+        )
+
+    def seconds(self, count, factor, share=1.0, wanted=1.0, waited=0.0):
+        for _ in range(count):
+            self.time += 1.0
+            self.processor += share
+            self.ready += waited
+            self.slowness.measured(factor, wanted, STEP)
+
+
+@pytest.fixture(name="rig")
+def _rig():
+    return Rig()
+
+
+def test_a_busy_simulation_thread_is_the_reason(rig):
+    rig.seconds(3, 1.0)
+    rig.seconds(PATIENCE + 1, 0.4)
+    (text,) = rig.warned
+    assert text.startswith("real-time factor 0.40 instead of 1: physics and sensors need ")
+    assert "2.5 ms of a processor for each step of 1 ms" in text
+
+
+def test_other_processes_are_the_reason(rig):
+    rig.seconds(3, 1.0, 0.5)
+    rig.seconds(PATIENCE + 1, 0.6, 0.3, waited=0.5)
+    (text,) = rig.warned
+    assert "other processes leave the simulation" in text and "% of a processor" in text
+
+
+def test_waiting_for_pictures_is_the_reason(rig):
+    rig.seconds(PATIENCE + 1, 0.6, 0.3, waited=0.1)
+    assert "the simulation thread waits 70% of the time for something else" in rig.warned[0]
+
+
+def test_times_of_this_thread():
+    used, waited = thread_times()
+    assert 0.0 < used < 1e5 and waited >= 0.0
+    sum(range(300000))
+    assert thread_times()[0] > used
+
+
+def test_it_is_said_once_and_that_it_is_over(rig):
+    rig.seconds(60, 0.5)
+    rig.seconds(20, 1.0)
+    rig.seconds(60, 0.5)
+    assert len(rig.warned) == 1 and len(rig.told) == 1
+    assert rig.told[0] == "real-time factor 1.00: the pace is kept again"
+    rig.seconds(20, 1.0)
+    rig.time += SILENCE
+    rig.seconds(60, 0.5)
+    assert len(rig.warned) == 2
+
+
+@pytest.mark.parametrize(
+    "factor, wanted", [(0.95, 1.0), (0.1, 0.1), (0.3, 0.0), (30.0, 0.0), (1.9, 2.0)]
+)
+def test_what_is_no_slowness(rig, factor, wanted):
+    rig.seconds(30, factor, wanted=wanted)
+    assert rig.warned == []
+
+
+def test_a_hiccup_or_a_pause_is_not_said(rig):
+    for _ in range(10):
+        rig.seconds(PATIENCE - 1, 0.2)
+        rig.seconds(1, 1.0)
+    for _ in range(10):
+        rig.seconds(PATIENCE - 1, 0.2)
+        rig.slowness.restart()
+    assert rig.warned == []
+
+
+def test_the_pace_measures_over_full_windows():
+    now, measured = [0.0], []
+    pace = Pace(1.0, lambda: now[0], measured.append)
+    for number in range(1, 41):
+        now[0] = 0.1 * number
+        pace.delay(0.05 * number)  # half of real time
+    assert len(measured) >= 3 and measured == pytest.approx([0.5] * len(measured), abs=0.06)
