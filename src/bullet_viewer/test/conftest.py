@@ -61,6 +61,8 @@ class Rig:
             if word == "view":
                 self.views += 1
                 self.connection.send(("view", self.observer.view(self.paused)))
+            elif word == "show":
+                self.observer.show(*arguments)
             else:
                 self.requests.append((word, *arguments))
 

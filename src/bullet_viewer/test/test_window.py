@@ -154,6 +154,66 @@ def test_lidar_rays_are_drawn_and_can_be_hidden(rig):
     assert blueness(with_rays) > blueness(without) + 20
 
 
+def click(rig, point):
+    """A click on what is seen of a point of the world, and the picture after it."""
+    QTest.mouseClick(rig.window.view, Qt.LeftButton, pos=place_of(rig, point))
+    assert rig.window._clicked is not None
+    rig.until(lambda: rig.window._clicked is None, "the picture that tells what is there")
+    return rig.picture()
+
+
+def is_painted(image, place, color):
+    """Whether a colour is there, as thin lines have it at some pixel beside the place."""
+    found = (QColor(image.pixel(place + QPoint(x, y))) for x in (-1, 0, 1) for y in (-1, 0, 1))
+    return any(
+        abs(pixel.red() - color[0]) + abs(pixel.green() - color[1]) + abs(pixel.blue() - color[2])
+        < 90
+        for pixel in found
+    )
+
+
+def test_a_click_selects_the_model_and_shows_its_frames(rig):
+    rig.box("near", (0.0, 0.0, 0.5), rgba="0.5 0.5 0.5 1")
+    rig.box("far", (0.0, 1.0, 0.5), rgba="0.5 0.5 0.5 1")
+    rig.picture()
+    image = click(rig, (0.0, 1.0, 0.5))
+    window = rig.window
+    assert window.selected == "far"
+    assert window.selected_label.text().startswith("far: x 0.000  y 1.000  z 0.500 m")
+    camera = window.view.camera
+    length = 0.06 * math.dist(camera.position, (0.0, 1.0, 0.5))
+    for axis, color in enumerate(((230, 40, 40), (40, 190, 40), (50, 90, 255))):
+        tip = [0.0, 1.0, 0.5]
+        tip[axis] += 0.8 * length
+        assert is_painted(image, place_of(rig, tip), color), f"axis {axis}"
+    drag(window.view, Qt.LeftButton, 60.0, 0.0)
+    rig.picture()
+    assert window.selected == "far", "a drag selects nothing"
+    click(rig, (0.0, 0.0, 0.5))
+    assert window.selected == "near"
+    rig.world.delete("near")
+    rig.picture()
+    rig.picture()
+    assert window.selected == "" and window.selected_label.text() == ""
+
+
+def test_contact_points_are_painted_where_they_are(rig):
+    rig.world.engine.set_gravity((0.0, 0.0, -9.81))
+    rig.window.resize(900, 480)  # the whole toolbar is seen
+    rig.box("box", (0.0, 0.0, 0.2), rgba="0.5 0.5 0.5 1")
+    rig.world.step(200)
+    without = rig.picture()
+    QTest.mouseClick(rig.window.contacts_box, Qt.LeftButton)
+    rig.picture()
+    image = rig.picture()
+    assert rig.window.contacts_box.isChecked()
+    contacts = rig.observer.view(False).contacts.places  # the solver may load two corners alone
+    assert len(contacts) >= 2 and abs(contacts[:, :2]) == pytest.approx(0.2, abs=1e-3)
+    places = [place_of(rig, place) for place in contacts]
+    found = [is_painted(image, place, (255, 170, 0)) for place in places]
+    assert all(found) and not any(is_painted(without, place, (255, 170, 0)) for place in places)
+
+
 def test_buttons_send_what_the_bridge_does(rig):
     rig.picture()
     window = rig.window
@@ -215,7 +275,7 @@ def test_a_missing_picture_is_requested_again(rig, monkeypatch):
     rig.picture()
     monkeypatch.setattr(module, "DRAWING_LIMIT", 0.2)
     draw, lost = rig.painter.draw, []
-    monkeypatch.setattr(rig.painter, "draw", lambda *order: lost.append(order))
+    monkeypatch.setattr(rig.painter, "draw", lambda *order, **_: lost.append(order))
     rig.until(lambda: len(lost) >= 1 or rig.world.step(), "an order")
     rig.until(lambda: "trying again" in rig.window.view.message, "the words")
     monkeypatch.setattr(rig.painter, "draw", draw)

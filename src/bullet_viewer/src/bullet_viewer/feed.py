@@ -1,7 +1,8 @@
 """The viewer's end of the socket to the bridge.
 
 Messages, pickled tuples through a multiprocessing Connection:
-    to the bridge     ('view',), ('pause',), ('unpause',), ('step', count), ('reset',)
+    to the bridge     ('view',), ('pause',), ('unpause',), ('step', count), ('reset',),
+                      ('show', selected model's name or '', whether contacts are wanted)
     from the bridge   ('view', WorldView) for each 'view', ('error', text) for a failed request
 The bridge only responds to requests, so a slow or hidden window costs the simulation nothing.
 """

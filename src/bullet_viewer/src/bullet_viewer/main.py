@@ -1,4 +1,4 @@
-"""The viewer process: python -m bullet_viewer.main SOCKET_FD auto|gl|tiny.
+"""The viewer process: python -m bullet_viewer.main SOCKET_FD auto|gl|tiny SHADOWS ANTIALIAS.
 
 The bridge starts it with one end of a socket. When the bridge ends, also by a crash, the viewer
 ends; when the viewer ends, the bridge only logs it. SIGINT is left to the bridge.
@@ -7,6 +7,7 @@ ends; when the viewer ends, the bridge only logs it. SIGINT is left to the bridg
 import signal
 import sys
 
+from bullet_sim.render.request import Quality
 from PyQt5.QtWidgets import QApplication
 
 from bullet_viewer.feed import Feed
@@ -15,10 +16,13 @@ from bullet_viewer.window import ViewerWindow
 
 
 def main(arguments):
-    """Args: arguments: [socket file descriptor, renderer]. Returns the exit code."""
+    """Args: arguments: [socket file descriptor, renderer, Quality's values]. Returns the exit
+    code.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     application = QApplication(["bullet_viewer"])
-    feed, painter = Feed(int(arguments[0])), Painter(arguments[1])
+    descriptor, renderer, *quality = arguments
+    feed, painter = Feed(int(descriptor)), Painter(renderer, Quality(*quality))
     window = ViewerWindow(feed, painter)
     feed.ended.connect(window.close)
     window.show()

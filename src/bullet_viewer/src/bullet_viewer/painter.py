@@ -4,7 +4,7 @@ import threading
 
 from bullet_sim.errors import RenderError
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.request import CameraRequest
+from bullet_sim.render.request import DEFAULT, CameraRequest
 from PyQt5.QtCore import QObject, pyqtSignal
 
 
@@ -13,15 +13,18 @@ class Painter(QObject):
 
     Args:
         kind: renderer: auto, gl or tiny.
+        quality: Quality of the OpenGL renderer.
     """
 
     started = pyqtSignal(str)  # which renderer
     drawn = pyqtSignal(object)  # Frame
     failed = pyqtSignal(str)
 
-    def __init__(self, kind):
+    def __init__(self, kind, quality=DEFAULT):
         super().__init__()
-        self._client = RenderClient(on_frame=self.drawn.emit, on_error=self.failed.emit)
+        self._client = RenderClient(
+            on_frame=self.drawn.emit, on_error=self.failed.emit, quality=quality
+        )
         self._starter = threading.Thread(target=self._start, args=(kind,), daemon=True)
 
     def start(self):
@@ -38,13 +41,14 @@ class Painter(QObject):
         """Set the bodies, and the Scene with the lights."""
         self._client.set_sources(sources, scene)
 
-    def draw(self, snapshot, camera, width, height):
+    def draw(self, snapshot, camera, width, height, labels=False):
         """Request a picture; the signal `drawn` or `failed` follows.
 
         Args:
             snapshot: Snapshot.
             camera: OrbitCamera.
             width, height: [px].
+            labels: whether the Frame also tells which body each pixel shows.
         """
         near, far = camera.clip
         self._client.submit(
@@ -60,6 +64,7 @@ class Painter(QObject):
                     camera.horizontal_fov,
                     near,
                     far,
+                    labels=labels,
                 )
             ],
         )

@@ -1,39 +1,21 @@
-"""The viewer's window: picture, buttons of time, a model to follow, clock and pace."""
+"""The viewer's window: picture, buttons of time, models to follow and to select, clock, pace."""
 
 import time
-from collections import deque
 
 import numpy as np
 from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QMainWindow, QPushButton, QSpinBox
 
+from bullet_viewer.overlay import Overlay
+from bullet_viewer.pace import Pace
 from bullet_viewer.view import View
 
 PERIOD = 60  # wall time between two views of the world [ms]: at most 17 a second
 MAX_PIXELS = 1280 * 800  # of a drawn picture; a larger window shows it enlarged
-PACE_WINDOW = 1.0  # wall time over which the real-time factor is taken [s]
 TROUBLE_SHOWN = 10000  # [ms]
 DRAWING_LIMIT = 10.0  # wall time after which a requested picture counts as failed [s]
 FREE = "free camera"
 FIRST_LOOK = 2.0  # distance of the camera from the first model that can move [m]
-
-
-class Pace:
-    """Simulated seconds per second of wall time, over the last PACE_WINDOW."""
-
-    def __init__(self, clock=time.monotonic):
-        self._clock, self._samples = clock, deque()
-
-    def update(self, simulated):
-        """Update with the simulated time [s]; returns the factor or None while unknown."""
-        samples, now = self._samples, self._clock()
-        if samples and simulated < samples[-1][1]:  # a reset
-            samples.clear()
-        samples.append((now, simulated))
-        while len(samples) > 2 and now - samples[1][0] >= PACE_WINDOW:
-            samples.popleft()
-        span = now - samples[0][0]
-        return (simulated - samples[0][1]) / span if span >= 0.5 * PACE_WINDOW else None
 
 
 class ViewerWindow(QMainWindow):
@@ -50,7 +32,10 @@ class ViewerWindow(QMainWindow):
         self._feed, self._painter = feed, painter
         self._pace = Pace()
         self._asked = False  # a view was requested and has not arrived
-        self._drawing = None  # rays, pose, field of view of the picture that is drawn
+        self._drawing = None  # Overlay, pose, field of view of the picture that is drawn
+        self._keys = {}  # of the bodies in the newest view -> names of their models
+        self._clicked = None  # where, until the picture that tells what is there
+        self.selected = ""  # name of a model
         self._ordered = 0.0  # when it was requested [s]
         self._ready = False  # the render worker runs
         self._shown = None  # state shown in the newest picture; the same state is not drawn again
@@ -60,6 +45,7 @@ class ViewerWindow(QMainWindow):
         self.view = View(self)
         self.view.show_message("starting the renderer")
         self.setCentralWidget(self.view)
+        self.view.clicked.connect(self._click)
         self._add_tools()
         feed.viewed.connect(self._show_view)
         feed.failed.connect(self._drawing_failed)
@@ -82,6 +68,7 @@ class ViewerWindow(QMainWindow):
         self.follow.addItem(FREE)
         self.follow.activated.connect(self._start_following)
         self.rays_box = QCheckBox("Lidar rays", checked=True)
+        self.contacts_box = QCheckBox("Contacts", toggled=self._ask)
         for widget in (
             self.pause_button,
             self.step_button,
@@ -90,11 +77,14 @@ class ViewerWindow(QMainWindow):
             QLabel("  Follow "),
             self.follow,
             self.rays_box,
+            self.contacts_box,
         ):
             bar.addWidget(widget)
         self.clock_label = QLabel("-")
+        self.selected_label = QLabel("")
         self.renderer_label = QLabel("")
         self.statusBar().addPermanentWidget(self.clock_label, 1)
+        self.statusBar().addPermanentWidget(self.selected_label)
         self.statusBar().addPermanentWidget(self.renderer_label)
 
     def closeEvent(self, event):
@@ -136,18 +126,26 @@ class ViewerWindow(QMainWindow):
         self._show_time(seen)
         self._show_names([entry.name for entry in seen.models])
         self._aim(seen)
+        self._show_selected(seen)
         width, height = self._picture_size()
-        rays = seen.rays if self.rays_box.isChecked() else ()
-        wanted = (seen.snapshot, self.view.camera.pose, width, height, bool(rays))
-        if wanted == self._shown:
+        overlay = Overlay(
+            seen.rays if self.rays_box.isChecked() else (), seen.contacts, seen.frames
+        )
+        shown = bool(overlay.rays), seen.contacts is None, seen.frames and seen.frames.names
+        wanted = (seen.snapshot, self.view.camera.pose, width, height, *shown)
+        if wanted == self._shown and self._clicked is None:
             return
         self._shown = wanted
-        self._drawing = (rays, self.view.camera.pose, self.view.camera.horizontal_fov)
+        self._drawing = (overlay, self.view.camera.pose, self.view.camera.horizontal_fov)
         self._ordered = time.monotonic()
-        self._painter.draw(seen.snapshot, self.view.camera, width, height)
+        self._painter.draw(
+            seen.snapshot, self.view.camera, width, height, labels=self._clicked is not None
+        )
 
     def _show(self, frame):
         """Show a finished Frame."""
+        if frame.labels is not None and self._clicked is not None:
+            self._pick(frame.labels)
         if self._drawing is not None:
             drawing, self._drawing = self._drawing, None
             self.view.show_message("")
@@ -155,7 +153,7 @@ class ViewerWindow(QMainWindow):
 
     def _drawing_failed(self, text):
         """Give up the requested picture and show the reason."""
-        self._drawing, self._shown, self._asked = None, None, False
+        self._drawing, self._shown, self._asked, self._clicked = None, None, False, None
         self.view.show_message(text)
         self.statusBar().showMessage(text, TROUBLE_SHOWN)
 
@@ -173,6 +171,37 @@ class ViewerWindow(QMainWindow):
             "paused" if seen.paused else f"real time x {factor:.2f}" if factor is not None else ""
         )
         self.clock_label.setText(f"{seen.snapshot.time:.3f} s   {pace}")
+
+    # selection --------------------------------------------------------------------------------
+    def _click(self, right, down):
+        self._clicked = right, down
+
+    def _pick(self, labels):
+        """Select the model that was clicked on, none beside all of them."""
+        (right, down), self._clicked = self._clicked, None
+        height, width = labels.shape
+        label = labels[min(int(down * height), height - 1), min(int(right * width), width - 1)]
+        self._select(self._keys.get(int(label), ""))
+
+    def _select(self, name):
+        self.selected = name
+        self._ask()
+
+    def _ask(self, *_):
+        """Ask the bridge for what the views shall have."""
+        self._feed.send("show", self.selected, self.contacts_box.isChecked())
+
+    def _show_selected(self, seen):
+        """Show the name and the place of the selected model."""
+        self._keys = {entry.key: entry.name for entry in seen.models}
+        if self.selected and self.selected not in self._keys.values():
+            self._select("")  # it was deleted
+        text = ""
+        for state in seen.snapshot.bodies:
+            if self.selected and self._keys.get(state.key) == self.selected:
+                x, y, z = state.position
+                text = f"{self.selected}: x {x:.3f}  y {y:.3f}  z {z:.3f} m  "
+        self.selected_label.setText(text)
 
     # camera -----------------------------------------------------------------------------------
     def _show_names(self, names):
