@@ -23,7 +23,7 @@ class FakeRos:
 
     def __init__(self):
         self.sent, self.errors, self.subscribed, self.now = [], [], {}, 0.0
-        self.timers, self.queues = [], {}
+        self.timers, self.queues, self.hooks = [], {}, []
 
     def install(self, monkeypatch, parameters):
         fake = self
@@ -40,6 +40,7 @@ class FakeRos:
         monkeypatch.setattr(
             rospy, "Subscriber", lambda name, kind, cb: fake.subscribed.update({name: cb})
         )
+        monkeypatch.setattr(rospy, "on_shutdown", self.hooks.append)
         monkeypatch.setattr(rospy, "Rate", lambda hz: f"rate {hz}")
         monkeypatch.setattr(
             rospy, "Timer", lambda period, cb, reset: fake.timers.append((period.to_sec(), cb))
@@ -157,6 +158,19 @@ def test_watchdog_stops_once_in_ros_time(make):
     assert fake.take() == {}
 
 
+def test_watchdog_leaves_the_steering_of_a_standing_car(make):
+    """The window's slider commands once, as the original's: the wheels stay where they are."""
+    car, fake = make(command_timeout=0.5)
+    ((_, watch),) = fake.timers
+    fake.now = 10.0
+    car.subscriberCb(twist(10, 0))
+    car.subscriberCb(twist(0, 2))
+    fake.take()
+    fake.now = 20.0
+    watch(None)
+    assert fake.take() == {}
+
+
 def test_watchdog_restarts_after_a_reset(make):
     car, fake = make(command_timeout=0.5)
     ((_, watch),) = fake.timers
@@ -166,6 +180,19 @@ def test_watchdog_restarts_after_a_reset(make):
     for fake.now, stopped in ((0.1, False), (0.5, False), (0.6, True)):
         watch(None)
         assert bool(fake.take()) is stopped
+
+
+def test_at_shutdown_the_car_stops_and_no_command_follows(make):
+    car, fake = make(command_timeout=0.5)
+    car.subscriberCb(twist(10, 1))
+    fake.take()
+    (end,) = fake.hooks
+    end()
+    assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
+    car.subscriberCb(twist(10, 1))  # one that was being handled
+    fake.now = 20.0
+    fake.timers[0][1](None)
+    assert fake.take() == {}
 
 
 def test_no_watchdog_by_default(make):

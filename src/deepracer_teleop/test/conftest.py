@@ -27,6 +27,7 @@ class Rig:
         self.window = window_module.InterfaceWindow(window_module.Settings(**settings))
         self.window.resize(self.window.sizeHint())
         self.window.show()
+        self.window.setFocus()  # as start() does
         self.window._ticker.stop()  # the tests tick by hand
         QApplication.processEvents()
         return self.window

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import rospy
 from geometry_msgs.msg import Twist
 from paddock_common.nodes import start
+from paddock_common.sending import flush
 from paddock_common.settings import check, choice, number, read
 from std_msgs.msg import Float64
 
@@ -30,7 +31,7 @@ class Settings:
     Attributes:
         mode: "original" (wheel rad/s and steps of 15 degrees, positive to the right) or
             "ackermann" (m/s and rad/s, positive to the left).
-        command_timeout: ROS time without a command after which the car is stopped once [s]; 0: off.
+        command_timeout: ROS time without a command after which a moving car is stopped [s]; 0: off.
         geometry: Wheel positions; ackermann mode only.
     """
 
@@ -91,8 +92,9 @@ class CarControl:
         self._speed = 0.0
         self._turn = 0.0
         self._last_command = None  # ROS time [s] of the newest command, None: watchdog off
+        self._ended = False  # at shutdown: zero was sent, and nothing may follow it
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
-        rospy.on_shutdown(self._stop)
+        rospy.on_shutdown(self._end)
         if self.settings.command_timeout > 0.0:
             period = rospy.Duration(self.settings.command_timeout / 4.0)
             self._timer = rospy.Timer(period, self._watch, reset=True)
@@ -145,7 +147,8 @@ class CarControl:
     def subscriberCb(self, msg):
         """Follows a geometry_msgs/Twist: linear.x and angular.z."""
         with self._lock:
-            self._last_command = rospy.get_time() if self.settings.command_timeout else None
+            watched = self.settings.command_timeout and msg.linear.x != 0.0
+            self._last_command = rospy.get_time() if watched else None  # else nothing to stop
             self.drive(msg.linear.x, msg.angular.z)
 
     def _accepts(self, v, w):
@@ -167,8 +170,22 @@ class CarControl:
             self._speed = self._turn = 0.0
             self._publish(WheelCommands())
 
+    def _end(self):
+        """Stops the car for good: a command that is still being handled must not follow."""
+        with self._lock:
+            self._stop()
+            self._ended = True
+        flush(
+            self.rightRearPub,
+            self.leftRearPub,
+            self.rightFrontPub,
+            self.leftFrontPub,
+            self.leftSteeringPub,
+            self.rightSteeringPub,
+        )
+
     def _watch(self, _event):
-        """Stops the car once when no command has come for command_timeout of ROS time."""
+        """Stops a moving car once when no command has come for command_timeout of ROS time."""
         with self._lock:
             if self._last_command is None:
                 return
@@ -197,14 +214,11 @@ class CarControl:
     def _publish_steering(self, left, right):
         self._send((self.leftSteeringPub, left), (self.rightSteeringPub, right))
 
-    @staticmethod
-    def _send(*commands):
-        for publisher, value in commands:
-            try:
+    def _send(self, *commands):
+        """Publishes (publisher, value); rospy closes the topics once the car has ended."""
+        if not self._ended:
+            for publisher, value in commands:
                 publisher.publish(Float64(value))
-            except rospy.ROSException:
-                if not rospy.is_shutdown():  # else the topic is closed, as it should be
-                    raise
 
 
 def main():

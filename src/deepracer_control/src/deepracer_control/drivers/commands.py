@@ -1,10 +1,10 @@
 """Shared by the driver nodes: the publisher of /cmd_vel, which ends with a zero."""
 
 import threading
-import time
 
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.sending import flush
 
 from deepracer_control import topics
 from deepracer_control.drivers.units import Units
@@ -36,4 +36,4 @@ class CommandPublisher:
         with self.lock:
             self._ended = True
             self._publisher.publish(Twist())
-        time.sleep(0.1)
+        flush(self._publisher)

@@ -152,5 +152,5 @@ def run(kind):
     code = window.executeInterface()
     timer.stop()
     driver.stop()
-    leave()
+    leave(window)
     return code

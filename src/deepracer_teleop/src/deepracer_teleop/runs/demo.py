@@ -19,7 +19,7 @@ from deepracer_teleop.runs import birdseye, results
 from deepracer_teleop.runs.car import STILL, Car, DemoError
 from deepracer_teleop.runs.checks import Checks
 from deepracer_teleop.runs.recorder import along
-from deepracer_teleop.window.node import connect
+from deepracer_teleop.window.node import connect, send_last
 
 FILES = ("window.png", "camera.png", "birdseye.png", "path.csv")
 WHEEL_RADIUS = 0.03  # [m]
@@ -200,10 +200,10 @@ def main():
         if window is not None:
             window.close()  # sends one zero
             window.finish()
+            send_last(window)
     if out_dir is not None:
         checks = demo.checks if demo else Checks()
         report(out_dir, passed, error, checks, time.monotonic() - begin)
-    time.sleep(0.1)
     return 0 if passed else 1
 
 

@@ -18,7 +18,7 @@ class Judge:
         return self._status
 
     def restart(self):
-        """Starts anew; call it when the referee has been restarted."""
+        """Starts anew; to be called right before the referee is restarted."""
         with self._lock:
             self._status, self._errors, self._stale = None, [], True
 

@@ -11,19 +11,20 @@ import time
 
 import numpy as np
 import rospy
-from cv_bridge import CvBridge
+from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
 from paddock_common.settings import read
+from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 from track_model.referee.course import Course
 from track_model.track import load_track
 
+from deepracer_teleop.camera.film import Film
 from deepracer_teleop.runs import birdseye, results
-from deepracer_teleop.runs.film import Film
 from deepracer_teleop.runs.judge import Judge
 from deepracer_teleop.runs.recorder import Recorder
 from deepracer_teleop.runs.settings import LapSettings
@@ -37,6 +38,9 @@ PRINT_PERIOD = 5.0  # of ROS time, between lines about the progress [s]
 
 class LapError(RuntimeError):
     """The lap cannot continue; the message says why."""
+
+
+ERRORS = (LapError, WaitTimeout, rospy.ROSException, rospy.ServiceException, ValueError, OSError)
 
 
 class LapKeeper:
@@ -55,22 +59,28 @@ class LapKeeper:
         self.settings = read(LapSettings, rospy.get_param)
         self.film = Film(os.path.join(self.out_dir, "lap.mp4"), self.settings.film_rate)
         self.recorder, self.judge = Recorder(), Judge()
-        self._bridge, self._frame, self._filming = CvBridge(), None, False
+        self._bridge, self._frame = CvBridge(), None
+        self._seeing = self._filming = False
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=200)
         rospy.Subscriber("/referee/status", LapStatus, self.judge.callback, queue_size=200)
         rospy.Subscriber(CAMERA_TOPIC, Image, self._on_picture, queue_size=2, buff_size=2**24)
 
     def _on_picture(self, message):
         """Adds a camera frame to the film; runs in the subscriber's thread."""
+        self._seeing = True
         status = self.judge.status
         if not self._filming or status is None:
             return
-        picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
         words = (
             f"{self.settings.driver}  lap {status.laps + 1}  {status.progress:3.0f} %  "
             f"{status.lap_time:5.1f} s  {status.speed:.2f} m/s"
         )
-        frame = self.film.add(message.header.stamp.to_sec(), picture, words)
+        try:
+            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            frame = self.film.add(message.header.stamp.to_sec(), picture, words)
+        except (CvBridgeError, OSError) as error:
+            rospy.logerr_throttle(10.0, f"film: {error}")
+            return
         if frame is not None and (self._frame is None or status.progress < 55.0):
             self._frame = frame
 
@@ -78,15 +88,9 @@ class LapKeeper:
         """Waits until done() is true.
 
         Raises:
-            LapError: It takes longer than ~patience of wall time, or ROS ends.
+            WaitTimeout, rospy.ROSInterruptException: As wait_until with ~patience.
         """
-        deadline = time.monotonic() + self.settings.patience
-        while not done():
-            if rospy.is_shutdown():
-                raise LapError(f"interrupted while waiting for {what}")
-            if time.monotonic() > deadline:
-                raise LapError(f"no {what} within {self.settings.patience:g} s")
-            time.sleep(0.02)
+        wait_until(done, self.settings.patience, what, poll_period=0.02)
 
     def place(self, number):
         """Places the car before the line; at random with several starts or from the second on."""
@@ -105,8 +109,8 @@ class LapKeeper:
         answer = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
         if not answer.success:
             raise LapError(f"the car cannot be placed: {answer.status_message}")
+        self.judge.restart()  # before the referee: its first word after it must not be missed
         rospy.ServiceProxy("/referee/restart", Trigger)()
-        self.judge.restart()
 
     def run(self):
         """Does all starts; returns the list of results."""
@@ -114,6 +118,7 @@ class LapKeeper:
         for name in ("/gazebo/set_model_state", "/referee/restart"):
             rospy.wait_for_service(name, self.settings.patience)
         self.wait("driver on /cmd_vel that moves the car", lambda: abs(self.recorder.last.v) > 0.02)
+        self.wait(f"picture on {CAMERA_TOPIC}", lambda: self._seeing)  # the first takes longer
         print(
             f"lap: {self.settings.driver} on track {self.track.name}, {self.track.length:.1f} m"
             + (f", {self.settings.starts} starts" if self.settings.starts > 1 else ""),
@@ -237,7 +242,7 @@ def main():
         keeper.write()
     except KeyError as problem:
         error = f"parameter {problem} is missing"
-    except (LapError, rospy.ROSException, rospy.ServiceException, ValueError, OSError) as problem:
+    except ERRORS as problem:
         error = str(problem)
     if error:
         print(f"lap: FAILED: {error}", file=sys.stderr, flush=True)

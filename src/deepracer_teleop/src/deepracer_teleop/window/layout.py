@@ -1,6 +1,6 @@
 """The widgets of the teleop window and their places; InterfaceWindow connects them."""
 
-from PyQt5.QtCore import Qt, QTimer
+from PyQt5.QtCore import QEvent, Qt, QTimer
 from PyQt5.QtWidgets import (
     QCheckBox,
     QGridLayout,
@@ -11,22 +11,23 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from deepracer_teleop.window.camera_view import CameraView
+from deepracer_teleop.camera.view import CameraView
+from deepracer_teleop.window.looks import RECORDING, RED, outlined, shade
 
 TITLE = "Teleop Interface"
 DISPLAY_WIDTH, DISPLAY_HEIGHT = 640, 480  # of the camera [px]; shown at half size
 # name, row, column, hint
 BUTTONS = (
-    ("Forward", 0, 1, "forward for {0.linear_wait:g} s"),
-    ("Left", 1, 0, "turn left for {0.turn_wait:g} s"),
-    ("Stop", 1, 1, "stop at once"),
-    ("Right", 1, 2, "turn right for {0.turn_wait:g} s"),
-    ("Backwards", 2, 1, "backwards for {0.linear_wait:g} s"),
+    ("Forward", 0, 1, "forward for {0.linear_wait:g} s; hold ↑ or W to drive on"),
+    ("Left", 1, 0, "turn left for {0.turn_wait:g} s; hold ← or A to steer"),
+    ("Stop", 1, 1, "stop at once; Space, too"),
+    ("Right", 1, 2, "turn right for {0.turn_wait:g} s; hold → or D to steer"),
+    ("Backwards", 2, 1, "backwards for {0.linear_wait:g} s; hold ↓ or S to drive on"),
 )
 
 
 class Layout(QWidget):
-    """A window of five buttons, a checkbox, a slider, the camera and two labels.
+    """A window of six buttons, a checkbox, a slider, the camera and four labels.
 
     Attributes:
         settings: Settings.
@@ -36,6 +37,9 @@ class Layout(QWidget):
         cameraLabel: CameraView.
         commandLabel: Read-out of the command.
         troubleLabel: Line for trouble, hidden.
+        recordButton: The checkable QPushButton that records.
+        recordLabel: Line about the recording, hidden.
+        statusLabel: Line about the simulation.
     """
 
     def __init__(self, settings):
@@ -46,7 +50,9 @@ class Layout(QWidget):
         """
         super().__init__()
         self.settings = settings
+        self._shade = ""  # "light" or "dark"
         self.setWindowTitle(TITLE)
+        self.setFocusPolicy(Qt.ClickFocus)  # a click beside the slider gives the keys to the car
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(14, 14, 14, 14)
         self.grid.setSpacing(10)
@@ -60,7 +66,6 @@ class Layout(QWidget):
             button.setToolTip(hint.format(self.settings))
             self.grid.addWidget(button, row, column)
             self.buttons[name] = button
-        self.buttons["Stop"].setStyleSheet("QPushButton { color: #b3261e; font-weight: bold; }")
         self.cruise = QCheckBox("Cruise Control", self)
         self.cruise.setToolTip("keep driving; steer with the slider")
         self.grid.addWidget(self.cruise, 1, 3)
@@ -95,6 +100,43 @@ class Layout(QWidget):
         self.grid.addWidget(self.troubleLabel, 4, 0, 1, 4)
         self.grid.setRowStretch(3, 1)
         self.grid.setColumnStretch(3, 1)
+
+    def addLines(self):
+        """Adds the record button, and the lines about recording and simulation at the bottom."""
+        self.recordButton = QPushButton("Record", self)
+        self.recordButton.setCheckable(True)
+        self.recordButton.setMinimumSize(96, 34)
+        self.recordButton.setToolTip(f"bag and film into {self.settings.record_dir}")
+        self.grid.addWidget(self.recordButton, 0, 3, Qt.AlignRight)
+        self.recordLabel, self.statusLabel = QLabel(self), QLabel(self)
+        for row, label in enumerate((self.recordLabel, self.statusLabel), start=5):
+            label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Minimum)
+            label.setTextInteractionFlags(Qt.TextSelectableByMouse)
+            self.grid.addWidget(label, row, 0, 1, 4)
+            font = label.font()
+            font.setPointSizeF(0.85 * font.pointSizeF())
+            label.setFont(font)
+        self.recordLabel.setWordWrap(True)
+        self.recordLabel.hide()
+        self.applyColours()
+
+    def applyColours(self):
+        """Colours letters so that they can be read on the present palette, light or dark."""
+        name = shade(self.palette())
+        if name != self._shade:
+            self._shade = name
+            self.buttons["Stop"].setStyleSheet(
+                f"QPushButton {{ color: {RED[name]}; font-weight: bold; }}"
+            )
+            self.recordLabel.setStyleSheet(f"color: {RECORDING[name]};")
+            for widget in (self.slider, self.cruise):
+                widget.setPalette(outlined(name))
+
+    def changeEvent(self, event):
+        """Follows a change of the palette."""
+        super().changeEvent(event)
+        if event.type() == QEvent.PaletteChange and self._shade:
+            self.applyColours()
 
     def every(self, period, handler, kind=Qt.CoarseTimer):
         """Calls a handler periodically.

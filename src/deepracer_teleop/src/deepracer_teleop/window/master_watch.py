@@ -1,22 +1,9 @@
 """Monitors in a thread whether the ROS master responds."""
 
-import http.client
 import threading
 import time
-import xmlrpc.client
 
-
-class _Transport(xmlrpc.client.Transport):
-    """An XML-RPC transport with a time-out."""
-
-    def __init__(self, timeout):
-        super().__init__()
-        self._timeout = timeout
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
+from paddock_common import rpc
 
 
 def run_id(uri, timeout=1.0):
@@ -30,10 +17,10 @@ def run_id(uri, timeout=1.0):
         The id ("" where the master has none), or None if the master does not answer.
     """
     try:
-        with xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout)) as master:
+        with rpc.proxy(uri, timeout) as master:
             code, _, value = master.getParam("/paddock_teleop", "/run_id")
             return str(value) if code == 1 else ""
-    except (TimeoutError, OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError):
+    except (*rpc.ERRORS, ValueError):
         return None
 
 

@@ -2,22 +2,28 @@
 
 import signal
 import sys
-import time
 
 import rosgraph
 import rospy
+from paddock_common.logs import bear_failures
+from paddock_common.orphans import end_with_roslaunch
+from paddock_common.sending import flush
 from paddock_common.settings import read
 
 from deepracer_teleop.window.master_watch import MasterWatch, run_id
+from deepracer_teleop.window.memory import Memory
 from deepracer_teleop.window.settings import Settings
 from deepracer_teleop.window.window import InterfaceWindow
 
+MASTER_LIMIT = 30.0  # for a master that takes connections and does not answer, at the start [s]
 
-def connect(name):
+
+def connect(name, memory=None):
     """Starts the ROS node and builds the window with the node's private parameters.
 
     Args:
         name: The node's name.
+        memory: Memory of the window's place and size, or None.
 
     Returns:
         InterfaceWindow.
@@ -27,31 +33,40 @@ def connect(name):
         ValueError: A parameter is wrong; the message names it.
     """
     uri = rosgraph.get_master_uri()
-    if run_id(uri, 5.0) is None:
+    if run_id(uri, MASTER_LIMIT) is None:
         raise ConnectionError(
             f"no ROS master answers at {uri}; start roscore (or a launch file), "
             "or set ROS_MASTER_URI"
         )
+    bear_failures()
     rospy.init_node(name, disable_signals=True)
-    window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri))
+    end_with_roslaunch()
+    window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri), memory)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: window.close())
     return window
 
 
-def leave():
-    """Ends the node after its last command is sent."""
-    time.sleep(0.1)  # rospy sends from a thread
+def send_last(window):
+    """Waits until the last command of an InterfaceWindow is sent."""
+    publisher = window.publisher()
+    if publisher is not None:
+        flush(publisher)
+
+
+def leave(window):
+    """Ends the node after the last command of its InterfaceWindow is sent."""
+    send_last(window)
     rospy.signal_shutdown("the window was closed")
 
 
 def main():
     """Runs the node `teleop`; returns its exit code."""
     try:
-        window = connect("teleop")
+        window = connect("teleop", Memory())
     except (ConnectionError, ValueError) as error:
         print(f"teleop cannot start: {error}", file=sys.stderr)
         return 1
     code = window.executeInterface()
-    leave()
+    leave(window)
     return code

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from paddock_common.settings import check, choice, number
+from paddock_common.settings import check, choice, number, text
 
 DEFAULT_SPEED = 10.0
 DEFAULT_ANGULAR_SPEED = 5.0
@@ -25,6 +25,8 @@ class Settings:
         angular_sign: 1: positive angular.z steers right (the original). -1: left (REP-103).
         repeat_rate: How often a moving car's command is repeated, in ROS time [Hz].
         camera_timeout: Wall time without a picture after which the camera counts as stopped [s].
+        key_steering: Part of default_angular_speed that a held key or a full stick steers.
+        record_dir: Folder for recordings; ~ is the user's home.
         master_timeout: Wall time without a response after which the master counts as lost [s].
     """
 
@@ -37,6 +39,8 @@ class Settings:
     angular_sign: float = choice(1, (1, -1), "1 (positive is right) or -1 (positive is left)")
     repeat_rate: float = number(10.0, above=0.0, unit="Hz")
     camera_timeout: float = number(2.0, above=0.0, unit="s")
+    key_steering: float = number(0.5, above=0.0, most=1.0)
+    record_dir: str = text("~/paddock-recordings")
     master_timeout: float = number(3.0, above=0.0, unit="s")
 
     def __post_init__(self):

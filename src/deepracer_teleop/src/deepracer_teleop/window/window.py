@@ -13,11 +13,15 @@ from geometry_msgs.msg import Twist
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
-from deepracer_teleop.window.camera_feed import CameraFeed
-from deepracer_teleop.window.camera_view import to_pixmap
+from deepracer_teleop.camera.feed import CameraFeed
+from deepracer_teleop.camera.view import to_pixmap
+from deepracer_teleop.hand.hand import Hand
+from deepracer_teleop.recording.button import RecordButton
 from deepracer_teleop.window.layout import Layout
+from deepracer_teleop.window.looks import prepare_scaling
 from deepracer_teleop.window.mover import Mover
 from deepracer_teleop.window.settings import Settings
+from deepracer_teleop.window.status import Status
 
 TICK_MS = 5  # period of the timer that ends timed moves [ms]
 HEALTH_MS = 250  # period of the checks of camera and master [ms]
@@ -94,9 +98,32 @@ def _follow_slider(value):
     )
 
 
+def _drive_by_hand(speed, steering):
+    """Drives as held keys or the pad say.
+
+    Args:
+        speed: -1..1 of default_speed; 0: as cruise control says.
+        steering: -1..1, right is positive; 0: as the slider says under cruise control.
+    """
+    if not (speed or steering):
+        if sliderControl:
+            _follow_slider(directionalSlider.value())
+        else:
+            _mover.stop()
+        return
+    linear, angular = speed * _settings.default_speed, 0.0
+    if sliderControl:
+        linear = linear or _settings.default_speed
+        angular = _settings.slider_to_angular(directionalSlider.value())
+    if steering:
+        most = _settings.key_steering * _settings.default_angular_speed
+        angular = steering * _settings.angular_sign * most
+    _mover.hold(linear, angular)
+
+
 def convertCVtoQT(window, cv_img):
     """Returns a QPixmap for the window's camera label of a picture (H, W, 3) uint8 BGR."""
-    return to_pixmap(cv_img, window.cameraLabel.contentsRect().size())
+    return to_pixmap(cv_img, *window.cameraLabel.room())
 
 
 class InterfaceWindow(Layout):
@@ -104,14 +131,17 @@ class InterfaceWindow(Layout):
 
     closeAsked = pyqtSignal()  # from rospy's shutdown to Qt's
 
-    def __init__(self, settings=None, watch=None):
+    def __init__(self, settings=None, watch=None, memory=None):
         """Builds the widgets; executeInterface() runs them.
 
         Args:
             settings: Settings; by default the original's values.
             watch: MasterWatch or None.
+            memory: Memory of place and size, or None.
         """
         global _settings, _mover, sliderControl
+        if QApplication.instance() is None:
+            prepare_scaling()
         self.app = QApplication.instance() or QApplication(sys.argv[:1])
         self.app.setStyle("Fusion")
         _settings = settings or Settings()
@@ -119,15 +149,18 @@ class InterfaceWindow(Layout):
         sliderControl = False
         super().__init__(_settings)
         self.exitCode = 0
-        self._watch = watch
+        self._watch, self._memory = watch, memory
         self._finished = False
         self.addButtons()
         self.addSliders()
         self.addImages()
+        self.addLines()
         self._camera = CameraFeed(self.cameraLabel, self.settings.camera_timeout)
         self.closeAsked.connect(self.close)
         self._ticker = self.every(TICK_MS, self._tick, Qt.PreciseTimer)
         self._health = self.every(HEALTH_MS, self._check_health)
+        if memory is not None:
+            memory.restore(self)
         self._tick()
         self._check_health()
 
@@ -144,6 +177,16 @@ class InterfaceWindow(Layout):
         for name, handler in handlers.items():
             self.buttons[name].clicked.connect(handler)
         self.cruise.toggled.connect(lambda: ccFunct(self.cruise))
+
+    def addLines(self):
+        """Adds the record button and the lines at the bottom; takes keys and pad."""
+        super().addLines()
+        self._record = RecordButton(self.recordButton, self.recordLabel, self.settings.record_dir)
+        self._status = Status()
+        self._hand = Hand(self)
+        self._hand.moved.connect(_drive_by_hand)
+        self._hand.stopped.connect(lambda: stopFunct())
+        self.buttons["Stop"].clicked.connect(self._hand.clear)
 
     def addSliders(self):
         """Adds the steering slider."""
@@ -166,10 +209,13 @@ class InterfaceWindow(Layout):
         if movementPublisher is None:
             movementPublisher = rospy.Publisher(COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         self._camera.start()
+        self._status.start()
+        self._hand.pad.start()
         if self._watch is not None:
             self._watch.start()
         rospy.on_shutdown(self._on_ros_shutdown)
         self.show()
+        self.setFocus()
 
     def executeInterface(self):
         """Runs the window until it is closed.
@@ -204,6 +250,8 @@ class InterfaceWindow(Layout):
 
     def closeEvent(self, event):
         """Stops the car when the window closes."""
+        if self._memory is not None:
+            self._memory.keep(self)
         self.finish()
         super().closeEvent(event)
 
@@ -217,7 +265,10 @@ class InterfaceWindow(Layout):
         if self._watch is not None:
             self._watch.stop()
         self._camera.stop()
+        self._status.stop()
+        self._hand.pad.stop()
         _mover.stop()
+        self._record.finish()
 
     def _on_ros_shutdown(self):
         """Stops the car while topics are still open; called by rospy in some thread."""
@@ -238,6 +289,11 @@ class InterfaceWindow(Layout):
 
     def _check_health(self):
         self._camera.check()
+        self._hand.pad.check()
+        words = self._status.words() + (" · pad" if self._hand.pad.present else "")
+        if words != self.statusLabel.text():
+            self.statusLabel.setText(words)
+        self._record.check()
         problem = "" if self._watch is None else self._watch.problem(self.settings.master_timeout)
         if bool(problem) != bool(self.exitCode):
             print(f"teleop: {problem or 'the ROS master answers again'}", file=sys.stderr)

@@ -1,6 +1,5 @@
 """Camera frames from the subscriber's thread to the window, and the check that they come."""
 
-import threading
 import time
 
 import cv2
@@ -10,27 +9,8 @@ from deepracer_control.topics import CAMERA_TOPIC
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from sensor_msgs.msg import Image
 
-from deepracer_teleop.window.camera_view import FrameRate, draw_frame_rate, to_pixmap
-
-
-class LatestValue:
-    """Stores the latest value set by another thread; older ones are dropped."""
-
-    def __init__(self):
-        self._lock = threading.Lock()
-        self._item = None
-
-    def put(self, item):
-        """Stores an item; returns whether there was none (the owner then has to be notified)."""
-        with self._lock:
-            empty, self._item = self._item is None, item
-            return empty
-
-    def take(self):
-        """Returns the latest item and removes it; None if there is none."""
-        with self._lock:
-            item, self._item = self._item, None
-            return item
+from deepracer_teleop.camera.latest import LatestValue
+from deepracer_teleop.camera.view import FrameRate, draw_frame_rate, to_pixmap
 
 
 class CameraFeed(QObject):
@@ -87,7 +67,7 @@ class CameraFeed(QObject):
         try:
             self.picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
             shown = draw_frame_rate(self.picture.copy(), rate)
-            self._view.show_picture(to_pixmap(shown, self._view.contentsRect().size()))
+            self._view.show_picture(to_pixmap(shown, *self._view.room()))
         except (CvBridgeError, cv2.error, ValueError, TypeError) as error:
             self._view.show_message(
                 f"A picture on {CAMERA_TOPIC} cannot be shown (encoding {message.encoding!r}, "

@@ -1,7 +1,7 @@
 """The camera's part of the window: frame rate, resized picture, message when there is none."""
 
 import cv2
-from PyQt5.QtCore import QRect, QSize, Qt
+from PyQt5.QtCore import QPoint, QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QImage, QPainter, QPixmap
 from PyQt5.QtWidgets import QLabel, QSizePolicy
 
@@ -66,12 +66,13 @@ def draw_words(picture, words, place, scale):
         cv2.putText(picture, words, place, font, scale, colour, thickness, cv2.LINE_AA)
 
 
-def to_pixmap(picture, size):
+def to_pixmap(picture, size, ratio=1.0):
     """Turns an OpenCV picture into one for a label.
 
     Args:
         picture: (H, W, 3) uint8 BGR.
         size: QSize.
+        ratio: Pixels of the screen to one of the size (high-DPI screens).
 
     Returns:
         QPixmap, as large as fits the size, aspect kept.
@@ -79,7 +80,14 @@ def to_pixmap(picture, size):
     rgb = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
     height, width, channels = rgb.shape
     image = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
-    return QPixmap.fromImage(image.scaled(size, Qt.KeepAspectRatio, Qt.SmoothTransformation))
+    return scaled(QPixmap.fromImage(image), size, ratio)
+
+
+def scaled(pixmap, size, ratio):
+    """Returns a QPixmap fitted into a size as to_pixmap does."""
+    fitted = pixmap.scaled(size * ratio, Qt.KeepAspectRatio, Qt.SmoothTransformation)
+    fitted.setDevicePixelRatio(ratio)
+    return fitted
 
 
 class CameraView(QLabel):
@@ -108,6 +116,10 @@ class CameraView(QLabel):
         """Returns the preferred size, whatever picture is shown."""
         return self._size
 
+    def room(self):
+        """Returns the QSize for a picture, and the pixels of the screen to one of it."""
+        return self.contentsRect().size(), self.devicePixelRatioF()
+
     def show_picture(self, pixmap):
         """Shows a new picture (QPixmap of any size) and drops the message."""
         self._picture, self.message = pixmap, ""
@@ -128,18 +140,17 @@ class CameraView(QLabel):
         if self._picture is None or self._picture.isNull():
             self.setText(self.message)
             return
-        shown = self._picture.scaled(
-            self.contentsRect().size(), Qt.KeepAspectRatio, Qt.SmoothTransformation
-        )
+        shown = scaled(self._picture, *self.room())
         self.setPixmap(self._with_message(shown) if self.message else shown)
 
     def _with_message(self, shown):
         shown = QPixmap(shown)
+        box = QRect(QPoint(), shown.size() / shown.devicePixelRatioF())
         painter = QPainter(shown)
-        painter.fillRect(shown.rect(), QColor(20, 22, 26, 190))
+        painter.fillRect(box, QColor(20, 22, 26, 190))
         painter.setPen(QColor("#ffd166"))
         painter.drawText(
-            QRect(shown.rect()).adjusted(12, 12, -12, -12),
+            box.adjusted(12, 12, -12, -12),
             Qt.AlignCenter | Qt.TextWordWrap,
             self.message,
         )

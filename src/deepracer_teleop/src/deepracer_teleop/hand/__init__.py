@@ -1,0 +1,1 @@
+"""Driving by hand: held keys and the stick of a pad."""

@@ -1,0 +1,1 @@
+"""Recordings: a bag and a film, and the button that makes them."""
