@@ -14,12 +14,13 @@ class FakeRos:
         subscribed: topic -> callback.
         services: name -> callback.
         timers: callbacks.
+        hooks: callbacks of rospy.on_shutdown.
     """
 
     def __init__(self):
         self.now = 0.0
         self.sent, self.logged, self.timers = [], [], []
-        self.subscribed, self.services = {}, {}
+        self.subscribed, self.services, self.hooks = {}, {}, []
 
     def install(self, monkeypatch, parameters=()):
         """Replaces the parts of rospy that the nodes use.
@@ -64,7 +65,7 @@ class FakeRos:
                 "Timer",
                 lambda _period, callback, reset=False: reset and self.timers.append(callback),
             ),
-            ("on_shutdown", lambda _callback: None),
+            ("on_shutdown", self.hooks.append),
             ("has_param", lambda name: name[1:] in given),
             (
                 "get_param",

@@ -183,3 +183,14 @@ def test_wheel_speeds_of_the_model_are_within_the_jump_limit():
     model = CyberModel()
     wheels = model.wheels(0.7854, 3.0)
     assert max(wheels.rear_left, wheels.rear_right) < 2.0 * 3.0 / RADIUS
+
+
+def test_at_shutdown_the_wheels_stop_and_nothing_follows(rig):
+    rig.drive(0.5, 1.0)
+    (end,) = rig.ros.hooks
+    end()
+    assert rig.axle() == 0.0
+    before = len(rig.ros.sent)
+    rig.drive(0.5, 0.1)  # messages that were being handled
+    rig.watch()
+    assert len(rig.ros.sent) == before

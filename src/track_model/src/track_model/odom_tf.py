@@ -3,6 +3,7 @@
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
+from paddock_common.nodes import run
 from paddock_common.odometry import transform_of
 from std_msgs.msg import Header
 
@@ -60,6 +61,4 @@ class OdomTf:
 
 def main():
     """Run the node until ROS shuts down."""
-    rospy.init_node("odom_tf")
-    OdomTf()
-    rospy.spin()
+    run("odom_tf", OdomTf)

@@ -5,6 +5,8 @@ import os
 from track_model import track_file
 from track_model.spec import TrackError, TrackSpec
 
+LONGEST = 10_000_000  # [bytes] of a file
+
 
 def tracks_directory() -> str:
     """Return the folder of the tracks that come with the package."""
@@ -74,7 +76,12 @@ def read(path: str) -> bytes:
     Raises:
         TrackError: The file cannot be read.
     """
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise TrackError(path, "file", "no regular file", "a readable track file")
     try:
+        size = os.path.getsize(path)
+        if size > LONGEST:
+            raise TrackError(path, "file", f"{size} bytes long", f"at most {LONGEST} bytes")
         with open(path, "rb") as stream:
             return stream.read()
     except OSError as error:

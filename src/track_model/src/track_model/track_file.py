@@ -1,12 +1,18 @@
 """Track files: YAML text checked key by key into a TrackSpec. Needs no numpy."""
 
 import math
+import reprlib
 from collections.abc import Collection, Sequence
 from typing import Any
 
 import yaml  # type: ignore[import]
 
 from track_model.spec import COLOURS, DEFAULTS, WALLS, TrackError, TrackSpec, WallSpec, stem
+
+LONGEST = 200_000  # [bytes] of a file
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 3, 8, 8
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 
 Points = tuple[tuple[float, float], ...]
 # Allowed ranges, both ends included.
@@ -24,15 +30,20 @@ RANGES = {
 }
 
 
+def _shown(value: Any) -> str:
+    """A value of any size and nesting as a short text."""
+    return _SHORT.repr(value)
+
+
 def _number(path: str, item: str, value: Any) -> float:
     # bool is an int in Python; YAML's yes and no are not numbers.
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TrackError(path, item, repr(value), "a number")
-    if not math.isfinite(value):
-        raise TrackError(path, item, repr(value), "a finite number")
+        raise TrackError(path, item, _shown(value), "a number")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise TrackError(path, item, _shown(value), "a finite number")
     low, high = RANGES.get(item, (-math.inf, math.inf))
     if not low <= value <= high:
-        raise TrackError(path, item, repr(value), f"{low:g} to {high:g}")
+        raise TrackError(path, item, _shown(value), f"{low:g} to {high:g}")
     return float(value)
 
 
@@ -43,7 +54,7 @@ def _typed(path: str, item: str, value: Any, default: Any) -> Any:
         isinstance(value, bool) and not isinstance(default, bool)
     ):
         kinds = {bool: "true or false", int: "a whole number", str: "text"}
-        raise TrackError(path, item, repr(value), kinds[type(default)])
+        raise TrackError(path, item, _shown(value), kinds[type(default)])
     if item == "seed" and not 0 <= value < 2**32:
         raise TrackError(path, item, value, "0 to 4294967295")
     return value
@@ -54,30 +65,30 @@ def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict:
         raise TrackError(
             path,
             prefix or "content",
-            repr(data),
+            _shown(data),
             "a mapping with keys of {}".format(", ".join(sorted(valid))),
         )
     for key in data:
         if key not in valid:
             raise TrackError(
-                path, "%skey" % (prefix and prefix + " "), repr(key), ", ".join(sorted(valid))
+                path, "%skey" % (prefix and prefix + " "), _shown(key), ", ".join(sorted(valid))
             )
     return data
 
 
 def _points(path: str, data: Any, closed: bool) -> Points:
     if not isinstance(data, list):
-        raise TrackError(path, "points", repr(data), "a list of at least 3 pairs [x, y]")
+        raise TrackError(path, "points", _shown(data), "a list of at least 3 pairs [x, y]")
     points: list[tuple[float, float]] = []
     for index, pair in enumerate(data):
         item = f"points[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
-            raise TrackError(path, item, repr(pair), "a pair [x, y] in metres")
+            raise TrackError(path, item, _shown(pair), "a pair [x, y] in metres")
         point = _number(path, item, pair[0]), _number(path, item, pair[1])
         if max(abs(value) for value in point) > 50.0:
-            raise TrackError(path, item, repr(pair), "coordinates of -50 to 50 m")
+            raise TrackError(path, item, _shown(pair), "coordinates of -50 to 50 m")
         if points and math.dist(point, points[-1]) < 1e-3:
-            raise TrackError(path, item, repr(pair), "at least 1 mm away from the point before")
+            raise TrackError(path, item, _shown(pair), "at least 1 mm away from the point before")
         points.append(point)
     # The last point may repeat the first, as closed polygons often do.
     if closed and len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
@@ -115,7 +126,7 @@ def _colours(path: str, data: Any) -> dict[str, tuple[int, ...]]:
         )
         if not good:
             raise TrackError(
-                path, "colours." + key, repr(value), "[red, green, blue], each 0 to 255"
+                path, "colours." + key, _shown(value), "[red, green, blue], each 0 to 255"
             )
         colours[key] = tuple(value)
     return colours
@@ -144,9 +155,13 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
     Raises:
         TrackError: Something in it is not valid.
     """
+    if len(text) > LONGEST:
+        raise TrackError(path, "content", f"{len(text)} bytes long", f"at most {LONGEST} bytes")
     try:
         data = yaml.safe_load(text)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except RecursionError as error:
+        raise TrackError(path, "content", "nested too deeply", "a YAML mapping") from error
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: no date, a number of 5000 digits
         raise TrackError(
             path, "content", "not YAML ({})".format(" ".join(str(error).split())), "a YAML mapping"
         ) from error

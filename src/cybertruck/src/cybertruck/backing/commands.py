@@ -1,6 +1,9 @@
 """Drive commands to the truck."""
 
+import threading
+
 import rospy
+from paddock_common.sending import flush
 
 from cybertruck.msg import CyberDriveStamped
 
@@ -13,7 +16,8 @@ class Driver:
             "/cmd_cyberdrive", CyberDriveStamped, queue_size=1, tcp_nodelay=True
         )
         self._steering = 0.0
-        rospy.on_shutdown(self.stop)
+        self._lock, self._ended = threading.RLock(), False
+        rospy.on_shutdown(self._end)
 
     def send(self, steering, speed):
         """Sends a steering angle [rad] and a speed [m/s]."""
@@ -21,17 +25,20 @@ class Driver:
         message.header.stamp = rospy.Time.now()
         message.drive.steering_angle, message.drive.speed = float(steering), float(speed)
         self._steering = float(steering)
-        try:
-            self._publisher.publish(message)
-        except rospy.ROSException:
-            if (
-                not rospy.is_shutdown()
-            ):  # at shutdown the topic is closed; the shutdown hook has stopped the truck
-                raise
+        with self._lock:
+            if not self._ended:
+                self._publisher.publish(message)
 
     def stop(self):
         """Sends speed 0; the steering stays where it is."""
         self.send(self._steering, 0.0)
+
+    def _end(self):
+        """Stops the truck at shutdown; nothing follows, rospy closes the topic next."""
+        with self._lock:
+            self.stop()
+            self._ended = True
+        flush(self._publisher)
 
     @property
     def subscribers(self):

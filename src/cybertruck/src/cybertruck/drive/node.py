@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from paddock_common.nodes import run
 from paddock_common.odometry import transform_of
+from paddock_common.sending import flush
 from paddock_common.settings import read
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
@@ -50,8 +51,10 @@ class Drive:
         self._time = self._measured = None  # stamps of the last and the last good joint states [s]
         self._received, self._silent = None, False  # ROS time of their arrival [s]
         self._lock = threading.Lock()  # joint states and timer have different threads
+        self._ended = False  # at shutdown: zero was sent, and nothing may follow it
         self._publish_to()
         self._subscribe(read(JoyDrive, rospy.get_param, "~joy_") if settings.joy else None)
+        rospy.on_shutdown(self._end)
         rospy.Timer(
             rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch, reset=True
         )
@@ -122,6 +125,12 @@ class Drive:
 
     # joint states -----------------------------------------------------------------------------
     def _joints(self, message):
+        with self._lock:
+            if not self._ended:
+                self._follow(message)
+
+    def _follow(self, message):
+        """Drive and measure by a message of joint states; called with the lock held."""
         measured = wheels = None
         try:
             measured, wheels = conversions.measured(message)
@@ -130,19 +139,18 @@ class Drive:
                 1.0, f"{ROBOT}/joint_states cannot be used: {error}. The truck brakes."
             )
         now = message.header.stamp.to_sec()
-        with self._lock:
-            self._received, self._silent = rospy.get_time(), False
-            reset = self._reset_reason(now, measured)
-            if reset:
-                rospy.loginfo(f"{reset}: odometry starts afresh")
-                self._odometry.reset()
-                self._limiter.reset()
-                self._time = None
-            if reset or measured is None:
-                self._command.stop()
-            period = 0.0 if self._time is None else min(now - self._time, LONGEST_STEP)
-            self._time = now
-            self._drive(now, period)
+        self._received, self._silent = rospy.get_time(), False
+        reset = self._reset_reason(now, measured)
+        if reset:
+            rospy.loginfo(f"{reset}: odometry starts afresh")
+            self._odometry.reset()
+            self._limiter.reset()
+            self._time = None
+        if reset or measured is None:
+            self._command.stop()
+        period = 0.0 if self._time is None else min(now - self._time, LONGEST_STEP)
+        self._time = now
+        self._drive(now, period)
         if measured is None:
             return
         self._measured = now
@@ -171,7 +179,7 @@ class Drive:
         """Stop the wheels when there were no joint states for command_timeout."""
         with self._lock:
             now = rospy.get_time()
-            if self._received is None:  # no command was published yet
+            if self._received is None or self._ended:  # no command was published yet
                 return
             self._received = min(self._received, now)  # time may have gone back
             if now - self._received <= self._command.timeout:
@@ -184,6 +192,14 @@ class Drive:
             self._silent = True
             self._limiter.speed = 0.0  # with new joint states it starts from standstill
             self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
+
+    def _end(self):
+        """Stop the wheels at shutdown; nothing follows, rospy closes the topics next."""
+        with self._lock:
+            self._ended = True
+            if self._time is not None:
+                self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
+        flush(self._axle_out)
 
     def _drive(self, now, period):
         """Publish hinge and wheel commands within the limits after a period [s]."""

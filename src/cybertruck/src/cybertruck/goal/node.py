@@ -10,6 +10,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from paddock_common.angles import yaw_of
 from paddock_common.nodes import run
+from paddock_common.sending import flush
 from paddock_common.settings import read
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -155,7 +156,7 @@ class GoalNode:
             if self._controller.goal is not None:
                 self._controller.stop()
                 self._send(0.0, 0.0)
-                time.sleep(0.1)  # rospy sends from a thread
+                flush(self._command)
 
 
 def main():

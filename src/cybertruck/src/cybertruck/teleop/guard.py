@@ -5,7 +5,6 @@ this guard. It starts the teleop, waits for it, restores the terminal and, if th
 publishes the zero in its place. If the guard is killed, the teleop gets a SIGTERM.
 """
 
-import ctypes
 import json
 import os
 import signal
@@ -14,9 +13,10 @@ import sys
 import termios
 import time
 
+from paddock_common.orphans import signal_at_end_of
+
 COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
 GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
-PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 # leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
 LONGEST = 2.0  # wait for a subscriber before the zero is published [s]
@@ -39,8 +39,7 @@ def enter():
     """
     guard = os.environ.pop(GUARD, None)
     if guard is not None:
-        ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGTERM)
-        if os.getppid() != int(guard):  # it ended before the signal was requested
+        if not signal_at_end_of(int(guard)):
             sys.exit(1)
         return
     if not sys.stdin.isatty():
@@ -61,6 +60,7 @@ def send_zero(arguments):
         return
     import rospy
     from geometry_msgs.msg import Twist
+    from paddock_common.sending import flush
 
     remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
     rospy.init_node(
@@ -71,7 +71,7 @@ def send_zero(arguments):
     while publisher.get_num_connections() == 0 and time.monotonic() < deadline:
         time.sleep(0.01)
     publisher.publish(Twist())
-    time.sleep(0.15)
+    flush(publisher)
     rospy.signal_shutdown("zero sent")
 
 

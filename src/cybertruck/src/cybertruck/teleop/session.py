@@ -14,14 +14,13 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from paddock_common.rules import Number
+from paddock_common.sending import flush
 from paddock_common.settings import parameter, read
 
 from cybertruck.teleop import guard
 from cybertruck.teleop.limits import Limits, RateLimiter
 from cybertruck.teleop.screen import Screen, View
 from cybertruck.teleop.speeds import Speeds
-
-FLUSH = 0.15  # wall time given to rospy's threads for sending the last message [s]
 
 
 class Ended(Exception):
@@ -162,7 +161,7 @@ class Session:
                 return
             self._over = True
             self._publish(0.0, 0.0)
-        time.sleep(FLUSH)
+        flush(self._publisher)
 
     def close(self):
         """Publishes the zero and restores the terminal; may be called twice."""

@@ -42,7 +42,7 @@ class Path:
             (x, y [m], heading [rad], curvature [1/m]) of that shape.
         """
         arc = np.asarray(arc, dtype=float)
-        inside = np.clip(arc, 0.0, self.length)
+        inside = np.minimum(np.maximum(arc, 0.0), self.length)  # np.clip takes 3 times as long
         index = np.minimum((inside / self._step).astype(int), len(self.arc) - 2)
         ahead = inside - index * self._step
         heading, curvature = self.headings[index], self.curvatures[index]
@@ -68,10 +68,11 @@ class Path:
         arc = np.asarray(start, dtype=float)
         for _ in range(NEWTON_STEPS):
             at_x, at_y, heading, curvature = self.place(arc)
-            along = (x - at_x) * np.cos(heading) + (y - at_y) * np.sin(heading)
-            left = (y - at_y) * np.cos(heading) - (x - at_x) * np.sin(heading)
+            cos, sin = np.cos(heading), np.sin(heading)
+            along = (x - at_x) * cos + (y - at_y) * sin
+            left = (y - at_y) * cos - (x - at_x) * sin
             slope = np.maximum(1.0 - curvature * left, 0.3)
-            arc = arc + np.clip(along / slope, -0.5, 0.5)
+            arc = arc + np.minimum(np.maximum(along / slope, -0.5), 0.5)
         return arc
 
     def first_nearest(self, x, y, within=math.inf):

@@ -79,8 +79,9 @@ class MeasuredSteering:
 
     def curvature(self, steering):
         """Returns the curvature [1/m] of steering angles [rad], limited to the map first."""
-        angle = np.clip(steering, self.lowest, self.highest)
-        inside = np.clip(angle, self.angles[0], self.angles[-1])
+        # np.clip takes 3 times as long
+        angle = np.minimum(np.maximum(steering, self.lowest), self.highest)
+        inside = np.minimum(np.maximum(angle, self.angles[0]), self.angles[-1])
         past = angle - inside
         return self._inner(inside) + past * np.where(past < 0.0, *self._slopes)
 

@@ -1,5 +1,6 @@
 """The referee's CSV file: one row per odometry message."""
 
+import contextlib
 import csv
 import os
 
@@ -25,13 +26,16 @@ class Log:
 
     Args:
         path: the file; missing folders are created. Empty: nothing is written.
+        on_error: called with one line of text if a later row cannot be written (the disk is full);
+            the log ends there.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: it cannot be opened.
     """
 
-    def __init__(self, path):
+    def __init__(self, path, on_error=lambda text: None):
         self._stream = self._writer = None
+        self._path, self._on_error = path, on_error
         if path:
             os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
             self._stream = open(path, "w", newline="", encoding="utf-8")
@@ -58,7 +62,8 @@ class Log:
             status.lateral_error,
             status.progress,
         )
-        self._writer.writerow(
+        self._try(
+            self._writer.writerow,
             [
                 *(f"{number:.6f}" for number in numbers),
                 status.laps,
@@ -66,11 +71,21 @@ class Log:
                 f"{status.penalty:g}",
                 off,
                 " ".join(events),
-            ]
+            ],
         )
 
     def close(self):
         """Finish the file."""
         if self._stream is not None:
-            self._stream.close()
+            self._try(self._stream.close)
             self._stream = self._writer = None
+
+    def _try(self, write, *arguments):
+        """Write; an error ends the log and is said once."""
+        try:
+            write(*arguments)
+        except OSError as error:
+            stream, self._stream, self._writer = self._stream, None, None
+            with contextlib.suppress(OSError):
+                stream.close()  # what is buffered cannot be written either
+            self._on_error(f"{self._path} cannot be written: {error.strerror}; it ends here")

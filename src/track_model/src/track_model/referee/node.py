@@ -42,7 +42,7 @@ class RefereeNode:
             )
         self._referee = Referee(Course(track.lane), walls, rules, car)
         self._model = str(rospy.get_param("~model", "racecar"))
-        self._log = Log(str(rospy.get_param("~csv", "")))
+        self._log = Log(str(rospy.get_param("~csv", "")), rospy.logerr)
         self._lock = threading.Lock()
         self._last_stamp = None
         self._status = rospy.Publisher("~status", LapStatus, queue_size=50)
