@@ -30,6 +30,7 @@ REQUIRES = (
     "trimesh",
     "xacro>=2",
 )
+CLUSTER, SWEEP = ("ray==2.60.0",), ("optuna==5.0.0",)
 TRAINING = ("matplotlib", "onnx>=1.12", "stable-baselines3==2.4.1", "torch>=1.13")
 
 
@@ -48,7 +49,7 @@ def standalone():
     temporary = tempfile.mkdtemp(prefix="paddock_gym_")  # nothing is left in the sources
     return {
         "name": "paddock_gym",
-        "version": "0.1.0",
+        "version": "0.2.0",
         "description": "Gymnasium environments on Paddock's simulation core",
         "license": "BSD-3-Clause",
         "python_requires": ">=3.11",
@@ -56,7 +57,7 @@ def standalone():
         "package_dir": places,
         "data_files": data,
         "install_requires": REQUIRES,
-        "extras_require": {"training": TRAINING},
+        "extras_require": {"training": TRAINING, "cluster": CLUSTER, "sweep": SWEEP},
         "options": {"build": {"build_base": temporary}, "egg_info": {"egg_base": temporary}},
     }
 

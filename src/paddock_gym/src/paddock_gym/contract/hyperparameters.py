@@ -33,7 +33,7 @@ class Hyperparameters:
 
     Attributes:
         batch_size, num_epochs, lr, beta_entropy, discount_factor: of PPO.
-        num_episodes_between_training: becomes a number of steps between updates.
+        num_episodes_between_training: runs between updates; their mean length makes it steps.
         loss_type: of the value function: huber or mse.
         ignored: keys of the file that mean nothing here.
     """
@@ -54,8 +54,21 @@ def load(path):
     Raises:
         GymError: a key or value is wrong.
     """
+    return parse(path, json_file.load(path))
+
+
+def parse(path, table):
+    """Check what a hyperparameters.json holds.
+
+    Args:
+        path: of the file, for messages.
+        table: its content.
+
+    Raises:
+        GymError: a key or value is wrong.
+    """
     found, ignored = {}, []
-    for key, value in json_file.load(path).items():
+    for key, value in table.items():
         if key in RANGES:
             number = json_file.number(path, key, value, *RANGES[key])
             whole = isinstance(RANGES[key][0], int)

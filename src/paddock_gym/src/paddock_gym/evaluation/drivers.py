@@ -3,11 +3,12 @@
 import math
 
 from deepracer_control.drivers.pursuit import Path, Pursuit
+from track_model.referee.rules import Car
 
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 from paddock_gym.simulation.car import GEOMETRY
 
-REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
+REAR_AXLE = Car().rear  # x of the rear axle from base_link [m]
 
 
 class PolicyDriver:
@@ -32,11 +33,12 @@ class PursuitDriver:
     """Pure pursuit along the centreline, from the true pose: the driver of ./run lap.
 
     Args:
-        speed: on straights [m/s].
+        max_speed: on straights [m/s].
+        gains: lookahead [m], max_lateral_acceleration [m/s^2] of Pursuit.
     """
 
-    def __init__(self, speed=1.0):
-        self._speed, self._pursuit, self._track = speed, None, None
+    def __init__(self, max_speed=1.0, **gains):
+        self._gains, self._pursuit = dict(gains, max_speed=max_speed), None
 
     def restart(self):
         """Forget the place on the path."""
@@ -47,7 +49,7 @@ class PursuitDriver:
         if self._pursuit is None:
             track = env.scene.track
             path = Path(track.centreline, closed=track.closed)
-            self._pursuit = Pursuit(path, max_speed=self._speed)
+            self._pursuit = Pursuit(path, **self._gains)
         motion = env.run.motion
         speed, curvature = self._pursuit.command(
             motion.x + REAR_AXLE * math.cos(motion.yaw),

@@ -1,10 +1,9 @@
 """A film of a lap: the car from behind, with figures."""
 
 import cv2
+from paddock_common.films.writer import FilmWriter
 
 from paddock_gym.evaluation.laps import drive
-
-CODEC = "mp4v"
 
 
 def film_lap(env, driver, start, path):
@@ -23,7 +22,7 @@ def film_lap(env, driver, start, path):
         OSError: the file cannot be written.
     """
     rate = env.metadata["render_fps"]
-    frames = {}
+    film = FilmWriter(path, rate)
 
     def add():
         picture = env.onlooker_picture()[..., ::-1].copy()
@@ -35,16 +34,9 @@ def film_lap(env, driver, start, path):
             cv2.putText(
                 picture, words, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, width, cv2.LINE_AA
             )
-        if "film" not in frames:
-            height, wide = picture.shape[:2]
-            film = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*CODEC), rate, (wide, height))
-            if not film.isOpened():
-                raise OSError(f"{path} cannot be written")
-            frames["film"] = film
-        frames["film"].write(picture)
+        film.add(picture)
 
     try:
         return drive(env, driver, start, each=add)
     finally:
-        if "film" in frames:
-            frames["film"].release()
+        film.close()

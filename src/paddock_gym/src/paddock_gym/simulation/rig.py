@@ -1,4 +1,4 @@
-"""The Cyber Truck with its trailer on a plane."""
+"""The Cyber Truck with or without its trailer on a plane."""
 
 import pathlib
 
@@ -36,12 +36,15 @@ def share():
 class Rig:
     """Truck and trailer, driven as the node `drive` drives them.
 
+    Args:
+        trailer: with or without.
+
     Attributes:
         geometry: cybertruck.trailer.geometry.Geometry.
         period: of an action [s].
     """
 
-    def __init__(self):
+    def __init__(self, trailer=True):
         folder = share()
         numbers = yaml.safe_load((folder / "config" / "truck.yaml").read_text(encoding="utf-8"))
         names = ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
@@ -55,7 +58,7 @@ class Rig:
         self.world.spawn(sdf.ground_plane())
         text = xacro.process_file(
             str(folder / "urdf" / "cybertruck.urdf.xacro"),
-            mappings={"trailer": "true", "lidar": "false"},
+            mappings={"trailer": str(trailer).lower(), "lidar": "false"},
         ).toxml()
         self.model = self.world.spawn_urdf("cybertruck", text, Pose(), self._resolve)
         self._hardware = self.model.manager.hardware
@@ -70,16 +73,24 @@ class Rig:
 
     def place(self, x, y, trailer_heading, hitch_angle):
         """Put the trailer's axle at a pose [m], [rad] with a hitch angle [rad], at rest."""
+        self.place_truck(*rear_axle(x, y, trailer_heading, hitch_angle, self.geometry))
+        self.model.joints.set_positions({HITCH: float(hitch_angle)})
+
+    def place_truck(self, x, y, heading):
+        """Put the truck's rear axle at a pose [m], [rad], at rest, the trailer straight behind."""
         self.world.engine.restore_state(self._rested)
         self.world.step_count = 0
-        rear_x, rear_y, heading = rear_axle(x, y, trailer_heading, hitch_angle, self.geometry)
         turn = quaternion_from_rpy(0.0, 0.0, float(heading))
-        place = (float(rear_x), float(rear_y), self._rest.position[2])
+        place = (float(x), float(y), self._rest.position[2])
         self.model.set_state(Pose(place, multiply(turn, self._rest.orientation)))
-        joints = dict.fromkeys(self.model.joints.names, 0.0)
-        self.model.joints.set_positions(dict(joints, **{HITCH: float(hitch_angle)}))
+        self.model.joints.set_positions(dict.fromkeys(self.model.joints.names, 0.0))
         self._limiter.reset()
         self._write(0.0, 0.0)
+
+    def truck(self):
+        """(x, y [m], heading [rad]) of the truck's rear axle."""
+        pose = self.model.pose
+        return (*pose.position[:2], pose.rpy[2])
 
     def trailer(self):
         """(x, y [m], heading [rad]) of the trailer's axle."""
@@ -90,9 +101,9 @@ class Rig:
         """Angle of the trailer against the truck [rad]."""
         return self.model.joints.positions_of([HITCH])[0]
 
-    def drive(self, steering, speed):
-        """Drive for one action with a steering angle [rad] and a speed [m/s]."""
-        for _ in range(PERIODS):
+    def drive(self, steering, speed, periods=PERIODS):
+        """Drive for one action, or some periods, with a steering angle [rad] and a speed [m/s]."""
+        for _ in range(periods):
             self._write(*self._limiter.advance(steering, speed, DRIVE_PERIOD))
             self.world.step(round(DRIVE_PERIOD / TIME_STEP))
 

@@ -15,12 +15,12 @@ from paddock_gym.training.settings import FILE, MAY_CHANGE, Settings
 def main(arguments=None):
     """Train; returns the exit status."""
     table = json.loads((arguments or sys.argv[1:])[0])
-    folder, resume = table.pop("folder"), table.pop("resume")
+    folder, resume, ray = table.pop("folder"), table.pop("resume"), table.pop("ray", None)
     try:
         settings = prepared(table, folder, resume)
         from paddock_gym.training.learn import train
 
-        report = train(settings, folder, resume, say)
+        report = train(settings, folder, resume, say, ray)
     except (GymError, RewardError, ValueError) as error:
         print(f"train: {error}", file=sys.stderr)
         return 1

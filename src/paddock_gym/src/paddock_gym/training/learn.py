@@ -1,5 +1,6 @@
 """One training from its settings to its files."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -9,9 +10,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
-from torch.nn import functional
 
-from paddock_gym.contract import hyperparameters
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.evaluation import plots
 from paddock_gym.evaluation.drivers import PolicyDriver
@@ -19,7 +18,7 @@ from paddock_gym.evaluation.film import film_lap
 from paddock_gym.evaluation.laps import drive, starts
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
-from paddock_gym.training import checkpoint, pictures
+from paddock_gym.training import algorithm, checkpoint, pictures
 from paddock_gym.training.network import Features
 from paddock_gym.training.watch import Watch
 from paddock_gym.training.workers import Workers, factory
@@ -29,7 +28,7 @@ POLICY, REPORT, FILM = "policy.onnx", "report.json", "best_lap.mp4"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
 
 
-def train(settings, folder, resume=False, say=print):
+def train(settings, folder, resume=False, say=print, ray=None):
     """Train, and write everything into the folder, also after Ctrl-C.
 
     Args:
@@ -37,6 +36,7 @@ def train(settings, folder, resume=False, say=print):
         folder: exists, with settings.json.
         resume: go on from its checkpoint.
         say: function of one line.
+        ray: address of a Ray cluster (auto, HOST:PORT) for the workers; None: processes here.
 
     Returns:
         The report, a dict.
@@ -44,7 +44,7 @@ def train(settings, folder, resume=False, say=print):
     # Small networks are fastest on one thread; those for pictures learn while the workers wait.
     torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
     stop = _Stop()
-    workers = Workers([factory(settings.environment())] * settings.workers)
+    settings, workers = _workers(settings, folder, ray, say)
     begin = time.monotonic()
     try:
         model = _model(settings, folder, workers, resume)
@@ -76,10 +76,27 @@ def train(settings, folder, resume=False, say=print):
     return report
 
 
+def _workers(settings, folder, address, say):
+    """(settings with the number of workers, the workers)."""
+    if not address:
+        return settings, Workers([factory(settings.environment())] * settings.workers)
+    from paddock_gym.training.actors import cluster
+    from paddock_gym.training.actors.workers import RayWorkers
+
+    nodes = cluster.connect(address, say)
+    if not settings.workers:
+        settings = dataclasses.replace(settings, workers=max(1, int(sum(nodes))))
+        settings.save(folder)
+    gamma = settings.algorithm()["gamma"]
+    return settings, RayWorkers(settings.environment(), settings.workers, nodes, gamma)
+
+
 def _model(settings, folder, workers, resume):
     """The PPO of a training, new or from its checkpoint."""
     if resume:
-        model = PPO.load(os.path.join(folder, checkpoint.FILE), env=workers, device="cpu")
+        model = algorithm.of(settings, workers).load(
+            os.path.join(folder, checkpoint.FILE), env=workers, device="cpu"
+        )
         workers.seed(settings.seed + model.num_timesteps)  # other starts than at the beginning
         checkpoint.restore_numbers(folder)
         return model
@@ -93,27 +110,9 @@ def _model(settings, folder, workers, resume):
     if len(kinds) > 1:
         policy = "MultiInputPolicy"
     arguments = settings.algorithm()
-    algorithm = _HuberPPO if _wants_huber(settings) else PPO
-    return algorithm(
+    return algorithm.of(settings, workers)(
         policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
     )
-
-
-def _wants_huber(settings):
-    given = settings.hyperparameters
-    return bool(given) and hyperparameters.load(given).loss_type == "huber"
-
-
-class _HuberPPO(PPO):
-    """PPO whose value function has the Huber loss, as loss_type of DeepRacer asks for."""
-
-    def train(self):
-        """One update."""
-        squared, functional.mse_loss = functional.mse_loss, functional.smooth_l1_loss
-        try:
-            super().train()
-        finally:
-            functional.mse_loss = squared
 
 
 def _finish(settings, folder, model):

@@ -23,7 +23,7 @@ class Settings:
         metadata: absolute path of a model_metadata.json, or "".
         hyperparameters: absolute path of a hyperparameters.json, or "".
         steps: actions of the whole training.
-        workers: processes with one car each.
+        workers: processes or Ray actors with one car each; 0: one for each processor of Ray.
         seed: of the network, the starts and the noise.
     """
 

@@ -10,7 +10,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from paddock_gym.course.judge import LAP
 from paddock_gym.errors import RewardError
 from paddock_gym.training.checkpoint import save
-from paddock_gym.training.workers import KEPT, LOST
+from paddock_gym.training.worker import KEPT, LOST
 
 RECENT = 40  # runs of a success rate
 PRINT_PERIOD = 5.0  # [s] of wall time

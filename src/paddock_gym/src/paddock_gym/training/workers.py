@@ -1,57 +1,33 @@
 """Environments in processes of their own; one that dies is replaced and costs only its episode."""
 
 import multiprocessing
-import os
-import signal
 
-import gymnasium
-from stable_baselines3.common.monitor import Monitor
+import numpy as np
 from stable_baselines3.common.vec_env import SubprocVecEnv
 from stable_baselines3.common.vec_env.base_vec_env import CloudpickleWrapper
 from stable_baselines3.common.vec_env.subproc_vec_env import _stack_obs, _worker
 
-from paddock_gym.errors import RewardError
+from paddock_gym.errors import GymError
+from paddock_gym.training.worker import LOST, environment
 
-LOST = "worker lost"
-_GONE = (EOFError, ConnectionError, BrokenPipeError)
-KEPT = ("end", "progress", "time", "x", "y")  # of the last info, for the log of episodes
+ATTEMPTS = 3  # to replace a worker
+_GONE = (EOFError, ConnectionError)
 
 
 def factory(options):
-    """A function that makes one environment, in a process that leaves Ctrl-C to its parent.
+    """A function that makes one environment.
 
     Args:
         options: keyword arguments of the environment.
     """
-
-    def make():
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
-        import paddock_gym  # noqa: F401  (registers the environment)
-
-        env = Reporting(gymnasium.make("Paddock/DeepRacer-v0", **options))
-        return Monitor(env, info_keywords=KEPT)
-
-    return make
+    return lambda: environment(options)
 
 
-class Reporting(gymnasium.Wrapper):
-    """Reports what a user's reward function raised: the run ends with info["error"]."""
-
-    def reset(self, **options):
-        """Start a run."""
-        self._last = self.env.reset(**options)
-        return self._last
-
-    def step(self, action):
-        """Take an action."""
-        try:
-            observation, reward, terminated, truncated, info = self.env.step(action)
-        except RewardError as error:
-            observation, info = self._last
-            return observation, 0.0, True, False, dict(info, error=str(error))
-        self._last = observation, info
-        return observation, reward, terminated, truncated, info
+def died_again(number, count):
+    """The error of a worker that cannot be replaced."""
+    return GymError(
+        f"worker {number} died {ATTEMPTS} times in a row; is there memory for {count} workers?"
+    )
 
 
 class Workers(SubprocVecEnv):
@@ -71,8 +47,8 @@ class Workers(SubprocVecEnv):
 
     def reset(self):
         """Reset all."""
-        for number, remote in enumerate(self.remotes):
-            self._send(number, remote, ("reset", (self._seeds[number], self._options[number])))
+        for number in range(self.num_envs):
+            self._send(number, ("reset", (self._seeds[number], self._options[number])))
         results = [self._receive(number) for number in range(self.num_envs)]
         results = [
             self._replace(number) if result is None else result
@@ -86,27 +62,35 @@ class Workers(SubprocVecEnv):
 
     def step_async(self, actions):
         """Send the actions."""
-        for number, (remote, action) in enumerate(zip(self.remotes, actions)):
-            self._send(number, remote, ("step", action))
+        for number, action in enumerate(actions):
+            self._send(number, ("step", action))
         self.waiting = True
 
     def step_wait(self):
         """Collect what they led to; a dead worker's run ends here, cut off."""
-        results = []
-        for number in range(self.num_envs):
-            result = self._receive(number)
-            results.append(self._cut_off(number) if result is None else result)
         self.waiting = False
+        results = [self._receive(number) for number in range(self.num_envs)]
+        results = [
+            self._cut_off(number) if result is None else result
+            for number, result in enumerate(results)
+        ]
         observations, rewards, dones, infos, self.reset_infos = zip(*results)
         self._before = list(observations)
-        import numpy as np
-
         stacked = _stack_obs(observations, self.observation_space)
         return stacked, np.stack(rewards), np.stack(dones), infos
 
-    def _send(self, number, remote, message):
+    def close(self):
+        """End all processes, also after an error."""
+        if not self.closed:
+            for number in range(self.num_envs):
+                self._send(number, ("close", None))
+            for process in self.processes:
+                process.join()
+            self.closed = True
+
+    def _send(self, number, message):
         try:
-            remote.send(message)
+            self.remotes[number].send(message)
         except _GONE:
             pass  # _receive() notices
 
@@ -123,8 +107,21 @@ class Workers(SubprocVecEnv):
         return observation, 0.0, True, dict(info, end=LOST), reset_info
 
     def _replace(self, number):
-        """Start a process anew; returns (observation, info) of its reset."""
-        self.lost += 1
+        """Start a process anew; returns (observation, info) of its reset.
+
+        Raises:
+            GymError: new ones die as well.
+        """
+        for _ in range(ATTEMPTS):
+            self.lost += 1
+            self._start(number)
+            self._send(number, ("reset", (None, {})))
+            begun = self._receive(number)
+            if begun is not None:
+                return begun
+        raise died_again(number, self.num_envs)
+
+    def _start(self, number):
         self.remotes[number].close()
         self.processes[number].join()
         context = multiprocessing.get_context("forkserver")
@@ -138,5 +135,3 @@ class Workers(SubprocVecEnv):
         there.close()
         self.remotes = (*self.remotes[:number], here, *self.remotes[number + 1 :])
         self.processes[number] = process
-        here.send(("reset", (None, {})))
-        return here.recv()

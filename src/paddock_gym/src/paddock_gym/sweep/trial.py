@@ -1,0 +1,65 @@
+"""python -m paddock_gym.sweep.trial: one trial of gains."""
+
+import json
+import os
+import sys
+
+import numpy as np
+
+from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.evaluation import goals
+from paddock_gym.evaluation.drivers import PursuitDriver
+from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.sweep.kinds import MISSED
+
+
+def main(arguments=None):
+    """Drive; returns the exit status."""
+    table = json.loads((arguments or sys.argv[1:])[0])
+    report = WORK[table["of"]](dict(table["options"]))
+    os.makedirs(table["folder"], exist_ok=True)
+    with open(os.path.join(table["folder"], "report.json"), "w", encoding="utf-8") as stream:
+        json.dump(report, stream, indent=2)
+        stream.write("\n")
+    return 0
+
+
+def pursuit(options):
+    """Laps of pure pursuit; returns the report."""
+    track, count = options.pop("track", "default"), options.pop("starts", 10)
+    env = DeepRacerEnv(track, control_rate=20.0)
+    driver = PursuitDriver(**options)
+    laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(count))]
+    env.close()
+    return {
+        "starts": count,
+        "good": sum(lap.is_lap for lap in laps),
+        "seconds": mean(lap.time if lap.is_lap else MISSED for lap in laps),
+        "rms_lateral": mean(lap.rms_lateral for lap in laps),
+        "ends": [lap.end for lap in laps],
+    }
+
+
+def goal(options):
+    """Drives to goals; returns the report."""
+    count = options.pop("starts", 10)
+    drives = goals.drive_all(goals.goals(count), **options)
+    return {
+        "starts": count,
+        "good": sum(drive.is_good for drive in drives),
+        "seconds": mean(drive.time if drive.is_good else MISSED for drive in drives),
+        "detour": mean(drive.detour for drive in drives),
+        "distance": mean(drive.distance for drive in drives),
+        "ends": [drive.end for drive in drives],
+    }
+
+
+def mean(numbers):
+    """The mean, as a float of JSON."""
+    return round(float(np.mean(list(numbers))), 4)
+
+
+WORK = {"pursuit": pursuit, "goal": goal}
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Workers on a Ray cluster: actors that drive by themselves and report what happened."""

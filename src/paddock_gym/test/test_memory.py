@@ -1,0 +1,34 @@
+"""Memory stays where it is, however long an environment is used."""
+
+import gymnasium
+import psutil
+
+import paddock_gym
+
+WARM_UP, ACTIONS = 300, 900
+MOST = 0.5e6  # [bytes] of growth; 550 an action would be 110 MB in a training of 200,000
+
+
+def test_actions_and_resets_leave_no_memory_behind():
+    env = gymnasium.make(paddock_gym.IDS[0])
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    drive(env, WARM_UP)
+    memory = psutil.Process().memory_info
+    before = memory().rss
+    runs = drive(env, ACTIONS)
+    grown = memory().rss - before
+    env.close()
+    assert runs > 20
+    assert grown < MOST
+
+
+def drive(env, actions):
+    """Take random actions; returns how many runs ended."""
+    runs = 0
+    for _ in range(actions):
+        *_, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            env.reset()
+            runs += 1
+    return runs

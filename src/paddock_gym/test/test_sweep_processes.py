@@ -1,0 +1,42 @@
+"""Trials end when their sweep ends, also those that are about to start."""
+
+import sys
+import threading
+
+from paddock_common.testing import wait_ended
+from paddock_gym.sweep.processes import Processes
+
+LIMIT = 30.0  # [s]
+FAMILY = """
+import subprocess, sys
+child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
+print(child.pid, flush=True)
+child.wait()
+"""
+
+
+def test_a_process_gives_its_status_and_what_it_prints(tmp_path):
+    log = tmp_path / "log.txt"
+    command = [sys.executable, "-c", "print('words'); raise SystemExit(3)"]
+    assert Processes().run(command, log) == 3
+    assert log.read_text() == "words\n"
+
+
+def test_the_end_takes_children_along(tmp_path):
+    processes, log, found = Processes(), tmp_path / "log.txt", []
+    command = [sys.executable, "-c", FAMILY]
+    thread = threading.Thread(target=lambda: found.append(processes.run(command, log)))
+    thread.start()
+    while not log.exists() or not log.read_text().endswith("\n"):
+        thread.join(0.01)
+    processes.end()
+    thread.join(LIMIT)
+    assert found == [None]
+    wait_ended(int(log.read_text()), LIMIT)
+
+
+def test_after_the_end_nothing_starts(tmp_path):
+    processes, trace = Processes(), tmp_path / "trace"
+    processes.end()
+    assert processes.run(["touch", str(trace)], tmp_path / "log.txt") is None
+    assert not trace.exists()
