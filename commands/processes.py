@@ -60,6 +60,11 @@ def run_child(
         return status
 
 
+def exit_status(status):
+    """Gives the exit status that a shell would give for one of subprocess."""
+    return 128 - status if status < 0 else status
+
+
 def become(argv, environ):
     """Replaces ./run by a program; does not come back.
 

@@ -5,6 +5,7 @@ Usage: python check_imports.py VENV
 
 import sys
 
+import av  # noqa: F401
 import cv2  # noqa: F401
 import cv_bridge  # noqa: F401
 import numpy

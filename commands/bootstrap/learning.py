@@ -1,18 +1,24 @@
-"""What ./run train needs beyond the set-up: Debian's torch, stable-baselines3 in .venv."""
+"""What ./run train, sweep and cluster need beyond the set-up: Debian and Python packages."""
 
 import os
 
-from commands import processes
+from commands.bootstrap import packages
 from commands.bootstrap.lock import SetupLock
 from commands.paths import ROOT, VENV, VENV_PYTHON, read, write
 
-PACKAGES = "apt-learning.txt"  # in config/
-REQUIREMENTS = os.path.join(ROOT, "config", "requirements-learning.txt")
-STAMP = os.path.join(VENV, ".stamp-learning")
+# Name of the lists in config/ (apt-NAME.txt, requirements-NAME.txt) -> what must be importable.
+EXTRAS = {
+    "learning": "stable_baselines3, torch",
+    "ray": "ray",
+    "sweep": "optuna",
+}
 
 
-def prepare():
+def prepare(*names):
     """Installs what is missing, after bootstrap.prepare().
+
+    Args:
+        names: Of EXTRAS; none: learning.
 
     Raises:
         CommandError: A step failed.
@@ -20,31 +26,41 @@ def prepare():
         Interrupted: A signal ended it.
     """
     with SetupLock():
-        status = processes.run_child(
-            ["bash", os.path.join(ROOT, "run"), "--packages", PACKAGES], session=False, grace=None
-        )
-        if status != 0:
-            raise SystemExit(status if status > 0 else 128 - status)
-        if read(STAMP) != _wanted():
-            from commands.bootstrap.step import Step
-
-            Step(
-                2,
-                "Python packages for learning",
-                "Check the network (or your pip index settings) and that the disk is not full.",
-                "install_learning",
-                of=2,
-            ).run(_install)
+        for name in names or ("learning",):
+            _prepare(name)
 
 
-def _wanted():
-    """What .stamp-learning holds when everything is there."""
-    return read(os.path.join(VENV, ".stamp")).split("\n")[0] + "\n" + read(REQUIREMENTS)
+def requirements(name):
+    """Gives the path of a list of Python packages."""
+    return os.path.join(ROOT, "config", f"requirements-{name}.txt")
 
 
-def _install(step):
+def _prepare(name):
+    packages.prepare_more(f"apt-{name}.txt", steps=2)
+    if read(_stamp(name)) != _wanted(name):
+        from commands.bootstrap.step import Step
+
+        Step(
+            2,
+            f"Python packages ({name})",
+            "Check the network (or your pip index settings) and that the disk is not full.",
+            f"install_{name}",
+            of=2,
+        ).run(lambda step: _install(step, name))
+
+
+def _stamp(name):
+    return os.path.join(VENV, f".stamp-{name}")
+
+
+def _wanted(name):
+    """What the stamp holds when everything is there."""
+    return read(os.path.join(VENV, ".stamp")).split("\n")[0] + "\n" + read(requirements(name))
+
+
+def _install(step, name):
     pip = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
-    step.execute([*pip, "-r", REQUIREMENTS], environ)
-    step.execute([VENV_PYTHON, "-c", "import stable_baselines3, torch"], environ)
-    write(STAMP, _wanted())
+    step.execute([*pip, "-r", requirements(name)], environ)
+    step.execute([VENV_PYTHON, "-c", f"import {EXTRAS[name]}"], environ)
+    write(_stamp(name), _wanted(name))

@@ -18,9 +18,26 @@ def prepare():
     """
     if signature.unchanged("packages", ROOT):
         return
-    status = processes.run_child(
-        ["bash", os.path.join(ROOT, "run"), "--packages"], session=False, grace=None
-    )
-    if status != 0:
-        raise SystemExit(status if status > 0 else 128 - status)
+    _install()
     signature.save("packages", ROOT, [WANTED, INSTALLED])
+
+
+def prepare_more(name, steps=1):
+    """Installs what another list names and is missing; the caller holds the SetupLock.
+
+    Args:
+        name: The list, a file in config/.
+        steps: How many steps the caller has, this one is the first.
+
+    Raises:
+        SystemExit: It failed, and ./run has said why.
+        Interrupted: A signal ended it.
+    """
+    _install(name, str(steps))
+
+
+def _install(*arguments):
+    command = ["bash", os.path.join(ROOT, "run"), "--packages", *arguments]
+    status = processes.run_child(command, session=False, grace=None)
+    if status != 0:
+        raise SystemExit(processes.exit_status(status))

@@ -85,6 +85,10 @@ class Step:
         if status != 0:
             raise StepFailed(f"{os.path.basename(argv[0])} ended with exit status {status}")
 
+    def note(self, text):
+        """Prints a line between the seconds: why this takes longer than usual."""
+        say(f"\r{text}" if self._in_place else text)
+
     def _seconds(self):
         return int(time.monotonic() - self._start)
 

@@ -5,12 +5,15 @@
 Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check starts it.
 """
 
+import contextlib
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import sys
 import time
+from urllib.parse import urlsplit
 
 import launch_log
 import rospy
@@ -23,6 +26,7 @@ from std_srvs.srv import Empty, Trigger
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
+FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s]
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 
 
@@ -92,12 +96,25 @@ def describe(simulator):
     return json.loads(answer.message) if answer is not None and answer.success else None
 
 
+def is_spawning():
+    """Whether a spawn_model of this master's launch still runs."""
+    port = b":%d" % urlsplit(os.environ["ROS_MASTER_URI"]).port
+    for folder in pathlib.Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended, or is somebody else's
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            if any(os.path.basename(word) == b"spawn_model" for word in words[:3]):
+                variables = (folder / "environ").read_bytes().split(b"\0")
+                if any(v.startswith(b"ROS_MASTER_URI=") and port in v for v in variables):
+                    return True
+    return False
+
+
 def wait_for_models(launch, simulator):
     """Waits until no more models come; returns the last description."""
     found, since, deadline = None, time.monotonic(), time.monotonic() + SPAWN_LIMIT
     while time.monotonic() < deadline and launch.poll() is None:
         now = describe(simulator)
-        if now is not None and now != found:
+        if (now is not None and now != found) or is_spawning():
             found, since = now, time.monotonic()
         moving = [model for model in (found or {}).get("models", ()) if not model["static"]]
         if found is not None and time.monotonic() - since > SETTLED * (1 if moving else 3):
@@ -135,8 +152,20 @@ def controllers_of(namespace):
     return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
 
 
+def wait_for_first(launch, watches):
+    """Waits until each sensor has sent something: pictures start with their first subscriber."""
+    deadline = time.monotonic() + FIRST_LIMIT
+    while time.monotonic() < deadline and launch.poll() is None:
+        if all(watch.count for watch in watches):
+            return
+        time.sleep(0.1)
+
+
 def observe(launch, seconds):
-    """Watches the running launch; returns what goes into the result."""
+    """Watches the running launch; returns what goes into the result.
+
+    The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT.
+    """
     simulator = wait_for_simulator(launch)
     if simulator is None:
         return {"simulator": False}
@@ -147,8 +176,9 @@ def observe(launch, seconds):
     found["was_paused"] = unpause(simulator)
     moving = [model for model in found["models"] if not model["static"]]
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
-    before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     watches = {sensor["topic"]: Watch(sensor["topic"], clock) for sensor in sensors}
+    wait_for_first(launch, watches.values())
+    before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
         time.sleep(0.1)

@@ -7,7 +7,7 @@ import subprocess
 
 from commands import processes
 from commands.errors import CommandError, UsageError, say
-from commands.launching import master
+from commands.launching import guard, master
 from commands.paths import CACHE, relative
 
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
@@ -66,6 +66,7 @@ def start(launch, environ, arguments, deadline):
         Interrupted: A signal ended it.
     """
     options = master.use_own(environ)
+    guard.start(environ)
     return processes.run_child(
         launch.command(arguments, *options),
         group=False,

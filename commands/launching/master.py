@@ -46,6 +46,7 @@ def refuse_second_world(environ):
 
 def _knows_simulator(uri):
     from http.client import HTTPException
+    from xml.parsers.expat import ExpatError
     from xmlrpc.client import Error, ServerProxy
 
     before = socket.getdefaulttimeout()
@@ -53,7 +54,7 @@ def _knows_simulator(uri):
     try:
         with ServerProxy(uri) as master:
             return master.lookupNode("/paddock", "/gazebo")[0] == 1
-    except (OSError, HTTPException, Error):
+    except (OSError, HTTPException, Error, ExpatError):
         return False  # something else listens there, or it does not answer
     finally:
         socket.setdefaulttimeout(before)

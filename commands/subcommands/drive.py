@@ -4,7 +4,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import say
-from commands.launching import display, master
+from commands.launching import display, guard, master, window
 from commands.launching.launch_file import LaunchFile
 from commands.subcommands import demo
 
@@ -18,7 +18,9 @@ def run(_options, rest):
         say("no display (DISPLAY is not set): running ./run demo")
         return demo.run(None, [])
     arguments = LAUNCH.check(rest)
+    arguments += window.additions(arguments)
     environ = environment.ready()
     display.need_display(environ, " ".join(["./run demo", *rest]))
     master.refuse_second_world(environ)
+    guard.start(environ)
     return processes.become(LAUNCH.command(arguments), environ)

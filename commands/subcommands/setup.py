@@ -6,12 +6,55 @@ devel/. Steps whose inputs have not changed are skipped; an interrupted set-up c
 again. Details go to .cache/log/.
 """
 
+import os
+
 from commands import bootstrap
 from commands.errors import say
 from commands.paths import ROOT
 
+USAGE = "[--environment]"
 
-def run(_options, _rest):
+
+def add_arguments(parser):
+    """Declares --environment."""
+    parser.add_argument(
+        "--environment",
+        action="store_true",
+        help="print what setup.bash evaluates: the environment of ./run exec, as shell commands",
+    )
+
+
+def run(options, _rest):
     """Sets up."""
+    if options.environment:
+        return print_environment()
     bootstrap.prepare()
     say(f"ready: {ROOT}")
+
+
+def print_environment():
+    """Sets up, which is told on stderr, and prints the changes to the caller's environment."""
+    from commands import environment
+
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    lines = changes(environment.callers(), environment.ready())
+    os.dup2(kept, 1)
+    print("\n".join(lines))
+
+
+def changes(before, after):
+    """Lists the commands, for bash and zsh, that turn one environment into another.
+
+    Args:
+        before: The shell's variables as a dict.
+        after: What they shall be; HOME stays.
+    """
+    import shlex
+
+    gone = [f"unset {name}" for name in before if name not in after]
+    return gone + [
+        f"export {name}={shlex.quote(value)}"
+        for name, value in after.items()
+        if before.get(name) != value and name != "HOME"
+    ]

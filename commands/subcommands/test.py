@@ -1,12 +1,14 @@
 """Runs the tests: unit tests (pytest), linters and integration tests (rostest).
 
 Linters are catkin_lint, ruff, mypy and shellcheck; each integration test has a ROS master of its
-own. FILTER: unit, lint, ros, or part of a test's name (./run test circle). Trainings are a stage
-that runs only when it is asked for, as it installs what ./run train needs: ./run test learning. -j
-N runs N jobs side by side, by default as many as there are cores; --failed runs what failed when it
-last ran. Logs and JUnit files go to test-results/. At the end come the slowest tests, the flaky
-ones (failed and passed in their last ten runs) and what failed. The last line is the sum; the exit
-status is 0 only if nothing failed.
+own. FILTER: unit, lint, ros, or part of a test's name (./run test circle). Four stages run only
+when they are asked for: ./run test learning (trainings; it installs torch, Ray and Optuna), ./run
+test desk (the desk in Chromium, which it installs), ./run test tutorials (what the tutorials say to
+type) and ./run test long (more and longer drives of the truck). -j N runs N jobs side by side, by
+default as many as there are cores; --failed runs what failed when it last ran. Logs and JUnit files
+go to test-results/. At the end come the slowest tests, the flaky ones (failed and passed in their
+last ten runs) and what failed. The last line is the sum; the exit status is 0 only if nothing
+failed.
 """
 
 import os
@@ -18,7 +20,7 @@ USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
 RUNNER = os.path.join(ROOT, "tests", "runner.py")
 OPTIONS = os.path.join(ROOT, "tests", "runner", "main.py")
-STAGES = ("unit", "lint", "ros", "learning")
+STAGES = ("unit", "lint", "ros", "learning", "desk", "tutorials", "long")
 
 
 def add_arguments(parser):
@@ -31,13 +33,21 @@ def add_arguments(parser):
 def run(arguments):
     """Becomes the test runner."""
     environ = environment.ready()
-    if "learning" in arguments and "--list" not in arguments:
-        from commands.bootstrap import learning
-
-        learning.prepare()
+    if "--list" not in arguments:
+        prepare_stages(arguments)
     environ.pop("ROS_HOSTNAME", None)
     environ.update(ROS_IP="127.0.0.1", QT_QPA_PLATFORM="offscreen", PYTHONDONTWRITEBYTECODE="1")
     processes.become([VENV_PYTHON, RUNNER, *arguments], environ)
+
+
+def prepare_stages(arguments):
+    """Installs what the stages that have to be asked for need beyond ./run setup."""
+    from commands.bootstrap import desk, learning
+
+    if "learning" in arguments:
+        learning.prepare("learning", "ray", "sweep")
+    if "desk" in arguments:
+        desk.prepare(tests=True)
 
 
 def complete(_words):

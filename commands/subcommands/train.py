@@ -5,7 +5,8 @@ take), report.json, the film of the best lap, the learning curve, a map of where
 and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of the same
 name empties the folder. The first time, Debian's torch and stable-baselines3 get installed (330
 MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as they
-are. docs/learning.md tells more.
+are. docs/learning.md tells more. With --ray the workers are actors of Ray, on this machine or on
+several (./run cluster), as they are where more than two for each core are asked for.
 """
 
 import json
@@ -52,6 +53,13 @@ def add_arguments(parser):
     add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
     add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
     add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
+    add(
+        "--ray",
+        metavar="ADDRESS",
+        type=_address,
+        help="workers as actors of Ray: auto (the cluster that this machine belongs to, or one of "
+        "this machine alone), or HOST:PORT of the head",
+    )
     add("--seed", metavar="N", type=_number("seed", 0), help="of everything random (0)")
     add("--resume", action="store_true", help="go on with what is in the folder")
 
@@ -61,8 +69,8 @@ def run(options, _rest):
     from commands.bootstrap import learning
 
     environ = environment.ready()
-    learning.prepare()
     table = wanted(options)
+    learning.prepare("learning", *(["ray"] if "ray" in table else []))
     arguments = ["-m", "paddock_gym.training.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
 
@@ -77,12 +85,25 @@ def wanted(options):
         chosen = table["randomize"]
         special = {"all": list(RANDOM), "nothing": []}
         table["randomize"] = special.get(chosen[0], chosen)
+    if options.workers and options.workers > most_processes():
+        table.setdefault("ray", "auto")
     if not options.resume:
         observation = table.setdefault("observation", ["state"])
         table.setdefault("steps", max(STEPS[name] for name in observation))
-        table.setdefault("workers", 2 * len(os.sched_getaffinity(0)))
+        table.setdefault("workers", 0 if "ray" in table else most_processes())
     table["folder"] = os.path.join(OUT, "train", options.name)
     return table
+
+
+def most_processes():
+    """Gives how many workers are processes of this machine at most: twice its cores."""
+    return 2 * len(os.sched_getaffinity(0))
+
+
+def _address(value):
+    if value != "auto" and not re.fullmatch(r"[A-Za-z0-9.-]+:[0-9]{1,5}", value):
+        raise UsageError(f"ray is {value!r}; it must be auto, or HOST:PORT of a cluster's head")
+    return value
 
 
 def _name(value):

@@ -15,7 +15,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import CommandError, say
-from commands.launching import headless, master
+from commands.launching import guard, headless, master
 from commands.launching.launch_file import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT, read
@@ -41,6 +41,7 @@ def run(options, rest):
     arguments = LAUNCH.check(rest)
     environ = environment.ready()
     master.refuse_second_world(environ)
+    guard.start(environ)
     return processes.become(LAUNCH.command(arguments), environ)
 
 

@@ -1,0 +1,133 @@
+"""The tests of packages: rostest for .test files, pytest for test_*.py; JUnit files of each."""
+
+import glob
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+from commands import processes
+from commands.errors import say
+from commands.paths import ROOT, VENV_PYTHON
+
+FOLDERS = ("test", "tests")
+LOG_LINES = 40  # shown of the log of what failed
+DEADLINE = 1200.0  # of one file of tests [s]
+
+
+class Tests:
+    """Runs tests and keeps what they leave.
+
+    Attributes:
+        failed: Names of the files of tests that failed.
+    """
+
+    def __init__(self, workspace, environ, out):
+        """Makes the folder of the results.
+
+        Args:
+            workspace: Workspace.
+            environ: The activated environment.
+            out: Folder: NAME.xml and NAME.txt of each file of tests; what tests write to
+                PADDOCK_RESULTS, such as films.
+        """
+        self._workspace, self._out = workspace, os.path.realpath(out)
+        self._environ = {
+            **environ,
+            "PADDOCK_RESULTS": self._out,
+            "QT_QPA_PLATFORM": "offscreen",
+            "ROS_IP": "127.0.0.1",
+        }
+        self._environ.pop("ROS_HOSTNAME", None)
+        self.failed, self.passed = [], 0
+        os.makedirs(self._out, exist_ok=True)
+
+    def run_logged(self, name, command, environ, deadline=None):
+        """Runs a command; its output goes to NAME.txt, and its end is shown if it fails.
+
+        Returns:
+            Its exit status; None past the deadline [s].
+        """
+        log = os.path.join(self._out, f"{name}.txt")
+        begin = time.monotonic()
+        with open(log, "wb") as stream:
+            try:
+                status = processes.run_child(
+                    command,
+                    deadline=deadline,
+                    env=environ,
+                    stdin=subprocess.DEVNULL,
+                    stdout=stream,
+                    stderr=subprocess.STDOUT,
+                )
+            except processes.DeadlineExceeded:
+                status = None
+        word = "ok" if status == 0 else "FAILED"
+        say(f"{name} ... {word} ({time.monotonic() - begin:.0f} s)")
+        if status != 0:
+            with open(log, encoding="utf-8", errors="replace") as stream:
+                for line in stream.read().splitlines()[-LOG_LINES:]:
+                    say(f"    | {line}")
+        return status
+
+    def run(self):
+        """Runs every test of every package."""
+        for package, folder in self._workspace.packages.items():
+            for path in _files(folder, "*.test"):
+                self._run(f"{package}-{_stem(path)}", package, folder, path)
+            units = _files(folder, "test_*.py")
+            if units:
+                self._run(f"{package}-unit", package, folder, *units)
+
+    def _run(self, name, package, folder, *paths):
+        results = os.path.join(self._out, f"{name}.results")
+        shutil.rmtree(results, ignore_errors=True)
+        if paths[0].endswith(".test"):
+            words = ["rostest", f"--package={package}", f"--pkgdir={folder}", *paths]
+        else:
+            report = os.path.join(results, "pytest.xml")
+            words = [VENV_PYTHON, "-m", "pytest", "-q", f"--junitxml={report}", *paths]
+        environ = {**self._environ, "ROS_TEST_RESULTS_DIR": results}
+        environ["ROS_LOG_DIR"] = os.path.join(results, "log")
+        status = self.run_logged(name, self._workspace.command(words), environ, DEADLINE)
+        passed, failures = counted(results)
+        for failure in failures:
+            say(f"    - {failure}")
+        self.passed += passed
+        if status != 0 or failures or not passed:
+            self.failed.append(name)
+            if status == 0 and not failures:
+                say("    - no test ran")
+        _gather(results, os.path.join(self._out, name))
+
+
+def counted(folder):
+    """Counts the JUnit files below a folder.
+
+    Returns:
+        (number of tests that passed, first lines of those that failed).
+    """
+    sys.path.append(os.path.join(ROOT, "tests"))
+    from pathlib import Path
+
+    from runner.junit import count  # what counts Paddock's own tests
+
+    outcome = count(Path(folder))
+    return outcome.passed, [text.partition("\n")[0] for text in outcome.failures]
+
+
+def _gather(results, target):
+    """Moves the JUnit files next to each other and drops the rest."""
+    found = sorted(glob.glob(f"{results}/**/*.xml", recursive=True))
+    for number, path in enumerate(found):
+        shutil.move(path, f"{target}{f'-{number}' if number else ''}.xml")
+    shutil.rmtree(results, ignore_errors=True)
+
+
+def _files(folder, pattern):
+    return sorted(p for name in FOLDERS for p in glob.glob(os.path.join(folder, name, pattern)))
+
+
+def _stem(path):
+    return os.path.splitext(os.path.basename(path))[0]

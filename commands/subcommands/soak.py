@@ -1,0 +1,31 @@
+"""Runs everything under faults: killed and stopped processes, wild calls, masters that die.
+
+World, car, truck, camera, lidars and window run at once on a ROS master of their own, without a
+screen. A seed draws the faults; memory, threads, files, topics, the pace and the bits of resets are
+watched. out/soak/seed-S/soak.md tells what was done, what was seen and what failed. Exits 0 if
+nothing failed, 1 if something did. docs/reliability.md says what is promised.
+"""
+
+import os
+
+from commands import environment, processes
+from commands.errors import CommandError
+from commands.paths import ROOT, VENV_PYTHON
+
+USAGE = "[--minutes N] [--seed S] [--stops N] [--machine [TRIAL ...]]"
+PASSES_ON = True
+SCRIPT = os.path.join(ROOT, "bench", "soak.py")
+
+
+def add_arguments(parser):
+    """Declares the soak's options, for help and completion."""
+    from commands import forwarded
+
+    forwarded.declare(parser, SCRIPT)
+
+
+def run(arguments):
+    """Becomes the soak."""
+    if not os.path.exists(SCRIPT):
+        raise CommandError("bench/soak.py is missing from this checkout")
+    processes.become([VENV_PYTHON, SCRIPT, *arguments], environment.ready())

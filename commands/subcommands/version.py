@@ -1,0 +1,43 @@
+"""Prints the version, and what somebody who helps needs to know of this machine.
+
+Sets nothing up and starts nothing.
+"""
+
+import os
+import platform
+import subprocess
+import tomllib
+
+from commands.bootstrap import workspace
+from commands.paths import ROOT, read
+
+
+def run(_options, _rest):
+    """Prints the lines."""
+    print(f"Paddock {version()}{commit()}")
+    print(f"{system()}, Python {platform.python_version()}, {platform.machine()}")
+    print("built" if os.path.exists(workspace.STAMP) else "not built yet: ./run setup")
+
+
+def version():
+    """Gives the version that pyproject.toml says."""
+    with open(os.path.join(ROOT, "pyproject.toml"), "rb") as stream:
+        return tomllib.load(stream)["project"]["version"]
+
+
+def commit():
+    """Gives the commit in brackets, "changed" if files differ; empty where this is no git clone."""
+    git = ["git", "-C", ROOT, "describe", "--always", "--dirty= changed", "--exclude=*"]
+    try:
+        done = subprocess.run(git, capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return f" ({done.stdout.strip()})" if done.returncode == 0 else ""
+
+
+def system():
+    """Gives the name of the operating system."""
+    for line in read("/etc/os-release").splitlines():
+        if line.startswith("PRETTY_NAME="):
+            return line.partition("=")[2].strip('"')
+    return platform.system()

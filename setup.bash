@@ -1,0 +1,22 @@
+# Sourced by bash or zsh, from anywhere: the environment of ./run exec in this shell.
+#
+#     source PADDOCK/setup.bash
+#
+# A workspace that is built in this shell by catkin_make is chained to Paddock; from then on its own
+# devel/setup.bash is sourced after this one.
+# shellcheck shell=bash disable=SC1091
+
+_paddock=$(readlink -f -- "${BASH_SOURCE[0]:-$0}")
+_paddock=${_paddock%/*}
+if { [ -d "$_paddock/.venv" ] || "$_paddock/run" setup; } &&
+  _paddock_changes=$("$_paddock/run" setup --environment); then
+  eval "$_paddock_changes"
+  unset _paddock _paddock_changes
+  # roscd, rosed and the like
+  if [ -n "${ZSH_VERSION:-}" ]; then . /usr/share/zsh/vendor-completions/roszsh
+  else . /usr/share/bash-completion/completions/rosbash
+  fi
+else
+  unset _paddock _paddock_changes
+  false
+fi
