@@ -1,0 +1,182 @@
+"""The faults: what each does to a session, and undoes. FAULTS is the table of them."""
+
+import signal
+import subprocess
+import sys
+import time
+
+from soaking.asking import Failure, ask
+from soaking.marked import marked, send
+
+NODES = ("control", "teleop", "drive", "odom_tf", "robot_state_publisher")
+STOPPABLE = (*NODES, "bridge", "relay", "render_worker", "rosout", "roslaunch")
+SLOW = """
+import os, sys, time, rospy
+rospy.init_node("slow", anonymous=True, disable_rosout=True, disable_signals=True)
+for topic in sys.argv[1:]:
+    rospy.Subscriber(topic, rospy.AnyMsg, lambda _: time.sleep(0.5), queue_size=1)
+print("ready", flush=True)
+time.sleep(60)
+"""
+LOUD = ("/camera/image", "/clock", "/racecar/joint_states", "/scan", "/gazebo/link_states")
+
+
+def kill_node(session, rng):
+    """SIGKILL of a node beside the simulator, which starts again."""
+    role = rng.choice(NODES)
+    recipe = session.recipe(role)
+    if recipe is None:
+        raise Failure(f"{role} does not run")
+    session.send(role, signal.SIGKILL)
+    time.sleep(rng.uniform(0.2, 2.0))
+    session.start_again(recipe)
+    return f"{role} killed and started again"
+
+
+def kill_helper(session, rng):
+    """SIGKILL of the relay or the render worker, which the simulator has to bear."""
+    role = rng.choice(("relay", "render_worker", "render_worker"))
+    pids = session.send(role, signal.SIGKILL)
+    return f"{role} {'killed' if pids else 'was not there to be killed'}"
+
+
+def stop_process(session, rng):
+    """SIGSTOP of any process, SIGCONT after some seconds."""
+    role, seconds = rng.choice(STOPPABLE), rng.uniform(0.5, 6.0)
+    session.send(role, signal.SIGSTOP)
+    time.sleep(seconds)
+    session.send(role, signal.SIGCONT)
+    return f"{role} stopped for {seconds:.1f} s"
+
+
+def stop_master(session, rng):
+    """SIGSTOP of the ROS master for ten seconds."""
+    session.send("rosmaster", signal.SIGSTOP)
+    session.send("roscore", signal.SIGSTOP)
+    time.sleep(10.0)
+    session.send("roscore", signal.SIGCONT)
+    session.send("rosmaster", signal.SIGCONT)
+    return "the ROS master stopped for 10 s"
+
+
+def dead_subscriber(session, rng):
+    """A subscriber that is killed, one that is stopped and one that is slow."""
+    number = rng.choice((signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM))
+    topics = rng.sample(LOUD, 3)
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW, *topics],
+        env=session.environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    with process:
+        process.stdout.readline()
+        time.sleep(rng.uniform(1.0, 4.0))
+        process.send_signal(number)
+        time.sleep(rng.uniform(0.5, 4.0))
+        process.kill()
+    return f"slow subscriber of {', '.join(topics)}, then {number.name}"
+
+
+def spawn_delete(session, rng):
+    """Models that come and go."""
+    count = rng.randint(1, 12)
+    failed = ask(session, what="balls", count=count)["failed"]
+    if failed:
+        raise Failure(f"spawning and deleting {count} balls: {failed[0]}")
+    return f"{count} balls spawned and deleted"
+
+
+def reset(session, rng):
+    """A reset, with time or without."""
+    service = rng.choice(("reset_simulation", "reset_world"))
+    ask(session, what="empty", service=service)
+    return service
+
+
+def pause(session, rng):
+    """A pause with steps in it."""
+    ask(session, what="empty", service="pause_physics")
+    count = rng.randint(1, 400)
+    answer = ask(session, what="step", count=count)
+    time.sleep(rng.uniform(0.0, 3.0))
+    ask(session, what="empty", service="unpause_physics")
+    if not answer["success"]:
+        raise Failure(f"{count} steps while paused: {answer['text']}")
+    return f"paused, {count} steps"
+
+
+def wild_calls(session, rng):
+    """Service calls with values that nobody means."""
+    count = rng.randint(20, 100)
+    slowest = ask(session, what="wild_calls", seed=rng.random(), count=count)["slowest"]
+    ask(session, what="empty", service="reset_simulation")
+    ask(session, what="clean")
+    return f"{count} wild calls, the slowest took {slowest:.2f} s"
+
+
+def wild_commands(session, rng):
+    """Commands with values that nobody means."""
+    topics = ask(session, what="wild_commands", seed=rng.random(), count=200)["topics"]
+    ask(session, what="empty", service="reset_simulation")
+    return f"200 wild messages on {', '.join(topics)}"
+
+
+def noise(session, rng):
+    """Random bytes at the simulator's ports."""
+    ask(session, what="noise", seed=rng.random(), count=30)
+    return "random bytes, 30 connections"
+
+
+def pace(session, rng):
+    """Another real time factor for some seconds."""
+    factor = rng.choice((0.0, 0.1, 0.5, 2.0, 10.0))
+    answer = ask(session, what="pace", factor=factor)
+    if not answer["success"]:
+        raise Failure(f"real time factor {factor}: {answer['text']}")
+    time.sleep(rng.uniform(1.0, 5.0))
+    ask(session, what="pace", factor=1.0)
+    return f"real time factor {factor:g}"
+
+
+def freeze(session, rng):
+    """SIGSTOP of everything at once, as when the machine sleeps."""
+    seconds, pids = rng.uniform(3.0, 15.0), marked(session.mark)
+    for number in (signal.SIGSTOP, signal.SIGCONT):
+        for pid in pids:
+            send(pid, number)
+        time.sleep(seconds if number == signal.SIGSTOP else 0.0)
+    return f"everything stopped for {seconds:.1f} s"
+
+
+def viewer(session, rng):
+    """The viewer opens and dies."""
+    answer = ask(session, what="viewer")
+    if not answer["success"]:
+        raise Failure(f"the viewer does not open: {answer['text']}")
+    time.sleep(rng.uniform(0.1, 4.0))
+    number = rng.choice((signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM))
+    session.send("main", number)
+    time.sleep(rng.uniform(0.1, 2.0))
+    session.send("main", signal.SIGKILL)
+    return f"viewer opened, then {number.name}"
+
+
+# Fault -> how often it comes in a round. Those that end a session are in endings.py.
+FAULTS = {
+    kill_node: 4,
+    kill_helper: 2,
+    stop_process: 4,
+    stop_master: 1,
+    dead_subscriber: 3,
+    spawn_delete: 4,
+    reset: 3,
+    pause: 3,
+    wild_calls: 4,
+    wild_commands: 3,
+    noise: 2,
+    pace: 3,
+    viewer: 2,
+    freeze: 1,
+}

@@ -1,0 +1,163 @@
+"""The page of results: Markdown, plots, JSON."""
+
+import dataclasses
+import json
+import statistics
+
+import curves
+from matplotlib import pyplot
+
+from soaking.watching import neighbours, pace, paces, rates
+
+ROLES = ("bridge", "relay", "render_worker", "control", "teleop", "drive", "main")
+NAMES = {"main": "viewer", "teleop": "window", "bridge": "simulator"}
+PLOTTED = ("/clock", "/racecar/odom", "/scan", "/camera/image", "/cybertruck/joint_states")
+
+
+def failures(story):
+    """All failures, one sentence each."""
+    found = [
+        f"{event.begin:.0f} s: {event.name}: {event.failure}"
+        for event in story.events
+        if event.failure
+    ]
+    return found + story.failures
+
+
+def write(story, folder, minutes):
+    """Writes soak.json, soak.md and the plots.
+
+    Args:
+        story: Story.
+        folder: pathlib.Path.
+        minutes: As asked for.
+
+    Returns:
+        Failures.
+    """
+    bad = failures(story)
+    figures = summary(story, minutes)
+    result = {
+        "ok": not bad,
+        "failures": bad,
+        "figures": figures,
+        "events": [dataclasses.asdict(event) for event in story.events],
+        "samples": [[dataclasses.asdict(s) for s in part] for part in story.samples],
+    }
+    (folder / "soak.json").write_text(json.dumps(result) + "\n")
+    plots = draw(story, folder)
+    (folder / "soak.md").write_text(text(story, figures, bad, plots))
+    return bad
+
+
+def summary(story, minutes):
+    """The figures of a soak."""
+    counts = {}
+    for event in story.events:
+        counts[event.name] = counts.get(event.name, 0) + 1
+    samples = [sample for part in story.samples for sample in part]
+    most = {}
+    for sample in samples:
+        for role, (_, memory, threads, files) in sample.processes.items():
+            old = most.get(role, (0, 0, 0))
+            most[role] = tuple(map(max, old, (memory, threads, files)))
+    pairs = [pair for part in story.samples for pair in neighbours(part)]
+    calm = [pace(before, after) for before, after in pairs if before.calm and after.calm]
+    return {
+        "seed": story.seed,
+        "minutes": minutes,
+        "seconds": story.now(),
+        "sessions": len(story.samples),
+        "simulated": sum(after.simulated - before.simulated for before, after in pairs),
+        "faults": counts,
+        "most": most,
+        "calm_pace_median": statistics.median(calm) if calm else None,
+    }
+
+
+def text(story, figures, bad, plots):
+    """The page in Markdown."""
+    lines = [
+        f"# Soak, seed {figures['seed']}: {'FAILED' if bad else 'ok'}",
+        "",
+        f"{figures['seconds'] / 60:.1f} minutes, {figures['sessions']} sessions, "
+        f"{sum(figures['faults'].values())} faults and checks, {figures['simulated']:.0f} s "
+        f"simulated; real-time factor between faults {figures['calm_pace_median'] or 0:.2f} "
+        "(median).",
+        "",
+    ]
+    if bad:
+        lines += ["## Failures", ""] + [f"    {line}" for item in bad for line in item.split("\n")]
+        lines.append("")
+    lines += ["## What was done", "", "| fault or check | times |", "| --- | --- |"]
+    lines += [f"| {name} | {count} |" for name, count in sorted(figures["faults"].items())]
+    lines += ["", "## The most that was seen", "", "| process | memory | threads | files |"]
+    lines.append("| --- | --- | --- | --- |")
+    for role in ROLES:
+        if role in figures["most"]:
+            memory, threads, files = figures["most"][role]
+            lines.append(
+                f"| {NAMES.get(role, role)} | {memory / 1e6:.0f} MB | {threads} | {files} |"
+            )
+    lines += ["", *(f"![{name}]({name})" for name in plots), "", "## One after the other", ""]
+    for event in story.events:
+        words = f"FAILED: {event.failure}" if event.failure else event.text
+        lines.append(f"- {event.begin:.0f} s, {event.name}: {words}".replace("\n", " "))
+    return "\n".join(lines) + "\n"
+
+
+def draw(story, folder):
+    """Draws all plots; returns their names."""
+    columns = {"memory": (1, 1e-6, "memory [MB]"), "threads": (2, 1, "threads")}
+    columns["files"] = (3, 1, "open files")
+    names = []
+    for name, (column, scale, label) in columns.items():
+        figure, axes = _axes(story, label)
+        for number, role in enumerate(ROLES):
+            for part in story.samples:
+                points = [
+                    (s.wall, s.processes[role][column] * scale) for s in part if role in s.processes
+                ]
+                axes.plot(
+                    *zip(*points) if points else ((), ()),
+                    color=f"C{number}",
+                    label=NAMES.get(role, role) if part is story.samples[0] else None,
+                )
+        _legend(axes, 4)
+        names.append(_save(figure, folder, name))
+    figure, axes = _axes(story, "simulated s per wall s")
+    for part in story.samples:
+        axes.plot(*zip(*paces(part)) if len(part) > 1 else ((), ()), color=curves.BLUE)
+    axes.set_ylim(0, 2.5)
+    names.append(_save(figure, folder, "pace"))
+    figure, axes = _axes(story, "messages per wall s")
+    for number, topic in enumerate(PLOTTED):
+        for part in story.samples:
+            axes.plot(
+                *zip(*rates(part, topic)) if len(part) > 1 else ((), ()),
+                color=f"C{number}",
+                label=topic if part is story.samples[0] else None,
+            )
+    axes.set_yscale("symlog")
+    _legend(axes, 3)
+    names.append(_save(figure, folder, "rates"))
+    return names
+
+
+def _axes(story, label):
+    figure, axes = pyplot.subplots(figsize=(9, 3.0))
+    for event in story.events:
+        axes.axvspan(event.begin, event.end, color=curves.RED if event.failure else "#dddddd", lw=0)
+    axes.set_xlabel("wall time [s]")
+    axes.set_ylabel(label)
+    return figure, axes
+
+
+def _legend(axes, columns):
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=7, ncol=columns)
+
+
+def _save(figure, folder, name):
+    curves.save(figure, folder / f"{name}.png")
+    return f"{name}.png"

@@ -1,0 +1,132 @@
+"""One session: a ROS master, the launch of soak.launch on it, and two observers."""
+
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+import uuid
+
+from figures import BenchError
+from processes import arguments_of
+
+from soaking.marked import environment_of, send, wait_none
+from soaking.observer import Observer
+from soaking.subject import Subject
+
+BENCH = pathlib.Path(__file__).resolve().parents[1]
+GUARD = BENCH.parent / "commands" / "launching" / "guard.py"
+START_LIMIT = 180.0  # wall time for a session to come up [s]
+STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]; beyond it is a failure anyhow
+CORE = ("rosmaster", "roscore", "rosout")
+OURS = ("bridge", "relay", "render_worker", "main", "control", "teleop", "drive", "odom_tf",
+        "robot_state_publisher", "roslaunch", *CORE)  # fmt: skip
+
+
+class Session(Subject):
+    """A master, the launch and the observers.
+
+    Args:
+        folder: pathlib.Path for logs and temporary files, made anew.
+
+    Attributes:
+        launch: subprocess.Popen of roslaunch.
+        watch, hands: Observer.
+    """
+
+    def __init__(self, folder):
+        ros_home = str(folder / "ros_home")
+        super().__init__(folder, "launch.log", ROS_HOME=ros_home, QT_QPA_PLATFORM="offscreen")
+        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        self._observer_log = open(folder / "observers.log", "w")
+        self._core = self.launch = self.watch = self.hands = self._guard = None
+        self._restarted = []
+
+    def start(self):
+        """Starts everything and waits until all topics of the watch deliver.
+
+        Raises:
+            BenchError: It does not come up.
+        """
+        self.start_core()
+        file = str(BENCH / "worlds" / "soak.launch")
+        session = uuid.uuid4().hex
+        self.launch = self.popen("roslaunch", "--wait", file, PADDOCK_SESSION=session)
+        self._guard = subprocess.Popen(  # as ./run starts it
+            [sys.executable, "-I", "-S", str(GUARD), str(self.launch.pid), session],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=self._log,
+            start_new_session=True,
+        )
+        self.watch = Observer("soak_watch", self.environment, self._observer_log)
+        self.hands = Observer("soak_hands", self.environment, self._observer_log)
+        end = time.monotonic() + START_LIMIT
+        while not self.watch.ask(what="sample")["complete"]:
+            if self.launch.poll() is not None or time.monotonic() > end:
+                raise BenchError(f"the session does not come up, see {self._log.name}")
+            time.sleep(0.5)
+        self.hands.ask(what="ready", limit=START_LIMIT)
+
+    def start_core(self):
+        """Starts a roscore on the session's port."""
+        self._core = self.popen("roscore", "-p", str(self.port))
+
+    def roles(self):
+        """Role -> pids of the session's own processes."""
+        return {role: pids for role, pids in super().roles().items() if role in OURS}
+
+    def pid(self, role):
+        """Newest pid of a role, or None."""
+        return self.roles().get(role, [None])[-1]
+
+    def send(self, role, number):
+        """Sends a signal to all processes of a role; returns their pids."""
+        return [pid for pid in self.roles().get(role, []) if send(pid, number)]
+
+    def recipe(self, role):
+        """What starts a role's process again: command line and environment."""
+        pid = self.pid(role)
+        return None if pid is None else (arguments_of(pid), environment_of(pid))
+
+    def start_again(self, recipe):
+        """Starts a node again as roslaunch did."""
+        command, environment = recipe
+        self._restarted.append(self.popen(*command, environment=environment))
+
+    def alive(self):
+        """Whether roslaunch runs and the simulator with it."""
+        return self.launch.poll() is None and self.pid("bridge") is not None
+
+    def stop(self, number=signal.SIGINT):
+        """Ends roslaunch by a signal; says what is left, see ended()."""
+        self._close_observers()
+        begin = time.monotonic()
+        if self.launch is not None and self.launch.poll() is None:
+            send(self.launch.pid, number)
+        result = self.ended(begin)
+        self.close()
+        return result
+
+    def ended(self, begin, limit=STOP_LIMIT, spared=CORE):
+        """Waits until only the master runs, see Subject.ended()."""
+        for process in self._restarted:  # those that roslaunch does not know
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        return super().ended(begin, limit, spared)
+
+    def close(self):
+        """Ends the master and, if need be by SIGKILL, everything else."""
+        self._close_observers()
+        if self._core is not None and self._core.poll() is None:
+            self._core.send_signal(signal.SIGINT)
+            wait_none(self.mark, 10.0)
+        super().close()
+        if self._guard is not None:
+            self._guard.wait()
+        self._observer_log.close()
+
+    def _close_observers(self):
+        for observer in (self.watch, self.hands):
+            if observer is not None:
+                observer.close()
