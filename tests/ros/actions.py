@@ -50,10 +50,9 @@ class Actions(unittest.TestCase):
         return feedback
 
     def finished(self, client):
-        """Wait for the end of a goal; (state, result)."""
+        """Wait for the end of a goal; (state, result). The status can come before the result."""
         wait_until(
-            lambda: client.get_state() not in (GoalStatus.PENDING, GoalStatus.ACTIVE),
-            "the end of the goal",
+            lambda: client.simple_state == actionlib.SimpleGoalState.DONE, "the end of the goal"
         )
         return client.get_state(), client.get_result()
 

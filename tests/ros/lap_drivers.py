@@ -52,11 +52,11 @@ class LapDrivers(LapCase):
         self.check_files(result["film_frames"])
 
     def test_buttons(self):
-        result = lap(self.folder, (), driver="buttons", track="easy", roam=15.0, real_time_factor=2)
+        result = lap(self.folder, (), driver="buttons", track="easy", roam=8.0, real_time_factor=2)
         self.assertTrue(result["ok"], result["error"])
         [start] = result["starts"]
         self.assertEqual(start["outcome"], "roamed")
-        self.assertGreater(start["driven"], 1.0)
+        self.assertGreater(start["driven"], 0.5)
         self.check_files(result["film_frames"])
 
 

@@ -15,10 +15,10 @@ import rostest
 from paced import paced
 from paddock_common.testing import free_port, stop_session
 
-SMALL = """points: [[0, 0], [1.2, 0], [1.9, 0.75], [1.2, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
+SMALL = """points: [[0, 0], [0.6, 0], [1.3, 0.75], [0.6, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
 width: 0.6
 """
-SMALL_LENGTH = 7.6  # of its centreline [m]
+SMALL_LENGTH = 6.4  # of its centreline [m]
 LOOP = ("/cmd_vel", "/racecar/left_rear_wheel_velocity_controller/command")
 LIMIT = 300.0  # wall time of one lap with its start and end [s]
 
@@ -89,6 +89,8 @@ class LapCase(unittest.TestCase):
             self.assertGreater(os.path.getsize(path), 1000, name)
         video = cv2.VideoCapture(os.path.join(self.folder, "lap.mp4"))
         self.assertEqual((video.get(3), video.get(4)), (320, 240))
+        codec = int(video.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little")
+        self.assertIn(codec, (b"h264", b"avc1"))  # which browsers play
         self.assertEqual(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), frames)
 
 

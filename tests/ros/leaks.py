@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""200 models are spawned and deleted: memory, threads, files, services and topics do not grow."""
+"""Models are spawned and deleted: memory, threads, files, services and topics do not grow."""
 
 import os
 import unittest
@@ -15,8 +15,8 @@ from sensor_msgs.msg import JointState, LaserScan
 from sim_client import START_LIMIT, Recorder, wait_until
 from std_msgs.msg import Float64
 
-WARM_UP = 50
-CYCLES = 200
+WARM_UP = 40
+CYCLES = 120
 GROWTH = 0.05
 CONTROLLERS = ("joint_state_controller", "left", "right")
 

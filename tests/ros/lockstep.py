@@ -16,7 +16,7 @@ from sim_client import START_LIMIT, WHEELS, Recorder, command_publishers, wait_c
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
-from bullet_bridge.srv import Step
+from bullet_bridge.srv import State, Step
 
 TICKS = 30  # of the script
 TICK = 50  # physics steps of 1 ms
@@ -178,7 +178,29 @@ class Lockstep(unittest.TestCase):
             wait_until(lambda: world.clock.last.clock.to_sec() == 0.0, "/clock at 0")
             again = world.run_script()
             self.same(without_seq(first), without_seq(again))
+            self.goes_on_from_a_saved_state(world)
             world.close()
+
+    def goes_on_from_a_saved_state(self, world):
+        """Saved while both robots drive: going on twice gives the same bytes, noise included."""
+        save, restore = (
+            rospy.ServiceProxy(f"/gazebo/{name}_state", State) for name in ("save", "restore")
+        )
+        start = world.time()
+        self.assertIn(f"saved 'driving' at {start:.3f} s", save("driving").status_message)
+        on = world.run_script()
+        answer = restore("driving")
+        self.assertTrue(answer.success, answer.status_message)
+        self.assertEqual(answer.status_message, f"restored 'driving', it is {start:.3f} s")
+        self.assertEqual(world.time(), start)
+        self.same(without_seq(on), without_seq(world.run_script()))
+        for call_it, name, reason in (
+            (restore, "other", "state 'other' does not exist; saved are driving"),
+            (save, "", "a state needs a name"),
+        ):
+            answer = call_it(name)
+            self.assertFalse(answer.success)
+            self.assertIn(reason, answer.status_message)
 
     def manners(self, world):
         """Requests that the step service and lockstep refuse; time does not advance."""

@@ -28,7 +28,7 @@ PERIODS = {
 MILLION = 1000000  # nanoseconds of a millisecond
 TOLERANCE = 0.02  # of the factor
 CATCH_UP = 0.3  # wall time that may be caught up after a delay before the window [s]
-TOO_SLOW = 0.01  # median lateness [s] only of a loop for which the machine is too slow
+TOO_SLOW = 0.01  # lateness [s] of 1 % of the batches where the machine is too slow, if at times
 WINDOWS = 6
 
 
@@ -74,7 +74,7 @@ class Rates(unittest.TestCase):
         )
         self.assertTrue(0.0 <= late[0] <= late[1] <= late[2], late)
         self.assertGreater(statistics["batches"], 100)
-        if late[0] < TOO_SLOW:
+        if late[1] < TOO_SLOW:
             self.assertAlmostEqual(found[-1] / factor, 1.0, delta=TOLERANCE)
 
     def check_stamps(self, topic, messages, period):

@@ -10,9 +10,9 @@ from nav_msgs.msg import Odometry
 from sim_client import Recorder, sleep_sim, turned, wait_for_car, yaw_of
 
 SETTLE = 2.0  # simulated time [s]
-DURATION = 60.0  # simulated time [s]
-CREEP = 0.001  # [m]
-TURN = 0.1  # [deg]
+DURATION = 20.0  # simulated time [s]
+CREEP = 0.001  # [m] a minute
+TURN = 0.1  # [deg] a minute
 
 
 class Rest(unittest.TestCase):
@@ -33,8 +33,8 @@ class Rest(unittest.TestCase):
         )
         turn = math.degrees(turned(yaw_of(old.orientation), yaw_of(new.orientation)))
         print(f"creep {1000 * creep:.4f} mm, turn {turn:.5f} deg in {DURATION:g} s")
-        self.assertLess(creep, CREEP)
-        self.assertLess(abs(turn), TURN)
+        self.assertLess(creep, CREEP * DURATION / 60.0)
+        self.assertLess(abs(turn), TURN * DURATION / 60.0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Sensors as the gazebo_ros plugins publish them: names, rates, and what they measure."""
 
+import json
 import math
 import unittest
 
@@ -13,6 +14,7 @@ from geometry_msgs.msg import Vector3, Wrench
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
+from std_msgs.msg import String
 
 WALL = 3.0 - 0.25  # from the mast to the wall's face [m]
 WEIGHT = 2.0 * 9.81  # of the bot [N]
@@ -50,6 +52,14 @@ class Sensors(unittest.TestCase):
         messages = recorder.wait_count(count, START_LIMIT)[:count]
         recorder.close()
         return messages
+
+    def test_label_images_tell_the_model_of_each_pixel(self):
+        message = self.record("/kinect/rgb/labels/image_raw", Image, 3)[-1]
+        self.assertEqual((message.encoding, message.header.frame_id), ("32SC1", "kinect_optical"))
+        labels = np.frombuffer(message.data, np.int32).reshape(message.height, message.width)
+        names = json.loads(self.record("/gazebo/labels", String, 1)[0].data)
+        self.assertEqual(names[str(labels[60, 80])], "wall")
+        self.assertLessEqual({str(label) for label in np.unique(labels)}, {"0", *names})
 
     def test_depth_picture_shows_the_wall(self):
         message = self.record("/kinect/depth/image_raw", Image, 3)[-1]

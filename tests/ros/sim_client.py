@@ -69,10 +69,21 @@ class Recorder:
     """Records every message of a topic, in the order of arrival."""
 
     def __init__(self, topic, kind):
-        self.topic = topic
+        self.topic, self._kind = topic, kind
         self._lock = threading.Lock()
         self._messages = []
-        self._subscriber = rospy.Subscriber(topic, kind, self._keep, queue_size=None)
+        self._subscriber = None
+        self.subscribe_again()
+
+    def subscribe_again(self):
+        """Subscribes anew.
+
+        rospy overlooks a publisher that registers in the same moment: where the master's answer
+        without it is read after the master's word of it, it is not connected (registration.py).
+        """
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+        self._subscriber = rospy.Subscriber(self.topic, self._kind, self._keep, queue_size=None)
 
     def _keep(self, message):
         with self._lock:

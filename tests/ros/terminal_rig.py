@@ -123,7 +123,7 @@ class XServer:
         """Starts it."""
         reader, writer = os.pipe()
         self._process = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writer), "-screen", "0", "640x480x24", "-nolisten", "tcp"],
+            ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
             pass_fds=[writer],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -141,12 +141,18 @@ class XServer:
             action: "keydown", "keyup" or "key" (both).
             names: X names of keys.
         """
-        subprocess.run(
-            ["xdotool", action, *names],
-            check=True,
+        self.xdotool(action, *names)
+
+    def xdotool(self, *arguments):
+        """Runs xdotool and returns what it prints; a search may find nothing."""
+        return subprocess.run(
+            ["xdotool", *arguments],
+            check=arguments[0] != "search",
             timeout=LIMIT,
             env=dict(os.environ, DISPLAY=self.display),
-        )
+            stdout=subprocess.PIPE,
+            text=True,
+        ).stdout
 
     def close(self):
         """Ends it."""

@@ -11,18 +11,21 @@ from sensor_msgs.msg import JointState
 from sim_client import Recorder, joint, sleep_sim
 from truck_client import TRUTH, pose_of, wait_for_truck
 
+DURATION = 20.0  # simulated time [s]
+CREEP = 0.001  # [m] a minute
+
 
 class TruckRest(unittest.TestCase):
-    """Watches the train for a minute of simulated time."""
+    """Watches the train for 20 s of simulated time."""
 
-    def test_at_rest_for_a_minute(self):
+    def test_at_rest(self):
         wait_for_truck()
         joints, truth = Recorder("/joint_states", JointState), Recorder(TRUTH, Odometry)
         before = truth.next()
-        sleep_sim(60.0)
+        sleep_sim(DURATION)
         after = truth.next()
-        self.assertGreater((after.header.stamp - before.header.stamp).to_sec(), 59.0)
-        self.assertLess(math.dist(pose_of(before)[:2], pose_of(after)[:2]), 1e-3)
+        self.assertGreater((after.header.stamp - before.header.stamp).to_sec(), DURATION - 1.0)
+        self.assertLess(math.dist(pose_of(before)[:2], pose_of(after)[:2]), CREEP * DURATION / 60.0)
         for name in ("front_left_steer_joint", "front_right_steer_joint", "hitch_yaw_joint"):
             rates = [joint(message, name)[1] for message in joints.messages]
             self.assertLess(math.sqrt(sum(r * r for r in rates) / len(rates)), 0.01, name)

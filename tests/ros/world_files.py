@@ -3,8 +3,6 @@
 
 import contextlib
 import os
-import signal
-import socket
 import subprocess
 import tempfile
 import time
@@ -12,16 +10,10 @@ import unittest
 import xmlrpc.client
 
 import rostest
+from paddock_common.testing import free_port, stop_session
 
 DEADLINE = 60.0  # wall time for a launch to say what it has to say [s]
 UP = "is up: step"
-
-
-def free_port():
-    """Gives a TCP port nobody uses."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @contextlib.contextmanager
@@ -45,13 +37,7 @@ def launched(*arguments):
                 time.sleep(0.05)
             yield said(output), xmlrpc.client.ServerProxy(uri)
         finally:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGINT)
-            try:
-                process.wait(DEADLINE)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
+            stop_session(process, DEADLINE)
 
 
 def said(output):

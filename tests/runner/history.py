@@ -6,9 +6,30 @@ from runner.job import RESULTS
 
 FILE = RESULTS / "history.json"
 LENGTH = 10  # runs of a job that are kept
-STAGE_SECONDS = {"unit": 20.0, "lint": 5.0, "ros": 15.0}  # of jobs that nothing is known of [s]
+# Of jobs that nothing is known of [s].
+STAGE_SECONDS = {
+    "unit": 20.0,
+    "lint": 5.0,
+    "ros": 15.0,
+    "learning": 300.0,
+    "desk": 100.0,
+    "tutorials": 300.0,
+    "long": 60.0,
+}
 # Jobs that take longer on two cores [s]; own runs replace them.
-SECONDS: dict[str, float] = {}
+SECONDS = {
+    "unit project": 150.0,
+    "unit bullet_sim": 100.0,
+    "ros check": 100.0,
+    "ros lap_drivers": 100.0,
+    "ros lap_run": 80.0,
+    "ros goal_trailer": 70.0,
+    "ros back_faults": 60.0,
+    "ros keyboard": 60.0,
+    "ros keyboard_x": 60.0,
+    "ros keyboard_starts": 40.0,
+    "ros joystick": 30.0,
+}
 
 
 class History:

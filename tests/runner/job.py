@@ -6,6 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "test-results"
 ALONE = 1_000_000  # as `Job.slots`: nothing else runs meanwhile
+WAITS = 0.5  # as `Job.slots`: it waits most of the time, two of them need one core
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,7 @@ class Job:
     """One process of the test run.
 
     Attributes:
-        stage: "unit", "lint", "ros" or "learning".
+        stage: "unit", "lint", "ros", "learning", "desk", "tutorials" or "long".
         name: What is printed and what a filter matches.
         command: Argument list.
         environment: Variables beyond the inherited ones.
@@ -26,7 +27,7 @@ class Job:
     command: tuple
     environment: dict = field(default_factory=dict, hash=False)
     counted: bool = True
-    slots: int = 1
+    slots: float = 1
 
     @property
     def key(self):

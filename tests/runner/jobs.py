@@ -1,13 +1,25 @@
-"""The table of all jobs: unit tests, linters, rostests, and trainings where they are asked for."""
+"""The table of all jobs: unit tests, linters, rostests; trainings and browsers when asked for."""
 
 import importlib.util
 import shutil
 import sys
 import xml.etree.ElementTree as ElementTree
 
-from runner.job import ROOT, Job, results_directory
+from runner.job import ROOT, WAITS, Job, results_directory
 
-EXTRA = ("learning",)  # stages that need more than ./run setup installs, and minutes
+# Stages that take minutes, or install more -> the name of their pytest job.
+EXTRA = {"learning": "training", "desk": "browser", "tutorials": "pages", "long": "drives"}
+# Jobs that wait for people's time (keys that are held, time-outs), for processes that start one
+# after the other or for a package index, and not for the processor.
+WAITING = (
+    "back_faults",
+    "check",
+    "joystick",
+    "keyboard",
+    "keyboard_starts",
+    "keyboard_x",
+    "project",
+)
 
 
 def all_jobs():
@@ -16,7 +28,7 @@ def all_jobs():
     Raises:
         LookupError: A runner is not installed.
     """
-    return [*unit_jobs(), *lint_jobs(), *ros_jobs(), *learning_jobs()]
+    return [*unit_jobs(), *lint_jobs(), *ros_jobs(), *extra_jobs()]
 
 
 def selected(jobs, filters):
@@ -37,17 +49,13 @@ def unit_jobs():
     directories = sorted({path.parent for path in ROOT.glob("src/**/test/test_*.py")})
     own = {ROOT / "tests" / "unit": "project", ROOT / "tests" / "physics": "physics"}
     for directory in [*own, *directories]:
-        package = own.get(directory, directory.parent.name)
-        report_file = results_directory("unit", package) / "pytest.xml"
-        options = ("-q", "-p", "no:cacheprovider", "--color=no", f"--rootdir={directory}")
-        command = (sys.executable, "-m", "pytest", *options, f"--junitxml={report_file}")
-        yield Job("unit", package, (*command, str(directory)))
+        yield pytest_job("unit", own.get(directory, directory.parent.name), directory)
 
 
 def lint_jobs():
     """Linters of packages, Python and bash; each warning is an error."""
     catkin_lint = (tool("catkin_lint"), "--strict", "-W1", str(ROOT / "src"))
-    scripts = [str(ROOT / name) for name in ("run", ".ci/run")]
+    scripts = [str(ROOT / name) for name in ("run", "setup.bash", ".ci/run")]
     for name, command in {
         "catkin_lint": catkin_lint,
         "ruff_check": (*module("ruff"), "check", "--no-cache"),
@@ -59,27 +67,43 @@ def lint_jobs():
 
 
 def ros_jobs():
-    """One rostest per .test file; rostest gives each a master on a port of its own."""
-    files = sorted(ROOT.glob("tests/ros/*.test")) + sorted(ROOT.glob("src/**/test/*.test"))
+    """One rostest per .test file, with a master on a port of its own; those of stage long, too."""
+    files = [
+        path
+        for pattern in ("tests/ros/*.test", "tests/long/*.test", "src/**/test/*.test")
+        for path in sorted(ROOT.glob(pattern))
+    ]
     for path in files:
         package, directory = package_of(path)
         name = path.stem if package == "paddock_tests" else f"{package}/{path.stem}"
-        results = results_directory("ros", name)
+        stage = "long" if path.parent.name == "long" else "ros"
+        results = results_directory(stage, name)
         yield Job(
-            "ros",
+            stage,
             name,
             (tool("rostest"), f"--package={package}", f"--pkgdir={directory}", str(path)),
             {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")},
+            slots=slots_of(name),
         )
 
 
-def learning_jobs():
-    """Trainings, with torch: one pytest."""
-    directory = ROOT / "tests" / "learning"
-    report_file = results_directory("learning", "training") / "pytest.xml"
+def extra_jobs():
+    """Trainings, the desk in Chromium, the tutorials' commands, long drives: one pytest each."""
+    for stage, name in EXTRA.items():
+        yield pytest_job(stage, name, ROOT / "tests" / stage)
+
+
+def pytest_job(stage, name, directory):
+    """Gives a job that runs a directory's pytest files."""
+    report_file = results_directory(stage, name) / "pytest.xml"
     options = ("-q", "-p", "no:cacheprovider", "--color=no", f"--rootdir={directory}")
     command = (sys.executable, "-m", "pytest", *options, f"--junitxml={report_file}")
-    yield Job("learning", "training", (*command, str(directory)))
+    return Job(stage, name, (*command, str(directory)), slots=slots_of(name))
+
+
+def slots_of(name):
+    """Gives as how many jobs one counts among those that run side by side."""
+    return WAITS if name in WAITING else 1
 
 
 def package_of(path):

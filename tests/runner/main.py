@@ -6,6 +6,7 @@ nothing, is a failure and not a silence.
 """
 
 import argparse
+import math
 import os
 import signal
 import sys
@@ -14,13 +15,21 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 from runner import report
 from runner.history import History
-from runner.job import RESULTS, ROOT
+from runner.job import RESULTS, ROOT, WAITS
 from runner.jobs import all_jobs, selected
 from runner.process import Runner
 from runner.schedule import Schedule, cores, slack
 
 # Wall time of a job that runs alone [s].
-DEADLINES = {"unit": 400.0, "lint": 120.0, "ros": 300.0, "learning": 1200.0}
+DEADLINES = {
+    "unit": 400.0,
+    "lint": 120.0,
+    "ros": 300.0,
+    "learning": 1200.0,
+    "desk": 900.0,
+    "tutorials": 1200.0,
+    "long": 900.0,
+}
 
 
 def main():
@@ -95,7 +104,7 @@ def chosen(options, history):
         names = ", ".join(job.name for job in everything)
         raise LookupError(
             f"nothing matches {' '.join(options.filters)!r}; there are the stages unit, lint, "
-            f"ros, learning, and the tests {names}"
+            f"ros, learning, desk, tutorials, long, and the tests {names}"
         )
     if options.failed:
         failed = history.failed()
@@ -106,7 +115,7 @@ def chosen(options, history):
 def run_all(schedule, runner, factor):
     """Runs a schedule's jobs side by side and gives (Job, Outcome) of each when it ends."""
     running = {}
-    with ThreadPoolExecutor(schedule.slots) as pool:
+    with ThreadPoolExecutor(math.ceil(schedule.slots / WAITS)) as pool:
         try:
             while True:
                 while (job := schedule.take()) is not None:

@@ -19,11 +19,11 @@ class Schedule:
         self.slots = slots
         self._free = slots
         self._waiting = sorted(
-            jobs, key=lambda job: (-job.slots, -seconds.get(job.key, 0.0), job.key)
+            jobs, key=lambda job: (-max(1, job.slots), -seconds.get(job.key, 0.0), job.key)
         )
 
     def _need(self, job):
-        return min(job.slots, self.slots)
+        return min(job.slots, self.slots) if self.slots > 1 else 1
 
     def take(self):
         """Gives the next job that fits beside those that run, or None."""

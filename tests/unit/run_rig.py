@@ -141,6 +141,7 @@ class PackageIndex:
         environ = dict(os.environ)
         for name in ("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"):
             environ.pop(name, None)
+        environ.pop("PYTHONPYCACHEPREFIX", None)  # the runner's: each .venv's pip would stay there
         environ.update(
             PIP_INDEX_URL=f"http://127.0.0.1:{self._server.server_port}/simple",
             PIP_EXTRA_INDEX_URL="",

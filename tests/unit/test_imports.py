@@ -1,6 +1,7 @@
 """Holds the direction of imports: robot packages <- nothing of the simulator, core <- no ROS."""
 
 import ast
+import functools
 from pathlib import Path
 
 import pytest
@@ -30,15 +31,16 @@ ROS_CLIENTS = {
 }
 
 
+@functools.cache
 def python_files(directory):
     """Lists a directory's Python files: *.py, and scripts whose first line names python."""
-    for path in sorted(directory.rglob("*")):
-        if "__pycache__" in path.parts or not path.is_file():
-            continue
-        if path.suffix == ".py":
-            yield path
-        elif path.suffix == "" and is_python_script(path):
-            yield path
+    return [
+        path
+        for path in sorted(directory.rglob("*"))
+        if "__pycache__" not in path.parts
+        and path.is_file()
+        and (path.suffix == ".py" or (path.suffix == "" and is_python_script(path)))
+    ]
 
 
 def is_python_script(path):
@@ -48,6 +50,20 @@ def is_python_script(path):
     return first.startswith(b"#!") and b"python" in first
 
 
+@functools.cache
+def import_nodes(source):
+    """Lists the nodes of a source text that import, or call a function; each text is read once."""
+    kinds = (ast.Import, ast.ImportFrom, ast.Call)
+    return [node for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)]
+
+
+@functools.cache
+def text_of(path):
+    """Returns a file's text."""
+    return path.read_text()
+
+
+@functools.cache
 def imports_of(source):
     """Returns the top-level names a source text imports, also inside functions.
 
@@ -55,7 +71,7 @@ def imports_of(source):
         Set of (name, line).
     """
     found = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in import_nodes(source):
         if isinstance(node, ast.Import):
             found |= {(alias.name.split(".")[0], node.lineno) for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -73,7 +89,7 @@ def offences(directory, forbidden, exempt=()):
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for path in python_files(directory)
         if path not in exempt
-        for name, line in sorted(imports_of(path.read_text()))
+        for name, line in sorted(imports_of(text_of(path)))
         if forbidden(name)
     ]
 
@@ -152,7 +168,7 @@ def test_only_the_engine_imports_pybullet():
     engine = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim" / "engine"
     library = engine / "library.py"
     names = {"pybullet", "pybullet_data"}
-    assert any(name == "pybullet" for name, _ in imports_of(library.read_text()))
+    assert any(name == "pybullet" for name, _ in imports_of(text_of(library)))
     assert offences(ROOT / "src", names.__contains__, exempt=(library,)) == []
 
 
@@ -182,6 +198,7 @@ def test_nothing_imports_the_bridge_but_itself():
 # Sub-packages of each package, lowest first: one imports only those that stand before it, and the
 # modules of its package's top that stand before it, too. "" are all modules of the top not named.
 SUITES = {
+    "paddock_common": ("", "films", "meshes"),
     "bullet_sim": (
         "errors",
         "pose",
@@ -195,6 +212,7 @@ SUITES = {
         "sensors",
         "engine",
         "render",
+        "world_state",
         "world",
     ),
     "bullet_bridge": ("srv", "transport", "loop", "outputs", "control", "services", ""),
@@ -214,7 +232,7 @@ SUITES = {
         "",
     ),
     "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
-    "deepracer_teleop": ("window", "drivers", "runs"),
+    "deepracer_teleop": ("camera", "hand", "recording", "window", "drivers", "runs"),
     "paddock_gym": (
         "errors",
         "contract",
@@ -226,6 +244,7 @@ SUITES = {
         "envs",
         "evaluation",
         "training",
+        "sweep",
     ),
 }
 
@@ -239,7 +258,7 @@ def inner_imports(package, path, base):
     found = set()
     inside = base in path.parents
     own = list(path.relative_to(base).with_suffix("").parts) if inside else []
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in import_nodes(text_of(path)):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and (inside or not node.level):

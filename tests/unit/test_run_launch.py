@@ -8,13 +8,14 @@ import sys
 import time
 
 import pytest
+from paddock_common.testing import web_page
 from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals
 
 from commands import processes
 from commands.environment import logs
 from commands.errors import CommandError, UsageError
-from commands.launching import headless, tracks
+from commands.launching import headless, master, tracks, window
 from commands.launching.launch_file import LaunchFile
 
 FILES = [
@@ -28,10 +29,24 @@ FILES = [
 ]
 
 
+def test_a_web_server_is_no_second_world():
+    with web_page() as uri:
+        master.refuse_second_world({"ROS_MASTER_URI": uri})
+
+
 @pytest.mark.parametrize("package, name", FILES)
 def test_arguments_are_those_that_roslaunch_knows(package, name):
     launch = LaunchFile(package, name)
     assert set(launch.arguments()) == set(arg_dump.get_args([launch.path]))
+
+
+def test_the_window_records_into_out_and_gets_a_pad_that_is_there(tmp_path):
+    pads = str(tmp_path / "js*")
+    folder = f"record_dir:={ROOT}/out/recordings"
+    assert window.additions(["track:=easy"], pads) == [folder]
+    (tmp_path / "js0").touch()
+    assert window.additions([], pads) == [folder, "pad:=true"]
+    assert window.additions(["pad:=false", "record_dir:=x", "--screen"], pads) == []
 
 
 def test_arguments_of_groups_and_descriptions(tmp_path):

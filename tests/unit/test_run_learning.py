@@ -3,14 +3,17 @@
 import json
 import os
 from argparse import Namespace
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 
-from commands.bootstrap import learning
+from commands.bootstrap import learning, packages
+from commands.bootstrap.step import Step
 from commands.errors import UsageError
 from commands.launching import policies
 from commands.parsing import parser_of
-from commands.subcommands import evaluate, lap, train
+from commands.subcommands import cluster, evaluate, lap, sweep, train
 
 
 @pytest.fixture
@@ -73,6 +76,7 @@ def test_resume_changes_only_what_is_given():
         (["--reward", "absent.py"], "there is no file 'absent.py'"),
         (["--track", "monza"], "track is 'monza'; there are default"),
         (["--race", "drag"], "race is 'drag'"),
+        (["--ray", "box"], "ray is 'box'; it must be auto, or HOST:PORT"),
     ],
 )
 def test_wrong_arguments_of_train(words, sentence):
@@ -112,7 +116,65 @@ def test_a_policys_lap_gets_its_sensors(trainings):
             lap.policy_arguments(Namespace(driver=driver, policy=policy))
 
 
-def test_the_lists_of_learning_are_pinned():
-    with open(learning.REQUIREMENTS, encoding="utf-8") as stream:
+@pytest.mark.parametrize("name", learning.EXTRAS)
+def test_the_lists_of_learning_are_pinned(name):
+    with open(learning.requirements(name), encoding="utf-8") as stream:
         lines = [line.strip() for line in stream if line.strip() and not line.startswith("#")]
     assert lines and all("==" in line for line in lines)
+
+
+@pytest.mark.parametrize("name", learning.EXTRAS)
+def test_what_is_missing_of_an_extra_is_installed_once(name, tmp_path, monkeypatch):
+    asked, done = [], []
+    monkeypatch.setattr(learning, "VENV", str(tmp_path))
+    monkeypatch.setattr(learning, "SetupLock", nullcontext)
+    monkeypatch.setattr(
+        packages.processes, "run_child", lambda argv, **_: asked.append(argv[2:]) or 0
+    )
+    child = SimpleNamespace(execute=lambda argv, _environ: done.append(argv))
+    monkeypatch.setattr(Step, "run", lambda _step, work: work(child))
+    learning.prepare(name)
+    learning.prepare(name)
+    assert asked == 2 * [["--packages", f"apt-{name}.txt", "2"]]
+    pip, check = done
+    assert pip[-3:] == ["--no-deps", "-r", learning.requirements(name)]
+    assert check[-1] == f"import {learning.EXTRAS[name]}"
+
+
+def test_more_workers_than_two_for_each_core_are_actors():
+    most = train.most_processes()
+    assert "ray" not in train.wanted(parsed(train, "train", "--workers", str(most)))
+    table = train.wanted(parsed(train, "train", "--workers", str(most + 1)))
+    assert (table["ray"], table["workers"]) == ("auto", most + 1)
+    table = train.wanted(parsed(train, "train", "--ray", "10.0.0.1:6379"))
+    assert (table["ray"], table["workers"]) == ("10.0.0.1:6379", 0)
+
+
+def test_a_sweeps_folder_and_whether_it_trains(tmp_path):
+    path = tmp_path / "gains.yaml"
+    path.write_text("of: pursuit\n")
+    table = sweep.wanted(parsed(sweep, "sweep", str(path)))
+    assert table["file"] == str(path) and table["folder"].endswith("/out/sweep/gains")
+    assert not sweep.trains(path)
+    path.write_text("seed: 1\nof: train\n")
+    assert sweep.trains(path)
+    options = parsed(sweep, "sweep", str(path), "--name", "b")
+    assert sweep.wanted(options)["folder"].endswith("/out/sweep/b")
+
+
+@pytest.mark.parametrize(
+    "words, arguments",
+    [
+        (["head"], ["--head", "--port=6379", "--include-dashboard=false"]),
+        (["join", "box:6379"], ["--address=box:6379"]),
+    ],
+)
+def test_nodes_of_a_cluster(words, arguments):
+    assert cluster.wanted(parsed(cluster, "cluster", *words)) == arguments
+
+
+@pytest.mark.parametrize("words", [["tail"], ["join"], ["join", "box"], ["head", "box:6379"]])
+def test_wrong_arguments_of_cluster(words):
+    with pytest.raises(UsageError) as error:
+        cluster.wanted(parsed(cluster, "cluster", *words))
+    assert f"cluster is {' '.join(words)!r}; it must be head" in str(error.value)

@@ -10,8 +10,9 @@ import pytest
 from runner import jobs as table
 from runner import report
 from runner.history import LENGTH, History
-from runner.job import ALONE, Case, Job, Outcome
+from runner.job import ALONE, WAITS, Case, Job, Outcome
 from runner.junit import count
+from runner.main import DEADLINES
 from runner.schedule import Schedule, cores, slack
 from runner_rig import LONG, job, write_cases
 
@@ -44,6 +45,34 @@ def test_a_job_that_counts_as_two_leaves_room_for_one_less():
     schedule = Schedule([job("wide", slots=2), job("a"), job("b")], 3, {"unit a": 9.0})
     assert [schedule.take().name, schedule.take().name] == ["wide", "a"]
     assert schedule.take() is None
+
+
+def test_two_jobs_that_wait_count_as_one_and_start_with_the_longest():
+    waiting = [job(name, slots=WAITS) for name in ("w1", "w2")]
+    seconds = {"unit w1": 9.0, "unit w2": 8.0, "unit a": 7.0, "unit b": 6.0}
+    schedule = Schedule([job("a"), job("b"), *waiting], 2, seconds)
+    assert [schedule.take().name for _ in range(3)] == ["w1", "w2", "a"]
+    assert schedule.take() is None
+    schedule.give_back(waiting[0])
+    assert schedule.take() is None  # half a slot is free
+    schedule.give_back(waiting[1])
+    assert schedule.take().name == "b"
+
+
+def test_one_at_a_time_is_one_at_a_time():
+    schedule = Schedule([job("w1", slots=WAITS), job("w2", slots=WAITS)], 1, {})
+    assert schedule.take().name == "w1" and schedule.take() is None
+
+
+def test_every_job_has_an_expected_time_and_a_deadline(tmp_path):
+    jobs = table.all_jobs()
+    assert all(History(tmp_path / "none.json").seconds(jobs).values())
+    assert {item.stage for item in jobs} <= set(DEADLINES)
+
+
+def test_the_jobs_that_wait_exist():
+    names = {item.name for item in table.all_jobs() if item.slots == WAITS}
+    assert names == set(table.WAITING)
 
 
 @pytest.mark.parametrize("slots", [1, 2, 5])

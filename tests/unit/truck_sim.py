@@ -70,6 +70,12 @@ class Truck:
         self.limiter = RateLimiter(TruckGeometry())
         self.wheels = [name for name in self.model.link_names if name.endswith("_wheel")]
         self.drive(0.0, 0.0, 0.5)
+        self._settled = self.world.save_state()
+
+    def settle(self):
+        """Puts all back to where it was when the truck was made."""
+        assert self.world.restore_state(self._settled) == ""
+        self.limiter.reset()
 
     def command(self, steering, speed):
         """Hands one command to hinges and wheels, within the rates of one period."""

@@ -1,0 +1,95 @@
+"""./run deps: package.xml files read, names looked up, the four lists, and a real answer."""
+
+import pytest
+from run_rig import ROOT, run
+
+from commands.dependencies import answer, debian, manifests
+from commands.errors import UsageError
+
+CAR = """<package format="3">
+  <name>my_car</name>
+  <buildtool_depend>catkin</buildtool_depend>
+  <depend>my_msgs</depend>
+  <depend>gazebo_ros</depend>
+  <depend>rospy</depend>
+  <exec_depend>move_base_msgs</exec_depend>
+  <depend>laser_driver</depend>
+  <depend condition="$ROS_VERSION == 2">rclpy</depend>
+  <depend condition="$ROS_VERSION == 1">python-numpy</depend>
+</package>"""
+DEBIAN = {"catkin", "python3-rospy", "librospy-dev", "python3-numpy"}
+INSTALLABLE = DEBIAN | {"libmove-base-msgs-dev", "python3-move-base-msgs", "ros-move-base-msgs"}
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    """A workspace with my_car, my_msgs, a build and a folder that catkin ignores."""
+    texts = {"src/my_car": CAR}
+    for place in ("src/my_msgs", "src/old", "build/copy", "src/my_car/inner"):
+        texts[place] = f"<package><name>{place.split('/')[-1]}</name></package>"
+    for place, text in texts.items():
+        (tmp_path / place).mkdir(parents=True, exist_ok=True)
+        (tmp_path / place / "package.xml").write_text(text)
+    (tmp_path / "src" / "old" / "CATKIN_IGNORE").write_text("")
+    return tmp_path
+
+
+def test_the_four_lists(workspace):
+    found = answer.find(
+        str(workspace), INSTALLABLE.intersection, DEBIAN.intersection, paddock={"gazebo_ros"}
+    )
+    assert found.packages == ["my_car", "my_msgs"]
+    assert (found.here, found.paddock) == (["my_msgs"], ["gazebo_ros"])
+    assert list(found.installed) == ["catkin", "python-numpy", "rospy"]
+    assert found.missing == {"move_base_msgs": ["python3-move-base-msgs", "ros-move-base-msgs"]}
+    assert found.nowhere == {"laser_driver": ["my_car"]}
+    lines = answer.page(found)
+    assert (
+        "  apt-get install --no-install-recommends python3-move-base-msgs ros-move-base-msgs"
+        in (lines)
+    )
+    assert lines[-2:] == ["neither in Debian nor in Paddock:", "  laser_driver, for my_car"]
+
+
+@pytest.mark.parametrize(
+    "name, built, expected",
+    [
+        ("rviz", False, ["python3-rviz", "ros-rviz", "rviz"]),
+        ("tf2_ros", True, ["libtf2-ros-dev", "libros-tf2-ros-dev", "python3-tf2-ros",
+                           "ros-tf2-ros", "tf2-ros"]),
+        ("python-yaml", True, ["python3-yaml"]),
+        ("python3-scipy", True, ["python3-scipy"]),
+        ("libjpeg-dev", True, ["libjpeg-dev"]),
+        ("eigen", True, ["libeigen3-dev"]),
+    ],
+)  # fmt: skip
+def test_names_of_debian(name, built, expected):
+    assert debian.candidates(name, built) == expected
+
+
+def test_what_is_no_package_xml(tmp_path):
+    with pytest.raises(UsageError, match="there is no package.xml at or below"):
+        manifests.find(str(tmp_path))
+    path = tmp_path / "package.xml"
+    for text, sentence in (("<a", "is not XML"), ("<package/>", "has no <package> with a <name>")):
+        path.write_text(text)
+        with pytest.raises(UsageError, match=sentence):
+            manifests.read(str(path))
+
+
+def test_apt_and_dpkg_are_asked():
+    names = ["python3-rospy", "libstd-msgs-dev", "python3-nosuchthing"]
+    assert debian.existing(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert debian.installed(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert debian.existing([]) == set()
+
+
+def test_a_real_package():
+    done = run("deps", str(ROOT / "tests" / "drop_in"))
+    if done.stderr:  # a container image without apt's lists
+        assert "apt has no lists of packages" in done.stderr and done.returncode == 1
+        return
+    assert done.stdout.startswith("packages: campus_rover, yard_fleet\nin Paddock: ackermann_msgs,")
+    assert "\ninstalled from Debian: catkin, geometry_msgs," in done.stdout
+    assert done.stdout.endswith("Paddock:\n  hector_gazebo_plugins, for yard_fleet\n")
+    assert done.returncode == 1

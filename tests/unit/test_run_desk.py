@@ -1,0 +1,137 @@
+"""./run desk: its arguments, what it hands on, its password, its port, its way into X."""
+
+import io
+import socket
+import stat
+import struct
+
+import pytest
+
+from commands.bootstrap import desk as packages
+from commands.desk import screen, session
+from commands.errors import CommandError, UsageError
+from commands.subcommands import desk
+
+
+def test_options_of_the_desk_stand_before_the_command():
+    words = ["lap", "--driver", "line", "--port", "7"]
+    options, command = desk.split(["--size", "1280x720", "--share", "--port", "9000", *words])
+    assert (options.size, options.port, options.share) == ("1280x720", 9000, True)
+    assert command == words
+    options, command = desk.split(["--size=800x600"])
+    assert (options.size, options.port, options.share, command) == ("800x600", None, False, [])
+    assert desk.split(["track:=hard"])[1] == ["track:=hard"]
+
+
+@pytest.mark.parametrize(
+    "words, sentence",
+    [
+        (["rviz"], "the desk shows a command of ./run, and 'rviz' is none"),
+        (["desk"], "the desk shows a command of ./run, and 'desk' is none"),
+        (["--size", "big"], "size is 'big'; it must be WIDTHxHEIGHT"),
+        (["--size"], "--size needs a value"),
+        (["--port", "70000"], "port is '70000'; it must be a whole number from 1 to 65535"),
+        (["--wide", "lap"], "unknown argument '--wide'"),
+    ],
+)
+def test_wrong_arguments(words, sentence):
+    with pytest.raises(UsageError) as error:
+        desk.split(words)
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        ([], []),
+        (["track:=hard"], ["track:=hard"]),
+        (["truck"], ["truck", "rviz:=true"]),
+        (["truck", "gui:=true"], ["truck", "gui:=true"]),
+        (["truck", "--back", "line"], ["truck", "--back", "line"]),
+        (["lap", "rviz:=false"], ["lap", "rviz:=false", "platform:=xcb"]),
+        (["lap"], ["lap", "rviz:=true", "platform:=xcb"]),
+        (["exec", "roslaunch", "a", "b.launch"], ["exec", "roslaunch", "a", "b.launch"]),
+    ],
+)
+def test_commands_without_a_window_show_rviz(words, expected):
+    assert desk.shown(words) == expected
+
+
+def test_the_password_comes_from_the_environment(monkeypatch):
+    monkeypatch.setenv("DESK_PASSWORD", "parking")
+    assert desk.asked_password() == "parking"
+    monkeypatch.setattr("sys.stdin", io.StringIO())  # it is taken out: programs do not inherit it
+    with pytest.raises(UsageError, match="--share needs a password, and DESK_PASSWORD is not set"):
+        desk.asked_password()
+
+
+@pytest.mark.parametrize("password", ["", "short", "far too long", "größer"])
+def test_passwords_that_vnc_cannot_use(monkeypatch, password):
+    monkeypatch.setenv("DESK_PASSWORD", password)
+    with pytest.raises(UsageError, match=f"has {len(password)} characters; VNC takes 6 to 8"):
+        desk.asked_password()
+
+
+def test_the_first_free_port_is_taken_and_a_given_one_has_to_be_free():
+    with session.listen(None, share=False) as first, session.listen(None, share=False) as second:
+        address, taken = first.getsockname()
+        assert address == "127.0.0.1" and taken in session.PORTS
+        assert second.getsockname()[1] > taken
+        with pytest.raises(CommandError, match=f"cannot listen on port {taken}: Address already"):
+            session.listen(taken, share=False)
+
+
+def test_other_machines_get_in_only_when_the_desk_is_shared():
+    with session.listen(None, share=True) as server:
+        assert server.getsockname()[0] == "0.0.0.0"
+
+
+def test_a_password_is_kept_as_vnc_wants_it_and_for_this_user_alone(tmp_path):
+    options = screen._security(str(tmp_path), "parking")
+    assert options == ["-SecurityTypes", "VncAuth", "-PasswordFile", str(tmp_path / "password")]
+    kept = tmp_path / "password"
+    assert len(kept.read_bytes()) == 8 and b"parking" not in kept.read_bytes()
+    assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+    assert screen._security(str(tmp_path), None) == ["-SecurityTypes", "None"]
+
+
+def test_an_x_server_takes_the_cookie_and_no_other(tmp_path):
+    running = screen.Screen(str(tmp_path), "640x480")
+    try:
+        cookie = (tmp_path / "authority").read_bytes()[-16:]
+        assert answer(running.display, cookie) == 1
+        assert answer(running.display, bytes(16)) == 0
+    finally:
+        running.process.terminate()
+        running.process.wait(60.0)
+
+
+def answer(display, cookie):
+    """Opens a connection to an X server; gives its first byte: 1 is success, 0 is refusal."""
+    with socket.socket(socket.AF_UNIX) as client:
+        client.connect(f"/tmp/.X11-unix/X{display[1:]}")
+        head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(screen.COOKIE), len(cookie))
+        client.sendall(head + screen.COOKIE.ljust(20, b"\0") + cookie)
+        return client.recv(1)[0]
+
+
+def test_an_x_server_that_does_not_start_says_why(tmp_path):
+    with pytest.raises(CommandError, match="the X server of the desk did not start") as error:
+        screen.Screen(str(tmp_path), "no size")
+    assert error.value.advice
+
+
+def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(session.windows, "start", lambda *_: 1 / 0)
+    desk_of_nobody = session.Desk({}, "640x480")
+    with pytest.raises(ZeroDivisionError):
+        desk_of_nobody.__enter__()
+    assert list(tmp_path.iterdir()) == []
+    assert desk_of_nobody._parts["screen"].returncode is not None
+
+
+def test_the_lists_of_packages_are_there():
+    for name in (packages.PACKAGES, packages.OF_TESTS):
+        with open(f"{session.ROOT}/config/{name}", encoding="utf-8") as stream:
+            assert [line for line in stream if line.strip() and not line.startswith("#")]

@@ -1,0 +1,75 @@
+"""source setup.bash: the environment of ./run exec in bash and zsh, from anywhere."""
+
+import os
+import subprocess
+
+import pytest
+from run_rig import NOISE, PATIENCE, ROOT, run
+
+SHELLS = {"bash": ["bash", "--norc", "-c"], "zsh": ["zsh", "-f", "-c"]}
+PLAIN = {"PATH": "/opt/it's mine:/usr/bin:/bin", "HOME": "/tmp", "PYTHONHOME": ""}
+
+
+def sourced(shell, environ, folder, then):
+    """Sources setup.bash in a shell and runs something in it."""
+    script = f"source '{ROOT}/setup.bash' && {then}"
+    return subprocess.run(
+        [*SHELLS[shell], script], env=environ, cwd=folder, timeout=PATIENCE, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_the_environment_is_that_of_exec(shell, tmp_path):
+    done = sourced(shell, PLAIN, tmp_path, "exec /usr/bin/env -0")
+    assert (done.returncode, done.stderr) == (0, "")
+    found = dict(entry.split("=", 1) for entry in done.stdout.split("\0")[:-1])
+    expected = run("exec", "/usr/bin/env", "-0", env=PLAIN).stdout.split("\0")[:-1]
+    expected = dict(entry.split("=", 1) for entry in expected)
+    plain = subprocess.run([*SHELLS[shell], "env"], env=PLAIN, capture_output=True, text=True)
+    shells_own = {line.split("=", 1)[0] for line in plain.stdout.splitlines()}
+    for name in {*found, *expected} - {*NOISE, "ROS_LOCATIONS"}:
+        if name in expected or name not in shells_own:
+            assert found.get(name) == expected.get(name), name
+    assert "PYTHONHOME" not in found
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_twice_is_once_and_roscd_is_there(shell, tmp_path):
+    once = sourced(shell, PLAIN, tmp_path, "echo $PATH $ROS_PACKAGE_PATH")
+    twice = f"before=$PATH && source '{ROOT}/setup.bash' && roscd track_model && pwd -P"
+    again = sourced(shell, PLAIN, tmp_path, twice)
+    assert once.returncode == 0 and once.stdout.count(".venv/bin") == 1
+    assert again.stdout.split() == [f"{ROOT}/src/track_model"], again.stderr
+
+
+def test_a_workspace_elsewhere_is_chained(tmp_path):
+    package = tmp_path / "src" / "my_car"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text(
+        '<package format="2"><name>my_car</name><version>1.0.0</version>'
+        "<description>Mine</description><license>BSD</license>"
+        '<maintainer email="me@example.org">Me</maintainer>'
+        "<buildtool_depend>catkin</buildtool_depend><depend>ackermann_msgs</depend></package>\n"
+    )
+    (package / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.10)\nproject(my_car)\n"
+        "find_package(catkin REQUIRED COMPONENTS ackermann_msgs)\ncatkin_package()\n"
+    )
+    then = "catkin_make >/dev/null && source devel/setup.bash && echo $CMAKE_PREFIX_PATH"
+    environ = {**PLAIN, "PATH": os.environ["PATH"]}
+    done = sourced("bash", environ, tmp_path, f"{then} && rospack find my_car")
+    assert done.returncode == 0, done.stdout + done.stderr
+    first, *found = done.stdout.split()
+    assert first.startswith(f"{tmp_path}/devel:{ROOT}/devel")
+    assert found[0] == str(package)
+
+
+def test_a_set_up_that_fails_is_not_hidden(tmp_path):
+    (tmp_path / "setup.bash").write_text((ROOT / "setup.bash").read_text())
+    (tmp_path / ".venv").mkdir()
+    (tmp_path / "run").write_text("#!/bin/sh\necho export BROKEN=1\nexit 3\n")
+    (tmp_path / "run").chmod(0o755)
+    script = f"source '{tmp_path}/setup.bash'; echo $? $BROKEN."
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.stdout == "1 .\n"

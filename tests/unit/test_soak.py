@@ -1,0 +1,115 @@
+"""The soak's own parts: the order of faults, growth, the log, the page."""
+
+import json
+import sys
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
+
+from soaking import page  # noqa: E402
+from soaking.asking import rounds  # noqa: E402
+from soaking.endings import ENDINGS  # noqa: E402
+from soaking.faults import FAULTS  # noqa: E402
+from soaking.log import problems  # noqa: E402
+from soaking.story import Event, Story  # noqa: E402
+from soaking.watching import SPAN, WARM_UP, Sample, growth, paces, rates  # noqa: E402
+
+BRIDGE_TRACEBACK = """[INFO] fine
+Traceback (most recent call last):
+  File "bullet_bridge/loop/server.py", line 1, in run
+ValueError: no
+[INFO] fine"""
+MASTERS_TRACEBACK = BRIDGE_TRACEBACK.replace("bullet_bridge/loop/server.py", "roslaunch/pmon.py")
+
+
+def samples(memory, threads=10, period=2.0, count=200):
+    """Samples of a bridge whose memory [B] and threads are values or functions of time [s]."""
+
+    def at(value, time):
+        return value(time) if callable(value) else value
+
+    return [
+        Sample(
+            wall=t,
+            simulated=0.5 * t,
+            counts={topic: int(10 * t) for topic in page.PLOTTED},
+            processes={"bridge": (7, at(memory, t), at(threads, t), 70)},
+            shared=0,
+            calm=True,
+        )
+        for t in (period * number for number in range(count))
+    ]
+
+
+def test_a_seed_gives_one_order_in_which_every_fault_comes():
+    length = sum(FAULTS.values())
+    first, second, other = (list(islice(rounds(FAULTS, seed), 2 * length)) for seed in (1, 1, 2))
+    assert first == second != other
+    for part in (first[:length], first[length:]):
+        assert {fault for fault, _ in part} == set(FAULTS)
+    assert {fault for fault, _ in islice(rounds(ENDINGS, 1), len(ENDINGS))} == set(ENDINGS)
+
+
+@pytest.mark.parametrize(
+    "memory, threads, words",
+    [
+        (100e6, 10, []),
+        (lambda t: 100e6 + (80e6 if t < WARM_UP else 0.0), 10, []),  # while it comes up
+        (lambda t: 100e6 + (500e6 if t % 60 < 10 else 0.0), 10, []),  # peaks
+        (lambda t: 100e6 + 0.5e6 * t, 10, ["memory of bridge"]),
+        (100e6, lambda t: 10 + t // 10, ["threads of bridge"]),
+    ],
+)
+def test_growth(memory, threads, words):
+    found = growth(samples(memory, threads))
+    assert len(found) == len(words)
+    assert all(word in text for word, text in zip(words, found))
+
+
+def test_a_short_life_has_no_growth():
+    count = int((WARM_UP + SPAN) / 2.0) - 1
+    assert growth(samples(lambda t: 1e6 * t * t, count=count)) == []
+
+
+def test_each_process_counts_from_its_own_start():
+    first, second = samples(100e6, count=90), samples(300e6, count=90)
+    for sample in second:
+        sample.wall += 180.0
+        sample.processes = {"bridge": (8, *sample.processes["bridge"][1:])}
+    assert growth(first + second) == []
+
+
+def test_paces_and_rates():
+    found = samples(1.0, count=5)
+    assert [pace for _, pace in paces(found)] == [0.5] * 4
+    found[2].simulated = 0.0  # a reset
+    assert len(paces(found)) == 3
+    assert [rate for _, rate in rates(found, "/clock")] == [10.0] * 4
+
+
+def test_tracebacks_in_the_log():
+    assert problems("[INFO] a\n[WARN] b") == []
+    (found,) = problems(f"{BRIDGE_TRACEBACK}\n{BRIDGE_TRACEBACK}")
+    assert "ValueError: no" in found
+    assert problems(MASTERS_TRACEBACK) == []
+    assert problems("\x1b[31mSegmentation fault\x1b[0m") == ["Segmentation fault"]
+
+
+@pytest.mark.parametrize("failure", ["", "it hung"])
+def test_the_page(tmp_path, failure):
+    story = Story(seed=5)
+    story.events = [Event(0.0, 3.0, "pause", "paused, 3 steps", failure)]
+    story.samples = [samples(100e6, count=4), []]
+    bad = page.write(story, tmp_path, 1.0)
+    text = (tmp_path / "soak.md").read_text()
+    assert json.loads((tmp_path / "soak.json").read_text())["ok"] is not bool(failure)
+    if failure:
+        assert bad == ["0 s: pause: it hung"] and "FAILED" in text
+    else:
+        assert bad == [] and "seed 5: ok" in text and "| pause | 1 |" in text
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+        "files.png", "memory.png", "pace.png", "rates.png", "threads.png",
+    ]  # fmt: skip

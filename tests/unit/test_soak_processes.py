@@ -1,0 +1,113 @@
+"""What the soak starts: observers that answer late or end, processes with a mark."""
+
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rospy
+import rosservice
+from gazebo_msgs.srv import SetModelState
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
+
+from figures import BenchError  # noqa: E402
+from observers.soak_hands import answer  # noqa: E402
+from observers.soak_wild import NUMBERS, TEXTS, fill  # noqa: E402
+from soaking import observer  # noqa: E402
+from soaking.observer import Observer, Silent  # noqa: E402
+from soaking.subject import Subject  # noqa: E402
+
+LIMIT = 30.0  # [s]
+# Answers with the question after its delay, or ends.
+ECHO = """
+import json, os, sys, time
+for line in sys.stdin:
+    question = json.loads(line)
+    while not os.path.exists(question.get("after", "/")):
+        time.sleep(0.01)
+    if question["what"] == "end":
+        sys.exit(3)
+    print(json.dumps(question), flush=True)
+"""
+
+
+@pytest.fixture(name="echo")
+def _echo(tmp_path, monkeypatch):
+    script = tmp_path / "echo.py"
+    script.write_text(ECHO)
+    monkeypatch.setattr(observer, "SCRIPT", script)
+    made = Observer("echo", dict(os.environ), None)
+    yield made
+    made.close()
+
+
+def test_a_late_answer_is_not_taken_for_the_next(echo, tmp_path):
+    gate = tmp_path / "gate"
+    with pytest.raises(Silent, match="slow.*not answered within 0.1 s"):
+        echo.ask(limit=0.1, what="slow", after=str(gate))
+    gate.touch()
+    assert echo.ask(limit=LIMIT, what="next") == {"what": "next"}
+
+
+def test_what_was_told_is_answered_to_nobody(echo):
+    echo.tell(what="told")
+    assert echo.ask(limit=LIMIT, what="asked") == {"what": "asked"}
+
+
+def test_an_observer_that_has_ended_says_so_each_time(echo):
+    for _ in range(2):
+        with pytest.raises(BenchError, match="ended early .exit status 3") as caught:
+            echo.ask(limit=LIMIT, what="end")
+        assert not isinstance(caught.value, Silent)
+    echo.close()  # with a question that was never read
+
+
+def test_a_subject_waits_for_its_processes_and_ends_what_is_left(tmp_path):
+    subject = Subject(tmp_path / "subject", "said.log", EXTRA="1")
+    (subject.temporary / "left").touch()
+    (subject.temporary / "runtime-root").mkdir()
+    try:
+        first = subject.popen("sh", "-c", "echo $EXTRA $ROS_MASTER_URI; exec sleep 1000")
+        subject.popen("python3", "-c", "import time; time.sleep(1000)", "__name:=rosout")
+        end = time.monotonic() + LIMIT
+        while not {"sleep", "rosout"} <= set(subject.roles()) and time.monotonic() < end:
+            time.sleep(0.01)
+        assert subject.said() == f"1 http://127.0.0.1:{subject.port}\n"
+        found = subject.ended(time.monotonic(), 0.1, spared=("rosout",))
+        assert found["left"] == ["sleep 1000"] and found["seconds"] >= 0.1
+        first.send_signal(signal.SIGTERM)
+        found = subject.ended(time.monotonic(), LIMIT, spared=("rosout",))
+        assert found["left"] == [] and found["files"] == ["left"]
+        assert subject.ended(time.monotonic() - LIMIT, 1.0)["left"]  # looks once at least
+    finally:
+        subject.close()
+    assert subject.roles() == {}
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        rospy.ServiceException("refused"),
+        rosservice.ROSServiceException("refused"),
+        ConnectionResetError("refused"),
+    ],
+)
+def test_a_refused_call_is_an_answer(error):
+    class Hands:
+        def step(self, count):
+            raise error
+
+    assert answer(Hands(), what="step", count=3) == {"error": "step: refused"}
+
+
+def test_wild_values_fill_a_message_in_depth():
+    request = SetModelState._request_class()
+    fill(request, random.Random(3))
+    state = request.model_state
+    assert state.model_name in TEXTS
+    values = [getattr(state.pose.orientation, name) for name in "xyzw"]
+    assert set(map(repr, values)) <= set(map(repr, NUMBERS)) and any(values)

@@ -1,0 +1,46 @@
+"""One version everywhere: pyproject.toml, packages, gym, changelog, ./run version."""
+
+import re
+import subprocess
+import sys
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
+def test_all_packages_have_the_version():
+    files = [ROOT / "tests" / "package.xml", *sorted((ROOT / "src").rglob("package.xml"))]
+    assert len(files) > 50
+    found = {str(path): ElementTree.parse(path).findtext("version") for path in files}
+    assert {path: version for path, version in found.items() if version != VERSION} == {}
+
+
+def test_the_gym_has_the_version():
+    text = (ROOT / "src" / "paddock_gym" / "setup.py").read_text()
+    assert re.findall(r'"version": "(.*)"', text) == [VERSION]
+
+
+def test_the_changelog_begins_with_the_version():
+    """The topmost heading is this version, "(unreleased)" until it has a date."""
+    headings = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    parts = [re.fullmatch(r"(\d+)\.(\d+)\.(\d+) \((.+)\)", heading) for heading in headings]
+    assert all(parts), headings
+    numbers = [tuple(map(int, part.groups()[:3])) for part in parts]
+    assert ".".join(map(str, numbers[0])) == VERSION
+    assert numbers == sorted(set(numbers), reverse=True)
+    dates = [part[4] for part in parts]
+    assert re.fullmatch(r"unreleased|\d{4}-\d\d-\d\d", dates[0])
+    assert all(re.fullmatch(r"\d{4}-\d\d-\d\d", date) for date in dates[1:])
+
+
+def test_run_version_says_it():
+    done = subprocess.run(
+        [ROOT / "run", "version"], capture_output=True, text=True, timeout=60, check=True
+    )
+    first, second, third = done.stdout.splitlines()
+    assert re.fullmatch(rf"Paddock {re.escape(VERSION)}( \([0-9a-f]+( changed)?\))?", first)
+    assert f"Python {'.'.join(map(str, sys.version_info[:3]))}" in second
+    assert third in ("built", "not built yet: ./run setup")
