@@ -21,9 +21,11 @@ PLACES = {
     "deepracer_control": (3.3, 3.4),
     "deepracer_teleop": (4.95, 3.4),
     "cybertruck": (6.6, 3.4),
-    "paddock_gym": (8.25, 1.7),
+    "paddock_gym": (8.25, 1.3),
 }
 WIDTH, HEIGHT, LINE = 1.45, 3.0, 0.17
+TALL = {"paddock_gym": 3.8}
+ROWS = 14  # of folders in a column; more go into the next
 
 
 def folder_of(package):
@@ -58,14 +60,16 @@ def draw(axes, package):
     """A box with the package's name and folders."""
     x, y = PLACES[package]
     wide = 2 * WIDTH if package in ("bullet_sim", "bullet_bridge") else WIDTH
+    high = TALL.get(package, HEIGHT)
     axes.add_patch(
         FancyBboxPatch(
-            (x, y), wide, HEIGHT, "round,pad=0.02", facecolor="#eef2f6", edgecolor="#37474f"
+            (x, y), wide, high, "round,pad=0.02", facecolor="#eef2f6", edgecolor="#37474f"
         )
     )
-    axes.text(x + 0.08, y + HEIGHT - 0.2, package, weight="bold", fontsize=10)
+    axes.text(x + 0.08, y + high - 0.2, package, weight="bold", fontsize=10)
     for number, (name, count) in enumerate(rooms(package)):
-        place = (x + 0.12, y + HEIGHT - 0.45 - LINE * number)
+        column, row = divmod(number, ROWS)
+        place = (x + 0.12 + WIDTH * column, y + high - 0.45 - LINE * row)
         axes.text(*place, f"{name or '(top)'}  {count}", fontsize=8, color="#263238")
     others = imported(package)
     for number, name in enumerate(others):
@@ -79,7 +83,7 @@ def main():
     for package in PLACES:
         draw(axes, package)
     axes.text(0.0, 6.55, "robot packages: no import of the simulator", fontsize=9, style="italic")
-    axes.text(8.25, 4.85, "learning", fontsize=9, style="italic")
+    axes.text(8.25, 5.25, "learning", fontsize=9, style="italic")
     axes.text(0.0, -0.3, "simulator; numbers: modules in a folder", fontsize=9, style="italic")
     axes.set(xlim=(-0.2, 9.95), ylim=(-0.6, 6.8))
     axes.axis("off")
