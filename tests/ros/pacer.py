@@ -5,7 +5,8 @@ Beside a world that runs by itself a busy machine would let seconds of simulated
 driver waits for a processor, and its car would leave the road. Here time waits for the driver: it
 goes on only while each topic of the loop has brought a message within ~lag of simulated time. A
 topic that brings nothing for ~patience of wall time has nothing to say; it counts again from its
-next message on.
+next message on. Time in which this process had no processor, as its drivers may have had none, is no
+part of that.
 
 Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
 """
@@ -19,6 +20,8 @@ from std_srvs.srv import Empty
 from bullet_bridge.srv import Step
 
 START_LIMIT = 180.0  # wall time for the world to come up [s]
+NAP = 0.0005  # between two looks [s]
+LONGEST_NAP = 0.01  # longer ones were not ours [s]
 
 
 class Topic:
@@ -44,7 +47,7 @@ class Pacer:
         self._made = 0
         self._period = rospy.get_param("~period", 0.016)
         self._lag = max(1, round(rospy.get_param("~lag", 0.048) / self._period))
-        self._patience = rospy.get_param("~patience", 1.0)
+        self._patience = rospy.get_param("~patience", 3.0)
         self._topics = [Topic(name, lambda: self._made) for name in rospy.get_param("~topics")]
         for name in ("pause_physics", "step", "get_physics_properties"):
             rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
@@ -66,12 +69,14 @@ class Pacer:
 
     def _wait(self):
         """Waits until no topic of the loop is late."""
-        deadline = time.monotonic() + self._patience
+        waited, before = 0.0, time.monotonic()
         while late := [topic for topic in self._topics if self._is_late(topic)]:
-            if time.monotonic() > deadline:
+            time.sleep(NAP)
+            now = time.monotonic()
+            waited, before = waited + min(now - before, LONGEST_NAP), now
+            if waited > self._patience:
                 for topic in late:
                     topic.seen = None
-            time.sleep(0.0005)
 
     def _is_late(self, topic):
         seen = topic.seen

@@ -1,5 +1,7 @@
 """The warning that the simulation is slow names the reason, once."""
 
+import time
+
 import pytest
 from bullet_bridge.loop.pace import Pace
 from bullet_bridge.loop.slowness import PATIENCE, SILENCE, Slowness, thread_times
@@ -56,8 +58,10 @@ def test_waiting_for_pictures_is_the_reason(rig):
 def test_times_of_this_thread():
     used, waited = thread_times()
     assert 0.0 < used < 1e5 and waited >= 0.0
-    sum(range(300000))
-    assert thread_times()[0] > used
+    # the kernel counts at its ticks, some milliseconds apart
+    deadline = time.monotonic() + 60.0
+    while thread_times()[0] <= used:
+        assert time.monotonic() < deadline
 
 
 def test_it_is_said_once_and_that_it_is_over(rig):
