@@ -5,8 +5,8 @@ Beside a world that runs by itself a busy machine would let seconds of simulated
 driver waits for a processor, and its car would leave the road. Here time waits for the driver: it
 goes on only while each topic of the loop has brought a message within ~lag of simulated time. A
 topic that brings nothing for ~patience of wall time has nothing to say; it counts again from its
-next message on. Time in which this process had no processor, as its drivers may have had none, is no
-part of that.
+next message on. Time in which this process had no processor, as its drivers may have had none, is
+no part of that.
 
 Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
 """
