@@ -8,7 +8,11 @@ topic that brings nothing for ~patience of wall time has nothing to say; it coun
 next message on. Time in which this process had no processor, as its drivers may have had none, is
 no part of that.
 
-Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s].
+A chain may send a command within each lag and fall behind all the same, with its commands in a
+queue. So every ~settle of simulated time the pacer waits until the loop is quiet: all that was sent
+has been answered.
+
+Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
 """
 
 import time
@@ -22,6 +26,8 @@ from bullet_bridge.srv import Step
 START_LIMIT = 180.0  # wall time for the world to come up [s]
 NAP = 0.0005  # between two looks [s]
 LONGEST_NAP = 0.01  # longer ones were not ours [s]
+QUIET = 0.015  # without a message: the loop has settled [s]
+LONGEST_SETTLING = 0.2  # of loops that are never quiet [s]
 
 
 class Topic:
@@ -30,14 +36,16 @@ class Topic:
     Attributes:
         name: The topic.
         seen: Count of periods made when its last message came; None: it has nothing to say.
+        messages: How many have come.
     """
 
     def __init__(self, name, count):
-        self.name, self.seen, self._count = name, None, count
+        self.name, self.seen, self.messages, self._count = name, None, 0, count
         rospy.Subscriber(name, rospy.AnyMsg, self._on_message, queue_size=1, tcp_nodelay=True)
 
     def _on_message(self, _message):
         self.seen = self._count()
+        self.messages += 1
 
 
 class Pacer:
@@ -47,6 +55,7 @@ class Pacer:
         self._made = 0
         self._period = rospy.get_param("~period", 0.016)
         self._lag = max(1, round(rospy.get_param("~lag", 0.048) / self._period))
+        self._settle = max(1, round(rospy.get_param("~settle", 0.1) / self._period))
         self._patience = rospy.get_param("~patience", 3.0)
         self._topics = [Topic(name, lambda: self._made) for name in rospy.get_param("~topics")]
         for name in ("pause_physics", "step", "get_physics_properties"):
@@ -61,6 +70,8 @@ class Pacer:
         self._pause()
         while not rospy.is_shutdown():
             self._wait()
+            if self._made % self._settle == 0:
+                self._calm_down()
             answer = self._step(self._steps, [], [])
             if not answer.success:  # somebody let the world run
                 rospy.logwarn(answer.status_message)
@@ -69,18 +80,34 @@ class Pacer:
 
     def _wait(self):
         """Waits until no topic of the loop is late."""
-        waited, before = 0.0, time.monotonic()
+        waited = 0.0
         while late := [topic for topic in self._topics if self._is_late(topic)]:
-            time.sleep(NAP)
-            now = time.monotonic()
-            waited, before = waited + min(now - before, LONGEST_NAP), now
+            waited += nap()
             if waited > self._patience:
                 for topic in late:
                     topic.seen = None
 
+    def _calm_down(self):
+        """Waits until no topic of the loop brings anything more."""
+        waited, quiet, before = 0.0, 0.0, None
+        while quiet < QUIET and waited < LONGEST_SETTLING:
+            heard = [topic.messages for topic in self._topics if topic.seen is not None]
+            if not heard:
+                return
+            napped = nap()
+            waited += napped
+            quiet, before = quiet + napped if heard == before else 0.0, heard
+
     def _is_late(self, topic):
         seen = topic.seen
         return seen is not None and self._made - seen > self._lag
+
+
+def nap():
+    """Sleeps a little; gives how long, without time in which others had the processor [s]."""
+    before = time.monotonic()
+    time.sleep(NAP)
+    return min(time.monotonic() - before, LONGEST_NAP)
 
 
 def main():
