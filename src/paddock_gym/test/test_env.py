@@ -42,7 +42,9 @@ def test_gymnasiums_check_has_no_complaint(options):
     env = gymnasium.make(ID, render_mode="rgb_array", **options)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", "Your system is avx2 capable")  # Debian 13's pygame
+        # Debian 13's pygame
+        warnings.filterwarnings("ignore", "Your system is avx2 capable")
+        warnings.filterwarnings("ignore", "pkg_resources is deprecated")
         check_env(env.unwrapped, skip_render_check=bool(options))
     env.close()
 

@@ -142,6 +142,27 @@ def test_self_crossing_route():
         geometry.lane(source.load("a.npy", npy(deepracer(eight, 0.3 * np.ones(80)))))
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+@pytest.mark.parametrize("count", [8, 9, 40])
+def test_a_crossing_at_a_point_of_the_curve_is_one(turn, count):
+    at = 2.0 * np.pi * np.arange(count) / count
+    eight = np.stack([np.sin(at), np.sin(at) * np.cos(at)], axis=1)
+    eight[np.hypot(*eight.T) < 1e-9] = 0.0  # both ways through the same point
+    eight = eight @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+    assert curves.first_crossing(eight) is not None
+    assert curves.first_crossing(np.roll(eight, 3, axis=0)[::-1]) is not None
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 2.0])
+def test_straight_parts_do_not_cross(turn):
+    sides = [np.linspace(0.0, 3.0, 31)[:-1], np.full(30, 3.0)]
+    square = np.vstack([np.stack(sides, 1), np.stack(sides[::-1], 1)])
+    square = np.vstack([square, 3.0 - square])[:, ::-1]
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    assert curves.first_crossing(square @ rotation) is None
+    assert curves.first_crossing(square[:25] @ rotation, closed=False) is None
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_inside_agrees_with_shapely(seed):
     lane = geometry.lane(source.load("a.npy", npy(deepracer(*wavy(60, seed)))))

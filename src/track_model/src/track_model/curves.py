@@ -129,19 +129,25 @@ def radii(curve: np.ndarray, closed: bool = True) -> np.ndarray:
 
 
 def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
-    """Return a point (2,) where a polyline crosses itself, or None."""
+    """Return a point (2,) where a polyline crosses itself, or None.
+
+    What lies on a segment's line counts as left of it, so that a crossing at a point of the curve
+    is one, and segments in one line are none.
+    """
     a, b = curve, np.roll(curve, -1, axis=0)
     if not closed:
         a, b = a[:-1], b[:-1]
     d = b - a
+    zero = 1e-9 * (d * d).sum(axis=1).max()
 
-    def side(p: np.ndarray, direction: np.ndarray, q: np.ndarray) -> np.ndarray:
-        return direction[:, None, 0] * (q[None, :, 1] - p[:, None, 1]) - direction[:, None, 1] * (
-            q[None, :, 0] - p[:, None, 0]
-        )
+    def left(q: np.ndarray) -> np.ndarray:
+        x, y = (q[None, :, k] - a[:, None, k] for k in (0, 1))
+        return d[:, None, 0] * y - d[:, None, 1] * x > -zero
 
-    ends = side(a, d, a) * side(a, d, b)
-    hits = (ends < 0.0) & (ends.T < 0.0)
+    parts = left(a) != left(b)
+    hits = parts & parts.T
+    if closed:
+        hits[0, -1] = False  # neighbours
     index = np.argwhere(np.triu(hits, 2))
     return None if len(index) == 0 else a[index[0][0]]
 
