@@ -10,6 +10,7 @@ import av
 import cv2
 import numpy as np
 from PIL import Image
+
 from track_model import track
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
