@@ -47,6 +47,7 @@ class Variant:
 VARIANTS = {
     "as_launched": Variant(quick=True),
     "bridge_alone": Variant((), ("state_publisher:=false",), quick=True),
+    "robot_state_publisher": Variant((), ("state_publisher:=true",), quick=True),
     "lidar_600_rays_10_hz": Variant(("/scan",), quick=True),
     "lidar_1081_rays_40_hz": Variant(("/scan",), file="lidar.launch"),
     "camera_160x120_30_hz": Variant(

@@ -18,6 +18,7 @@ def describe(
     lidar=True,
     camera=True,
     efforts=False,
+    transforms_rate=0,
 ):
     """Give the URDF text.
 
@@ -28,6 +29,7 @@ def describe(
         lidar_rate: scans per second [Hz].
         lidar, camera: whether it has them.
         efforts: all joints take efforts instead of velocities and positions.
+        transforms_rate: of the joints' transforms [Hz]; 0: the simulator publishes none.
     """
     path = rospkg.RosPack().get_path("track_model") + "/urdf/racecar.urdf.xacro"
     text = xacro.process_file(
@@ -37,6 +39,7 @@ def describe(
             "lidar": str(lidar).lower(),
             "lidar_topic": topic,
             "lidar_samples": str(lidar_samples),
+            "transforms_rate": str(transforms_rate),
         },
     ).toxml()
     robot = ElementTree.fromstring(text)
@@ -61,6 +64,7 @@ def main():
     parser.add_argument("--no-lidar", dest="lidar", action="store_false")
     parser.add_argument("--no-camera", dest="camera", action="store_false")
     parser.add_argument("--efforts", action="store_true")
+    parser.add_argument("--transforms-rate", type=float, default=0.0)
     print(describe(**vars(parser.parse_args())))
 
 

@@ -10,7 +10,9 @@ import pytest
 from bullet_bridge.transport import conversions, packed
 from bullet_sim.description.specs import GroundTruthSpec, RaySpec
 from bullet_sim.pose import Pose
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 
 class FakePublisher:
@@ -141,3 +143,20 @@ def test_without_a_subscriber_nothing_is_done():
 def test_wrong_count_of_joints_is_an_error():
     with pytest.raises(struct.error):
         packed.PackedJointState(FakePublisher(), ("a", "b")).send(0.0, [1.0], [1.0], [1.0])
+
+
+@pytest.mark.parametrize("time", TIMES)
+def test_transforms(time):
+    frames = [("base", "wheel"), ("world", "bäse")]
+    poses = [Pose((1.0, -2.0, 1e-9), (0.0, 0.6, 0.0, 0.8)), Pose()]
+    message = TFMessage()
+    for (frame, child), pose in zip(frames, poses):
+        item = TransformStamped(child_frame_id=child)
+        item.header.stamp, item.header.frame_id = conversions.stamp(time), frame
+        item.transform.translation = Vector3(*pose.position)
+        item.transform.rotation = Quaternion(*pose.orientation)
+        message.transforms.append(item)
+    fake = FakePublisher()
+    sender = packed.PackedTransforms(fake, frames)
+    sender.send(time, [(pose.position, pose.orientation) for pose in poses])
+    assert fake.sent == [bytes_of(message)]

@@ -5,9 +5,11 @@ from bullet_sim.description.field_specs import (
     GpsSpec,
     HandOfGodSpec,
     JointPosesSpec,
+    JointTransformsSpec,
     LinkForceSpec,
     MagneticSpec,
     PlanarMoveSpec,
+    RootTransformSpec,
 )
 from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
 from bullet_sim.description.specs import (
@@ -28,6 +30,7 @@ from bullet_bridge.outputs.earth import GpsOutput, MagneticOutput
 from bullet_bridge.outputs.planar import PlanarMoveOutput
 from bullet_bridge.outputs.rays import RangeOutput, cloud_output
 from bullet_bridge.outputs.sensors import CameraOutput, GroundTruthOutput, ImuOutput, LidarOutput
+from bullet_bridge.outputs.transforms import JointTransformsOutput, RootTransformOutput
 from bullet_bridge.outputs.wheels import JointStatesOutput, WheelDriveOutput
 from bullet_bridge.outputs.wrenches import (
     ForceTorqueOutput,
@@ -55,4 +58,6 @@ OUTPUTS = {
     LinkForceSpec: LinkForceOutput,
     HandOfGodSpec: HandOfGodOutput,
     JointPosesSpec: JointPosesOutput,
+    JointTransformsSpec: JointTransformsOutput,
+    RootTransformSpec: RootTransformOutput,
 }

@@ -132,6 +132,30 @@ class PackedOdometry(Packed):
         )
 
 
+class PackedTransforms(Packed):
+    """tf2_msgs/TFMessage: transforms of one time.
+
+    Args:
+        publisher: rospy.Publisher.
+        frames: (frame, child frame) of each.
+    """
+
+    _NUMBERS = struct.Struct("<7d")
+
+    def __init__(self, publisher, frames):
+        super().__init__(publisher)
+        self._count = struct.pack("<I", len(frames))
+        self._frames = [pack_string(frame) + pack_string(child) for frame, child in frames]
+
+    def send(self, time, poses):
+        """Publish for a simulated time [s]; (position [m], orientation) of each."""
+        stamp = struct.pack("<III", 0, *to_sec_nsec(time))
+        parts = [self._count]
+        for frames, (position, orientation) in zip(self._frames, poses):
+            parts += stamp, frames, self._NUMBERS.pack(*position, *orientation)
+        self._send(*parts)
+
+
 class PackedScan(Packed):
     """sensor_msgs/LaserScan.
 

@@ -144,3 +144,28 @@ class JointPosesSpec:
     link: str
     rate: float = 0.0
     topic: str = "/set_joint_trajectory"
+
+
+@dataclass(frozen=True)
+class JointTransformsSpec:
+    """libpaddock_state_publisher: the transforms of all joints, as robot_state_publisher's."""
+
+    name: str
+    link: str
+    rate: float = 50.0
+    topic: str = "/tf"
+
+
+@dataclass(frozen=True)
+class RootTransformSpec:
+    """The true transform of a model's root link.
+
+    Attributes:
+        frame_id: name of the world's frame.
+    """
+
+    name: str
+    link: str
+    frame_id: str
+    rate: float = 50.0
+    topic: str = "/tf"

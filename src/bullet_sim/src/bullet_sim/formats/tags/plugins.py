@@ -1,5 +1,6 @@
 """<plugin> elements of a model: ros_control, and plugins that publish without a <sensor>."""
 
+from bullet_sim.description.field_specs import JointTransformsSpec, RootTransformSpec
 from bullet_sim.description.parts import DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE
 from bullet_sim.description.specs import GroundTruthSpec
 from bullet_sim.errors import ModelError
@@ -112,6 +113,17 @@ def _imu(element, model, names):
     )
 
 
+def _state_publisher(element, model, names):
+    what = f"plugin '{element.get('filename')}'"
+    name = element.get("name") or "state_publisher"
+    rate = child_number(element, "updateRate", what, 50.0)
+    model.sensors.append(JointTransformsSpec(name, model.root, rate))
+    if frame := child_text(element, "frameName", ""):
+        rate = child_number(element, "frameRate", what, 50.0)
+        frame = names.frame(frame, prefixed=False)
+        model.sensors.append(RootTransformSpec(name, model.root, frame, rate))
+
+
 _READERS = {
     "gazebo_ros_control": _control,
     "gazebo_ros_p3d": _ground_truth,
@@ -120,6 +132,7 @@ _READERS = {
     "gazebo_ros_skid_steer_drive": skid_steer,
     "gazebo_ros_joint_state_publisher": joint_states,
     "gazebo_ros_planar_move": planar_move,
+    "paddock_state_publisher": _state_publisher,
     "roboticsgroup_gazebo_mimic_joint_plugin": mimic_joint,
     "roboticsgroup_upatras_gazebo_mimic_joint_plugin": mimic_joint,
     "gazebo_ros_ft_sensor": wrenches.ft_sensor,

@@ -1,0 +1,118 @@
+"""Transforms from the simulator itself: a model's joints, and its root link in the world."""
+
+import math
+import threading
+
+from bullet_sim.pose import Pose, multiply
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+from bullet_bridge.outputs.sensors import Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedTransforms
+from bullet_bridge.transport.publishing import publisher
+
+
+class FixedTransforms:
+    """/tf_static of all models: latched, so that each message has to hold them all.
+
+    A publisher keeps its last message only; the one here lives as long as there are transforms.
+    """
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._publisher, self._of = None, {}
+
+    def put(self, owner, transforms):
+        """Publishes an owner's transforms (list of TransformStamped), too; none: forgets him."""
+        with self._lock:
+            self._of.pop(owner, None)
+            if transforms:
+                self._of[owner] = transforms
+            closed = self._publisher is None or self._publisher.impl is None
+            if closed and self._of:
+                self._publisher = publisher("/tf_static", TFMessage, latch=True)
+            if self._publisher is not None and self._publisher.impl is not None:
+                together = [item for items in self._of.values() for item in items]
+                self._publisher.publish(TFMessage(together))
+
+
+_fixed = FixedTransforms()
+
+
+class JointTransformsOutput(Output):
+    """What robot_state_publisher publishes, from the engine's positions: moving joints on /tf, at
+    the rate of the specification, fixed ones latched on /tf_static.
+    """
+
+    message = TFMessage
+    reports = False  # others publish on /tf, too
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        joints = model.description.joints.values()
+        self._moving = [joint for joint in joints if joint.name in model.joints.names]
+        self._names = [joint.name for joint in self._moving]
+        self._packed = PackedTransforms(
+            self.publisher, [(joint.parent, joint.child) for joint in self._moving]
+        )
+        fixed = [joint for joint in joints if joint.name not in model.joints.names]
+        self._fixed = [_fixed_transform(joint, world.time) for joint in fixed]
+
+    def attach(self, arrivals):
+        _fixed.put(self, self._fixed)
+
+    def update(self, time):
+        positions = self.model.joints.positions_of(self._names)
+        self._packed.send(time, list(map(joint_pose, self._moving, positions)))
+
+    def close(self):
+        super().close()
+        _fixed.put(self, [])
+
+
+class RootTransformOutput(Output):
+    """The true pose of a model's root link in the world, on /tf."""
+
+    message = TFMessage
+    reports = False
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._packed = PackedTransforms(self.publisher, [(spec.frame_id, spec.link)])
+
+    def update(self, time):
+        self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])
+
+
+def joint_pose(joint, value):
+    """The child link's frame in the parent link's.
+
+    Args:
+        joint: bullet_sim.description.parts.Joint.
+        value: its position [rad, m].
+
+    Returns:
+        (position [m], orientation (x, y, z, w)).
+    """
+    pose = joint.origin if joint.anchor == Pose() else joint.origin * joint.anchor
+    x, y, z = joint.axis
+    if joint.kind == "prismatic":
+        pose = pose * Pose((x * value, y * value, z * value))
+    else:
+        sine = math.sin(value / 2.0)
+        turn = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
+        pose = Pose(pose.position, multiply(pose.orientation, turn))
+    if joint.anchor != Pose():
+        pose = pose * joint.anchor.inverse()
+    return pose.position, pose.orientation
+
+
+def _fixed_transform(joint, time):
+    message = TransformStamped(child_frame_id=joint.child)
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), joint.parent
+    pose = conversions.pose_to_msg(joint.origin)
+    message.transform.rotation = pose.orientation
+    translation, position = message.transform.translation, pose.position
+    translation.x, translation.y, translation.z = position.x, position.y, position.z
+    return message
