@@ -108,6 +108,10 @@ BAD = [
     ({"type": EFFORT_VELOCITY, "joint": "left", "pid": {"i": 1}}, ["no p"]),
     ({"type": VELOCITY_POSITION, "joint": "left", "pid": {"p": "1.x"}}, ["pid p is '1.x'"]),
     (
+        {"type": EFFORT_POSITION, "joint": "left", "pid": {"p": 1e308}},
+        ["pid p is 1e+308", "to 1e+15"],
+    ),
+    (
         {"type": EFFORT_POSITION, "joint": "left", "pid": {"p": 1, "antiwindup": 3}},
         ["antiwindup is 3", "true or false"],
     ),
