@@ -13,6 +13,7 @@ TEXTS += ("a" * 3000, "9" * 400, "/", "a/b c", "${x}", "$(find x)", "%s%n{}", "1
 FILES = ("package://none/x", "file:///dev/zero", "/proc/self/mem", "model://", "http://localhost/")
 PLAIN = (None, True, "", 0, -1, 2**70, -(2**70), 1e308, float("nan"), float("inf"), "1e6", "nan")
 ODD = ([], {}, [[]], {"a": 1}, [None], {1: 2}, [1, "a", None], {None: None}, {True: [{}]}, "a" * 999)
+NOT_READ = (ElementTree.ParseError, IndexError, ValueError, yaml.YAMLError)
 BYTES = (b"\0", b"\t", b"\xff", b"\xef\xbb\xbf", b"\xff\xfe", b"<", b">", b"&", b'"', b"-->", b"\r")
 BYTES += (b"<![CDATA[", b"&#0;", b"&x;", b"<!--", b"\xc3", b"\xed\xa0\x80", b"{", b"[", b": ", b"- ")
 BYTES += (b"*a", b"&a ", b"!!python/object/apply:os.system ['true']\n", b"!!binary ", b"%", b"? ")
@@ -137,12 +138,12 @@ def mutations(data, change, count, seed):
     for number in range(count):
         rng = random.Random(f"{seed}/{number}")
         if rng.random() < 0.25:
-            changed = bytes_changed(data, rng)
-        else:
+            yield number, bytes_changed(data, rng)
+            continue
+        try:
             changed = change(data, rng)
             if rng.random() < 0.3:
-                try:
-                    changed = change(changed, rng)
-                except (ValueError, IndexError, ElementTree.ParseError, yaml.YAMLError):
-                    pass
+                changed = change(changed, rng)
+        except NOT_READ:  # nothing is left of it, or it was not well-formed before
+            changed = bytes_changed(data, rng)
         yield number, changed
