@@ -1,4 +1,4 @@
-"""Loads many broken files in a child process of bounded memory and time, and tells what went wrong."""
+"""Loads many broken files in a child process of bounded memory and time; tells what went wrong."""
 
 import json
 import os

@@ -12,10 +12,32 @@ TEXTS = ("", " ", "text", "1.5m", "90deg", "1,5", "0x10", "../../etc/passwd", "\
 TEXTS += ("a" * 3000, "9" * 400, "/", "a/b c", "${x}", "$(find x)", "%s%n{}", "1 2 3 4 5 6 7 8 9")
 FILES = ("package://none/x", "file:///dev/zero", "/proc/self/mem", "model://", "http://localhost/")
 PLAIN = (None, True, "", 0, -1, 2**70, -(2**70), 1e308, float("nan"), float("inf"), "1e6", "nan")
-ODD = ([], {}, [[]], {"a": 1}, [None], {1: 2}, [1, "a", None], {None: None}, {True: [{}]}, "a" * 999)
+ODD = (
+    [],
+    {},
+    [[]],
+    {"a": 1},
+    [None],
+    {1: 2},
+    [1, "a", None],
+    {None: None},
+    {True: [{}]},
+    "a" * 999,
+)
 NOT_READ = (ElementTree.ParseError, IndexError, ValueError, yaml.YAMLError)
 BYTES = (b"\0", b"\t", b"\xff", b"\xef\xbb\xbf", b"\xff\xfe", b"<", b">", b"&", b'"', b"-->", b"\r")
-BYTES += (b"<![CDATA[", b"&#0;", b"&x;", b"<!--", b"\xc3", b"\xed\xa0\x80", b"{", b"[", b": ", b"- ")
+BYTES += (
+    b"<![CDATA[",
+    b"&#0;",
+    b"&x;",
+    b"<!--",
+    b"\xc3",
+    b"\xed\xa0\x80",
+    b"{",
+    b"[",
+    b": ",
+    b"- ",
+)
 BYTES += (b"*a", b"&a ", b"!!python/object/apply:os.system ['true']\n", b"!!binary ", b"%", b"? ")
 BYTES += (b"\n---\n", b"'", b"!!set ", b"<<: *a\n", b"!degrees ", b"\x0b", b"\xc2\x85")
 
@@ -117,7 +139,9 @@ def yaml_value_changed(value, rng):
     elif kind == 5 and isinstance(holder, list):
         holder.append(copy.deepcopy(holder[key]))
     elif kind == 6 and isinstance(holder[key], (int, float)):
-        holder[key] = rng.choice((-holder[key], holder[key] * 10**6, str(holder[key]), f"{holder[key]}m"))
+        holder[key] = rng.choice(
+            (-holder[key], holder[key] * 10**6, str(holder[key]), f"{holder[key]}m")
+        )
     else:
         holder[key] = copy.deepcopy(rng.choice(PLAIN))
     return value

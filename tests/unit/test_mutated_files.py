@@ -8,6 +8,7 @@ import pathlib
 import subprocess
 import sys
 
+import mutations
 import pytest
 from bullet_bridge.resolve import Resolver
 from bullet_sim.errors import SimError
@@ -16,14 +17,13 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import read_map
-from paddock_common import yaml_file
+from mutation_rig import problems
 from paddock_gym.errors import GymError
 from paddock_gym.sweep import spec as sweep
 from track_model.files import writer
 from track_model.spec import TrackError
 
-import mutations
-from mutation_rig import problems
+from paddock_common import yaml_file
 from track_model import geometry, source
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -99,6 +99,7 @@ BAD = [
     ({"type": STATE, "publish_rate": 0}, ["publish_rate 0", "above 0"]),
     ({"type": STATE, "publish_rate": "fast"}, ["publish_rate 'fast'"]),
     ({"type": STATE, "publish_rate": True}, ["publish_rate True"]),
+    ({"type": STATE, "publish_rate": 10**400}, ["publish_rate 1000"]),
     ({"type": STATE, "joints": ["nose"]}, ["joint 'nose'"]),
     ({"type": STATE, "extra_joints": 3}, ["extra_joints 3", "a list"]),
     ({"type": STATE, "extra_joints": [{"position": 1}]}, ["extra_joints #0", "name None"]),

@@ -20,7 +20,8 @@ class Lidar:
         directions: (n, 3) unit vectors in the sensor frame.
 
     Raises:
-        ValueError: samples < 1, more than MAX_RAYS, angles or ranges in the wrong order, negative noise.
+        ValueError: samples < 1, more than MAX_RAYS, angles or ranges in the wrong order, negative
+            noise.
     """
 
     def __init__(self, spec):

@@ -5,9 +5,9 @@ import math
 import os
 from dataclasses import dataclass
 
-from paddock_common import yaml_file
 from paddock_common.rules import Number
 
+from paddock_common import yaml_file
 from paddock_gym.contract.json_file import one_of
 from paddock_gym.errors import GymError
 from paddock_gym.sweep.kinds import KINDS
@@ -137,7 +137,8 @@ def _values(path, name, values):
         return _range(path, name, values)
     if not isinstance(values, list) or not values:
         raise GymError(
-            f"{path}: over: {name} is {yaml_file.shown(values)}; it must be a list of values, or low and high"
+            f"{path}: over: {name} is {yaml_file.shown(values)}; it must be a list of values, or "
+            "low and high"
         )
     return tuple(values)
 
@@ -151,8 +152,8 @@ def _range(path, name, values):
         set(values) <= set(keys) and numbers and ends[0] < ends[1] and isinstance(log, bool)
     ) or (log and ends[0] <= 0):
         raise GymError(
-            f"{path}: over: {name} is {yaml_file.shown(values)}; it must have low and high, low the smaller, and "
-            "may have log: true, with low above 0"
+            f"{path}: over: {name} is {yaml_file.shown(values)}; it must have low and high, low "
+            "the smaller, and may have log: true, with low above 0"
         )
     return Range(*ends, log, all(isinstance(end, int) for end in ends))
 
