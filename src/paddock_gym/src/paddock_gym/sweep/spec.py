@@ -5,9 +5,9 @@ import math
 import os
 from dataclasses import dataclass
 
+from paddock_common.files import yaml_file
 from paddock_common.rules import Number
 
-from paddock_common import yaml_file
 from paddock_gym.contract.json_file import one_of
 from paddock_gym.errors import GymError
 from paddock_gym.sweep.kinds import KINDS
