@@ -15,6 +15,7 @@ import time
 
 from figures import BenchError
 
+from soaking import surroundings
 from soaking.log import problems
 from soaking.stops import World
 
@@ -176,6 +177,7 @@ TRIALS = {
         private_files,
         odd_home,
         wrong_hostname,
+        *surroundings.TRIALS,
     )
 }
 

@@ -15,9 +15,18 @@ def use_own(environ):
 
     Returns:
         The options with which roslaunch starts that master.
+
+    Raises:
+        CommandError: This machine has no 127.0.0.1, as one that has IPv6 alone.
     """
     with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
+        try:
+            probe.bind(("127.0.0.1", 0))
+        except OSError as error:
+            raise CommandError(
+                f"this machine has no address 127.0.0.1, which this command needs ({error})",
+                "Give it one: ip address add 127.0.0.1/8 dev lo",
+            ) from None
         port = probe.getsockname()[1]
     environ.pop("ROS_HOSTNAME", None)
     environ.update(ROS_IP="127.0.0.1", ROS_MASTER_URI=f"http://127.0.0.1:{port}")
@@ -33,7 +42,7 @@ def refuse_second_world(environ):
     uri = environ["ROS_MASTER_URI"]
     host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
     try:
-        socket.create_connection((host, int(port)), PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
     except (OSError, ValueError):
         return  # no master yet; roslaunch starts one, or says what is wrong with the address
     if _knows_simulator(uri):

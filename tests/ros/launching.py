@@ -58,11 +58,16 @@ def simulator():
     return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode("/gazebo"))
 
 
-def wait_subscribed(topics):
-    """Waits until the simulator has counted this node's subscriptions to its topics.
+def wait_subscribed(topics, node=None):
+    """Waits until the simulator has counted a node's subscriptions to its topics.
 
     A subscriber sees its connection a moment before the publisher counts it.
+
+    Args:
+        topics: Their names.
+        node: Name of the node; None: this one.
     """
+    node = node or rospy.get_name()
     wanted = {rospy.resolve_name(topic) for topic in topics}
 
     def all_there():
@@ -70,12 +75,10 @@ def wait_subscribed(topics):
             _, _, links = simulator().getBusInfo(rospy.get_name())
         except (rosgraph.MasterException, OSError):
             return False
-        there = {
-            link[4] for link in links if link[1] == rospy.get_name() and link[2] == "o" and link[5]
-        }
+        there = {link[4] for link in links if link[1] == node and link[2] == "o" and link[5]}
         return wanted <= there
 
-    wait_until(all_there, f"the simulator sending {', '.join(sorted(wanted))} to this node")
+    wait_until(all_there, f"the simulator sending {', '.join(sorted(wanted))} to {node}")
 
 
 def simulator_pid():

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -32,6 +33,29 @@ FILES = [
 def test_a_web_server_is_no_second_world():
     with web_page() as uri:
         master.refuse_second_world({"ROS_MASTER_URI": uri})
+
+
+def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
+    asked = []
+
+    def connect(address, _):
+        asked.append(address)
+        raise OSError
+
+    monkeypatch.setattr(socket, "create_connection", connect)
+    master.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
+    assert asked == [("::1", 11311)]
+
+
+def test_a_machine_without_ipv4_is_told_what_to_do(monkeypatch):
+    class Socket(socket.socket):
+        def bind(self, address):
+            raise OSError(99, "Cannot assign requested address")
+
+    monkeypatch.setattr(socket, "socket", Socket)
+    with pytest.raises(CommandError, match="no address 127.0.0.1") as caught:
+        master.use_own({})
+    assert "ip address add 127.0.0.1/8" in caught.value.advice[0]
 
 
 @pytest.mark.parametrize("package, name", FILES)

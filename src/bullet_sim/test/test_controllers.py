@@ -99,6 +99,7 @@ BAD = [
     ({"type": STATE, "publish_rate": 0}, ["publish_rate 0", "above 0"]),
     ({"type": STATE, "publish_rate": "fast"}, ["publish_rate 'fast'"]),
     ({"type": STATE, "publish_rate": True}, ["publish_rate True"]),
+    ({"type": STATE, "publish_rate": 10**400}, ["publish_rate 1000"]),
     ({"type": STATE, "joints": ["nose"]}, ["joint 'nose'"]),
     ({"type": STATE, "extra_joints": 3}, ["extra_joints 3", "a list"]),
     ({"type": STATE, "extra_joints": [{"position": 1}]}, ["extra_joints #0", "name None"]),
@@ -107,6 +108,10 @@ BAD = [
     ({"type": EFFORT_POSITION, "joint": "left"}, ["has no pid", EFFORT_POSITION]),
     ({"type": EFFORT_VELOCITY, "joint": "left", "pid": {"i": 1}}, ["no p"]),
     ({"type": VELOCITY_POSITION, "joint": "left", "pid": {"p": "1.x"}}, ["pid p is '1.x'"]),
+    (
+        {"type": EFFORT_POSITION, "joint": "left", "pid": {"p": 1e308}},
+        ["pid p is 1e+308", "to 1e+15"],
+    ),
     (
         {"type": EFFORT_POSITION, "joint": "left", "pid": {"p": 1, "antiwindup": 3}},
         ["antiwindup is 3", "true or false"],

@@ -106,6 +106,8 @@ def test_camera_info_arrays():
     "values, word",
     [
         ((0, 480, 1.0, 0.1, 10.0), "0x480"),
+        ((181_000_000, 1, 1.0, 0.1, 10.0), "181000000x1: at most 16384 a side"),
+        ((10_000, 10_000, 1.0, 0.1, 10.0), "10000x10000: at most"),
         ((640, 480, 3.2, 0.1, 10.0), "3.2"),
         ((640, 480, 1.0, 0.0, 10.0), "near 0.0"),
         ((640, 480, 1.0, 5.0, 2.0), "near 5.0"),
@@ -177,6 +179,7 @@ def test_lidar_noise_has_its_deviation_and_repeats():
     "changes",
     [
         {"samples": 0},
+        {"samples": 181_000_000_000},
         {"min_angle": 1.0, "max_angle": 0.0},
         {"range_min": 5.0, "range_max": 1.0},
         {"range_max": math.inf},

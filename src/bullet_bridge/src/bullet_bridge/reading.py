@@ -6,8 +6,8 @@ import os
 import rospy
 from bullet_sim.description.read_warning import grouped
 from bullet_sim.description.world import empty_world
-from bullet_sim.errors import WorldError
 from bullet_sim.formats.sdf.world import parse_world
+from bullet_sim.system.files import MAX_TEXT, read_file
 
 from bullet_bridge.resolve import GAZEBO_WORLDS
 
@@ -54,12 +54,9 @@ def load_world(world, path, resolve):
 def _described(path, resolve):
     try:
         found = resolve.world(path)
-        with open(found, "rb") as file:
-            text = file.read()
+        text = read_file(found, "world file", MAX_TEXT)
         resolve.set_world(found)
         return parse_world(text, resolve, found)
-    except OSError as error:
-        problem = WorldError(f"world file '{path}' cannot be read: {error.strerror}")
     except ValueError as error:
         problem = error
     name, ending = os.path.splitext(os.path.basename(path))

@@ -2,9 +2,11 @@
 
 import os
 import re
-import xml.etree.ElementTree as ElementTree
 
 import rospkg
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.xml_parse import parse
+from bullet_sim.system.files import MAX_TEXT, read_file
 from catkin_pkg.package import InvalidPackage
 
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
@@ -233,12 +235,13 @@ def _sdf_file(folder):
     """The SDF file of a model's folder: the newest that its model.config names, or model.sdf."""
     names = [((), "model.sdf")]
     try:
-        config = ElementTree.parse(os.path.join(folder, "model.config"))
-    except (OSError, ElementTree.ParseError):
+        path = os.path.join(folder, "model.config")
+        config = parse(read_file(path, "file", MAX_TEXT), path)
+    except ModelError:
         pass  # none, or a broken one
     else:
         for element in config.iter("sdf"):
-            version = tuple(map(int, re.findall(r"\d+", element.get("version") or "")))
+            version = tuple(map(int, re.findall(r"\d{1,9}", element.get("version") or "")))
             names.append((version, (element.text or "").strip()))
     names.sort(key=lambda entry: entry[0])  # of one version the last counts
     found = [os.path.join(folder, name) for _, name in names if name]

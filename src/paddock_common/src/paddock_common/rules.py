@@ -119,4 +119,9 @@ class Text(Rule):
 
 def is_number(value):
     """Says whether a value is a finite real number, of Python or numpy; booleans are none."""
-    return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer of more than 300 digits
+        return False

@@ -7,6 +7,7 @@ from bullet_sim.controllers.settings import as_number
 from bullet_sim.errors import ControllerError
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
+MAX_GAIN = 1e15  # of p, i, d: what is computed with them stays finite
 KEYS = NUMBERS + ("antiwindup", "publish_state")
 
 
@@ -100,7 +101,7 @@ def parse_pid(values, what, warnings=None):
         warnings: list to which a sentence per unknown key is added; None: none.
 
     Raises:
-        ControllerError: not a mapping, not a finite number, no p.
+        ControllerError: not a mapping, not a finite number, a gain beyond MAX_GAIN, no p.
     """
     if not isinstance(values, dict):
         raise ControllerError(f"{what} pid is {values!r}, must be a mapping with p, i, d")
@@ -116,6 +117,10 @@ def parse_pid(values, what, warnings=None):
         numbers[key] = as_number(values.get(key, 0.0))
         if numbers[key] is None:
             raise ControllerError(f"{what} pid {key} is {values[key]!r}, must be a finite number")
+        if key in ("p", "i", "d") and abs(numbers[key]) > MAX_GAIN:
+            raise ControllerError(
+                f"{what} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
+            )
     antiwindup = values.get("antiwindup", False)
     if not isinstance(antiwindup, bool):
         raise ControllerError(f"{what} pid antiwindup is {antiwindup!r}, must be true or false")

@@ -15,9 +15,13 @@ def as_number(value):
             value = float(value)
         except ValueError:
             return None
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
-    return float(value)
+    try:
+        value = float(value)
+    except OverflowError:  # an integer of 400 digits
+        return None
+    return value if math.isfinite(value) else None
 
 
 class Settings:

@@ -20,6 +20,7 @@ from bullet_sim.meshes import check as mesh_check
 from bullet_sim.meshes import convert as mesh_convert
 from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import mean_color
+from bullet_sim.system.files import read_file
 
 MAX_BYTES = 400_000_000  # of a mesh file
 
@@ -71,7 +72,7 @@ class _Store:
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [self._covered(shape)] if shape.texture else [shape]
-        data = _read(geometry.path)
+        data = read_file(geometry.path, "mesh", MAX_BYTES)
         kind = mesh_check.kind_of(geometry.path, data)
         fault = mesh_check.fault(geometry.path, kind, data)
         if fault:
@@ -100,7 +101,7 @@ class _Store:
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [shape]
-        data = _read(geometry.path)
+        data = read_file(geometry.path, "mesh", MAX_BYTES)
         kind = mesh_check.kind_of(geometry.path, data)
         fault = mesh_check.fault(geometry.path, kind, data)
         if fault:
@@ -112,7 +113,7 @@ class _Store:
 
     def _made(self, geometry):
         """The mesh of a heightmap or a polyline."""
-        data = _read(geometry.path) if geometry.path else b""
+        data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
         key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
 
         def make(folder):
@@ -131,7 +132,7 @@ class _Store:
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
             return replace(shape, texture="", color=mean_color(shape.texture))
-        key = _key(_read(shape.texture, "picture"), repr(size))
+        key = _key(read_file(shape.texture, "picture", MAX_BYTES), repr(size))
         parts = self._kept(key, lambda folder: mesh_convert.write_box(size, shape.texture, folder))
         return replace(
             shape,
@@ -176,17 +177,3 @@ def _beside(path, geometry):
 
 def _key(data, text):
     return hashlib.sha256(data + text.encode()).hexdigest()[:24]
-
-
-def _read(path, what="mesh"):
-    if os.path.exists(path) and not os.path.isfile(path):
-        raise ModelError(f"{what} '{path}' is no file")
-    try:
-        if os.path.getsize(path) > MAX_BYTES:
-            raise ModelError(
-                f"{what} '{path}' has {os.path.getsize(path)} bytes, must have at most {MAX_BYTES}"
-            )
-        with open(path, "rb") as file:
-            return file.read()
-    except OSError as error:
-        raise ModelError(f"{what} '{path}' cannot be read: {error.strerror}") from error

@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was drawn
+MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of a picture: what OpenGL takes, and 200 MB
 OPTICAL_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
@@ -27,6 +28,11 @@ def check(width, height, horizontal_fov, near, far):
     """
     if int(width) != width or int(height) != height or width < 1 or height < 1:
         raise ValueError(f"camera size {width}x{height}: whole numbers >= 1 are expected")
+    if max(width, height) > MAX_SIDE or width * height > MAX_PIXELS:
+        raise ValueError(
+            f"camera size {width}x{height}: at most {MAX_SIDE} a side and {MAX_PIXELS} pixels "
+            "are expected"
+        )
     if not 0.0 < horizontal_fov < math.pi:
         raise ValueError(f"horizontal_fov {horizontal_fov}: 0 < horizontal_fov < pi rad expected")
     if not 0.0 < near < far < math.inf:

@@ -4,6 +4,8 @@ import numpy as np
 
 from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy
 
+MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
+
 
 class Lidar:
     """Ray directions of one RaySpec, computed once.
@@ -18,7 +20,8 @@ class Lidar:
         directions: (n, 3) unit vectors in the sensor frame.
 
     Raises:
-        ValueError: samples < 1, angles or ranges in the wrong order, negative noise.
+        ValueError: samples < 1, more than MAX_RAYS, angles or ranges in the wrong order, negative
+            noise.
     """
 
     def __init__(self, spec):
@@ -26,6 +29,9 @@ class Lidar:
             raise ValueError(
                 f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"
             )
+        rays = spec.samples * getattr(spec, "layers", 1)
+        if rays > MAX_RAYS:
+            raise ValueError(f"lidar {spec.name}: {rays} rays, at most {MAX_RAYS} are expected")
         if not spec.max_angle >= spec.min_angle:
             raise ValueError(
                 f"lidar {spec.name}: min_angle {spec.min_angle}, max_angle "

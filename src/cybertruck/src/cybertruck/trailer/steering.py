@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-import yaml
+from paddock_common.files import yaml_file
 from scipy.interpolate import PchipInterpolator
 
 from cybertruck.trailer.geometry import TrailerError
@@ -139,7 +139,7 @@ def parse_map(data, source="steering map"):
             np.array(data["curvatures"], dtype=float),
             float(data.get("extrapolation", EXTRAPOLATION)),
         )
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise TrailerError(f"{source}: {error}") from None
 
 
@@ -150,8 +150,7 @@ def read_map(path):
         TrailerError: The file is missing, is no YAML, or holds no map.
     """
     try:
-        with open(path) as stream:
-            data = yaml.safe_load(stream)
-    except (OSError, yaml.YAMLError) as error:
-        raise TrailerError(f"steering map {path}: {error}") from None
+        data = yaml_file.read(path)
+    except ValueError as error:
+        raise TrailerError(f"steering map {error}") from None
     return parse_map(data, f"steering map {path}")

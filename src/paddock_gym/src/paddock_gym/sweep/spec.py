@@ -5,7 +5,7 @@ import math
 import os
 from dataclasses import dataclass
 
-import yaml
+from paddock_common.files import yaml_file
 from paddock_common.rules import Number
 
 from paddock_gym.contract.json_file import one_of
@@ -15,6 +15,7 @@ from paddock_gym.sweep.kinds import KINDS
 KEYS = ("of", "search", "trials", "seed", "at_once", "fixed", "over")
 SEARCHES = ("grid", "random", "tpe")
 MOST = 10_000  # trials
+LARGEST = 1e300  # end of a range
 
 
 @dataclass(frozen=True)
@@ -114,21 +115,19 @@ def _corners(spec):
 
 def _read(path):
     try:
-        with open(path, encoding="utf-8") as stream:
-            data = yaml.safe_load(stream)
-    except OSError as error:
-        raise GymError(f"{path}: {error.strerror}; it must be a readable YAML file") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise GymError(f"{path} is no YAML ({' '.join(str(error).split())})") from error
+        data = yaml_file.read(path)
+    except ValueError as error:
+        raise GymError(f"{error}; it must be a readable YAML file") from error
     if not isinstance(data, dict):
-        raise GymError(f"{path} holds {data!r}; it must be a table with {', '.join(KEYS)}")
+        held, keys = yaml_file.shown(data), ", ".join(KEYS)
+        raise GymError(f"{path} holds {held}; it must be a table with {keys}")
     return data
 
 
 def _table(path, key, data):
     table = data.get(key) or {}
     if not isinstance(table, dict) or not all(isinstance(name, str) for name in table):
-        raise GymError(f"{path}: {key} is {table!r}; it must be a table of options")
+        raise GymError(f"{path}: {key} is {yaml_file.shown(table)}; it must be a table of options")
     return table
 
 
@@ -138,7 +137,8 @@ def _values(path, name, values):
         return _range(path, name, values)
     if not isinstance(values, list) or not values:
         raise GymError(
-            f"{path}: over: {name} is {values!r}; it must be a list of values, or low and high"
+            f"{path}: over: {name} is {yaml_file.shown(values)}; it must be a list of values, or "
+            "low and high"
         )
     return tuple(values)
 
@@ -146,14 +146,14 @@ def _values(path, name, values):
 def _range(path, name, values):
     keys = ("low", "high", "log")
     ends = [values.get(key) for key in keys[:2]]
-    numbers = all(isinstance(end, (int, float)) and math.isfinite(end) for end in ends)
+    numbers = all(isinstance(end, (int, float)) and abs(end) < LARGEST for end in ends)
     log = values.get("log", False)
     if not (
         set(values) <= set(keys) and numbers and ends[0] < ends[1] and isinstance(log, bool)
     ) or (log and ends[0] <= 0):
         raise GymError(
-            f"{path}: over: {name} is {values!r}; it must have low and high, low the smaller, and "
-            "may have log: true, with low above 0"
+            f"{path}: over: {name} is {yaml_file.shown(values)}; it must have low and high, low "
+            "the smaller, and may have log: true, with low above 0"
         )
     return Range(*ends, log, all(isinstance(end, int) for end in ends))
 

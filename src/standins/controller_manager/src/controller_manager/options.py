@@ -3,7 +3,7 @@
 import argparse
 import os
 
-import yaml
+from paddock_common.files import yaml_file
 
 
 def parse_spawner(argv):
@@ -81,11 +81,10 @@ def expand(names):
         if not os.path.isfile(name):
             found = [name]
         else:
-            with open(name, encoding="utf-8") as stream:
-                try:
-                    content = yaml.safe_load(stream)
-                except yaml.YAMLError as error:
-                    raise ValueError(f"file {name} is not YAML: {error}") from None
+            try:
+                content = yaml_file.read(name)
+            except ValueError as error:
+                raise ValueError(f"file {error}") from None
             if not isinstance(content, dict) or not content:
                 raise ValueError(
                     f"file {name}: expected a mapping of controller names to their "

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import yaml
+from paddock_common.files import yaml_file
 
 from occupancy_map.cells import MODES, from_pixels, to_pixels
 
@@ -35,12 +35,9 @@ def load(path):
         ValueError: Names the file, the item, its value and what is valid.
     """
     try:
-        with open(path, encoding="utf-8-sig") as stream:
-            content = yaml.safe_load(stream)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"map file {path} cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        raise ValueError(f"map file {path} is no YAML: {' '.join(str(error).split())}") from None
+        content = yaml_file.read(path)
+    except ValueError as error:
+        raise ValueError(f"map file {error}") from None
     if not isinstance(content, dict):
         raise ValueError(f"map file {path} must be a map of image, resolution, origin and so on")
     try:
@@ -66,10 +63,10 @@ def _map(content, folder):
         raise ValueError(f"it has no {', '.join(missing)}")
     origin = content["origin"]
     if not isinstance(origin, list) or len(origin) < 3:
-        raise ValueError(f"origin is {origin!r}, must be [x, y, yaw]")
+        raise ValueError(f"origin is {yaml_file.shown(origin)}, must be [x, y, yaw]")
     mode = content.get("mode", "trinary")
     if mode not in MODES:
-        raise ValueError(f"mode is {mode!r}, must be one of {', '.join(MODES)}")
+        raise ValueError(f"mode is {yaml_file.shown(mode)}, must be one of {', '.join(MODES)}")
     return from_picture(
         os.path.join(folder, str(content["image"])),
         _number("resolution", content["resolution"]),
@@ -111,8 +108,8 @@ def from_picture(
 def _number(name, value):
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}, must be a number") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {yaml_file.shown(value)}, must be a number") from None
     if not math.isfinite(number):
         raise ValueError(f"{name} is {value!r}, must be finite")
     return number

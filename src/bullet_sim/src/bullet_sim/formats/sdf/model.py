@@ -15,6 +15,7 @@ from bullet_sim.formats.xml_read import child_text, is_true, sdf_pose
 from bullet_sim.pose import Pose
 
 MAX_DEPTH = 10  # of models included by models
+MAX_INCLUDES = 1000  # of models that one model includes, and those include
 _MODEL_TAGS = {
     "link",
     "joint",
@@ -131,7 +132,7 @@ class _Reader:
         self.model, self._resolve = model, resolve
         self._open_include = open_include
         self.poses, self.plugins, self.includes_static = {}, [], False
-        self._depth = 0
+        self._depth = self._included = 0
 
     def read(self, element, prefix, place, version):
         """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
@@ -160,6 +161,9 @@ class _Reader:
         try:
             if self._depth >= MAX_DEPTH:
                 raise ModelError("models include each other in a circle")
+            if self._included >= MAX_INCLUDES:
+                raise ModelError(f"{MAX_INCLUDES} models are included already, which is the most")
+            self._included += 1
             inner, version = self._open_include(include)
         except (OSError, ValueError) as error:
             self.model.warn(

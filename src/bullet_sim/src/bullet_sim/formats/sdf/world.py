@@ -17,6 +17,7 @@ from bullet_sim.formats.xml_read import (
     replace,
     sdf_pose,
 )
+from bullet_sim.system.files import MAX_TEXT, read_file
 
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that bring gazebo_ros' services and topics, which are here without them.
@@ -193,8 +194,7 @@ def _opener(resolve, warnings):
 
     def open_include(include):
         path = resolve(child_text(include, "uri", ""))
-        with open(path, "rb") as file:
-            sdf = parse(file.read(), path, warnings)
+        sdf = parse(read_file(path, "SDF", MAX_TEXT), path, warnings)
         return _model_of(sdf, path), _version(sdf)
 
     return open_include
