@@ -39,6 +39,7 @@ class Pid:
         error, error_rate, integral: of the last computation.
         terms: (p, i, d) parts of the last output.
         output: the last output.
+        last_error: what the next rate is a difference to, or None.
     """
 
     def __init__(self, gains):
@@ -49,7 +50,7 @@ class Pid:
         """Reset integral and last error."""
         self.error = self.error_rate = self.integral = self.output = 0.0
         self.terms = (0.0, 0.0, 0.0)
-        self._last_error = None
+        self.last_error = None
 
     def compute(self, error, period, error_rate=None, gains=None):
         """Output for an error.
@@ -68,12 +69,12 @@ class Pid:
         if not period > 0 or not math.isfinite(error):
             return 0.0
         if error_rate is None:
-            last = error if self._last_error is None else self._last_error
+            last = error if self.last_error is None else self.last_error
             error_rate = (error - last) / period
         if not math.isfinite(error_rate):
             return 0.0
         gains = gains or self.gains
-        self.error, self.error_rate, self._last_error = error, error_rate, error
+        self.error, self.error_rate, self.last_error = error, error_rate, error
         integral = self.integral + error * period
         if gains.antiwindup and gains.i != 0:
             bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
