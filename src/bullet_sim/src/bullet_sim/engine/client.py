@@ -32,7 +32,7 @@ class Client:
         self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
         self._motors = {}  # see motors()
-        self._batches = {}  # body -> last drive_velocities that _motors lacks
+        self._batches = {}  # body -> last drive_velocities that _motors lacks, and indices
         self.layout = 0  # see saving.py
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
@@ -92,7 +92,7 @@ class Client:
 
     def _note_batch(self, body):
         """Note the last commands of several motors of a body, before another."""
-        for command in zip(*self._batches.pop(body, ())):
+        for command in zip(*self._batches.pop(body, ())[:3]):
             self._motors[body, command[0]] = "drive_velocity", command
 
     def motors(self):

@@ -27,15 +27,20 @@ class Motors(Client):
         )
 
     def drive_velocities(self, body, joints, velocities, efforts):
-        """As drive_velocity, of several joints in one call; the lists must not change later."""
+        """As drive_velocity, of several joints in one call.
+
+        The lists must not change later. The same list of joints again is faster than an equal one.
+        """
         before = self._batches.get(body)
-        if before is not None and before[0] != joints:
+        if before is not None and before[0] is joints:
+            indices = before[3]
+        else:
             self._note_batch(body)
-        self._batches[body] = joints, velocities, efforts
-        movable = self._movable[body]
+            indices = [self._movable[body][joint] for joint in joints]
+        self._batches[body] = joints, velocities, efforts, indices
         p.setJointMotorControlArray(
             body,
-            [movable[joint] for joint in joints],
+            indices,
             p.VELOCITY_CONTROL,
             targetVelocities=velocities,
             forces=efforts,

@@ -1,6 +1,6 @@
 """A robot's movable joints: names, limits, state as arrays, and motors by joint name."""
 
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -30,15 +30,16 @@ class Joints:
         self._permutation = [self._index[name] for name in self.names]
         self._rows = {
             name: (
-                self._index[name],
                 joint,
                 self.greatest_effort(name),
+                -self._speed(name),
                 self._speed(name),
                 joint.friction,
             )
             for name, joint in by_name.items()
         }
         self._applied = {}
+        self._tracked, self._numbers = [], []  # the joints of the last track()
 
     def rebind(self, body):
         """Continue with a reloaded body."""
@@ -174,30 +175,32 @@ class Joints:
             state: result of state().
         """
         positions, velocities = state
-        rows = self._rows
-        numbers, speeds, efforts = [], [], []
+        names = list(targets)
+        if names != self._tracked:
+            self._tracked, self._numbers = names, [self._index[name] for name in names]
+        if self._applied:
+            for name in names:
+                self._applied.pop(name, None)
+        rows, speeds, efforts = self._rows, [], []
         for name, (speed, effort) in targets.items():
-            number, limits, most, fastest, friction = rows[name]
-            position, velocity, lower = positions[name], velocities[name], limits.lower
-            if not -fastest <= velocity <= fastest or (
-                lower is not None and not lower <= position <= limits.upper
+            limits, most, least_speed, speed_limit, friction = rows[name]
+            velocity, lower = velocities[name], limits.lower
+            if not least_speed <= velocity <= speed_limit or (
+                lower is not None and not lower <= positions[name] <= limits.upper
             ):
-                low, high = self.effort_bounds(name, position, velocity)
+                low, high = self.effort_bounds(name, positions[name], velocity)
                 most = high if speed > velocity else -low
             if not effort <= most:
                 effort = most if isfinite(effort) else 0.0
-            if not isfinite(speed):
+            if not -inf < speed < inf:
                 speed = 0.0
             if friction >= effort > 0.0:
                 speed, effort = 0.0, friction
             else:
                 effort -= friction
-            numbers.append(number)
             speeds.append(speed)
             efforts.append(effort if effort > 0.0 else 0.0)
-        for name in self._applied.keys() & targets.keys():
-            del self._applied[name]
-        self._engine.drive_velocities(self._body, numbers, speeds, efforts)
+        self._engine.drive_velocities(self._body, self._numbers, speeds, efforts)
 
     def effort_bounds(self, name, position, velocity):
         """Least and greatest effort [N m, N] a joint's motor may give in a state.
