@@ -23,6 +23,7 @@ class Hardware:
             are not in it get their PIDs' efforts as they are.
 
     Attributes:
+        constant: joints -> effort [N m, N] over each step.
         tracked: joints with stiff gains -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
 
@@ -30,7 +31,7 @@ class Hardware:
         self._joints = joints
         self._inertias = inertias or {}
         self._interfaces = interfaces or {}
-        self._pids, self._targets, self._efforts, self.tracked = {}, {}, {}, {}
+        self._pids, self._targets, self.constant, self.tracked = {}, {}, {}, {}
         self._by_pid = {}
         self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
         self._servos = {}  # of stiff joints
@@ -150,9 +151,9 @@ class Hardware:
     def efforts(self, names, values):
         """Command joint efforts [N m, N], within the URDF's limits, until the next command."""
         for name, value in zip(names, values):
-            if name not in self._efforts:
+            if name not in self.constant:
                 self._joints.release([name])
-            self._efforts[name] = value
+            self.constant[name] = value
 
     def regulate(
         self, name, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
@@ -174,7 +175,7 @@ class Hardware:
         Returns:
             The effort that the PID gives [N m, N].
         """
-        place = self._efforts, name
+        place = self.constant, name
         self._regulate(place, pid, goal, error, velocity, period, moving, extra, limit)
         return pid.output
 
@@ -215,7 +216,7 @@ class Hardware:
         self._joints.release(names)
 
     def _commands(self):
-        return self._targets, self._efforts, self._by_pid, self.tracked, self._servos
+        return self._targets, self.constant, self._by_pid, self.tracked, self._servos
 
     def restart(self):
         """Forget all commands: the body was loaded anew."""
@@ -226,7 +227,7 @@ class Hardware:
     @property
     def periodic(self):
         """Whether something has to be written before every step."""
-        return bool(self._efforts or self._targets or self.tracked)
+        return bool(self.constant or self._targets or self.tracked)
 
     def write(self, state, period):
         """Write the efforts for the next step; one that is not finite counts as 0.
@@ -247,12 +248,14 @@ class Hardware:
                 place = self._by_pid, name
                 self._regulate(place, self._pids[name], kind, error, velocities[name], period)
         joints = self._joints
-        if self._efforts or self._by_pid:
+        if self.constant or self._by_pid:
             efforts = {}
-            for wanted in (self._efforts, self._by_pid):
+            for wanted in (self.constant, self._by_pid):
                 for name, effort in wanted.items():
                     low, high = joints.effort_bounds(name, positions[name], velocities[name])
-                    efforts[name] = min(max(effort, low), high) if math.isfinite(effort) else 0.0
+                    if not low <= effort <= high:
+                        effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
+                    efforts[name] = effort
             joints.apply_efforts(efforts)
         if self.tracked:
             joints.track(self.tracked, state)

@@ -32,16 +32,18 @@ class PidLoop:
     def __init__(self, hardware, joint, pid):
         self._hardware, self._joint, self._pid = hardware, joint, pid
         self._limits, self._tracked = hardware.limits[joint], hardware.tracked
-        self._servo = None  # of the usual case: stiff gains, the last update was one, too
+        self._servo = None  # of stiff gains, from the last update
+        self._soft = None  # (gains, period) that give a constant effort, from the last update
         self.target, self.last = 0.0, None
 
-    def reset(self, target=0.0):
-        """Begin anew, towards a set point."""
-        self._servo, self.target, self.last = None, target, None
+    def reset(self):
+        """Begin anew."""
+        self.forget()
+        self.last = None
 
     def forget(self):
         """The joint is no longer regulated."""
-        self._servo = None
+        self._servo = self._soft = None
 
     def update(self, state, time, period):
         """Compute the joint's effort and command it.
@@ -54,10 +56,16 @@ class PidLoop:
 
     def _update_plainly(self, target, value, moving, error, velocity, time, period):
         """The update of any gains and any numbers, beginning with the error."""
-        joint, pid = self._joint, self._pid
-        effort = self._hardware.regulate(joint, pid, self.goal, error, velocity, period)
-        self._servo = None if pid.gains.antiwindup else self._hardware.servo(joint)
-        self.last = time, period, target, value, moving, error, effort
+        joint, pid, hardware, soft = self._joint, self._pid, self._hardware, self._soft
+        gains = pid.gains
+        if soft is not None and soft[0] is gains and soft[1] == period:
+            hardware.constant[joint] = pid.compute(error, period) + 0.0  # as regulate()
+        else:
+            hardware.regulate(joint, pid, self.goal, error, velocity, period)
+            servo = hardware.servo(joint)
+            self._soft = (gains, period) if servo is None else None
+            self._servo = None if gains.antiwindup else servo
+        self.last = time, period, target, value, moving, error, pid.output
 
 
 class PositionLoop(PidLoop):

@@ -28,6 +28,7 @@ class Joints:
         self.names = tuple(by_name)
         self.limits = by_name
         self._permutation = [self._index[name] for name in self.names]
+        # joint, greatest effort, least and greatest velocity, friction; the stops may change
         self._rows = {
             name: (
                 joint,
@@ -183,9 +184,9 @@ class Joints:
                 self._applied.pop(name, None)
         rows, speeds, efforts = self._rows, [], []
         for name, (speed, effort) in targets.items():
-            limits, most, least_speed, speed_limit, friction = rows[name]
+            limits, most, least_speed, greatest_speed, friction = rows[name]
             velocity, lower = velocities[name], limits.lower
-            if not least_speed <= velocity <= speed_limit or (
+            if not least_speed <= velocity <= greatest_speed or (
                 lower is not None and not lower <= positions[name] <= limits.upper
             ):
                 low, high = self.effort_bounds(name, positions[name], velocity)
@@ -208,17 +209,16 @@ class Joints:
         As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
         position or velocity. A limit of 0 counts as none.
         """
-        limits = self.limits[name]
-        high = limits.effort or UNLIMITED_EFFORT
-        low, speed = -high, limits.velocity or UNLIMITED_SPEED
+        limits, high, least_speed, greatest_speed, _ = self._rows[name]
+        low = -high
         if limits.lower is not None:
             if position < limits.lower:
                 low = 0.0
             if position > limits.upper:
                 high = 0.0
-        if velocity < -speed:
+        if velocity < least_speed:
             low = 0.0
-        elif velocity > speed:
+        elif velocity > greatest_speed:
             high = 0.0
         return low, high
 
