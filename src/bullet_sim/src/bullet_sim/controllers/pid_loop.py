@@ -1,6 +1,6 @@
 """One joint of a PID controller with efforts: set point in, effort out.
 
-Controllers of a robot's six joints run thousands of times a second, and a call of a function costs
+Controllers run in every physics step, thousands of times a second, and a call of a function costs
 Python as much as what it computes. So an update of a joint whose gains are stiff is one piece here,
 and calls none of Pid.compute, position_error, PositionServo.target, VelocityServo.target. It gives
 what they give, to the bit; where it is not the usual case, they are called (`_update_plainly`).
@@ -111,7 +111,7 @@ class PositionLoop(PidLoop):
         pid.error = pid.last_error = error
         pid.error_rate, pid.integral, pid.output = -velocity, integral, output
         pid.terms = by_error, by_integral, by_rate
-        by_integral += 0.0  # -0 is 0, as in regulate()
+        by_integral += 0.0  # -0 becomes 0, as in regulate()
         mean = servo.mean
         now = velocity if mean is None else servo.end + velocity - mean
         phi, psi, phi_rate, psi_rate = servo.motion
@@ -150,7 +150,6 @@ class VelocityLoop(PidLoop):
         pid.error = pid.last_error = error
         pid.error_rate, pid.integral, pid.output = 0.0, integral, output
         pid.terms = by_error, by_integral, 0.0
-        by_integral += 0.0  # -0 is 0, as in regulate()
         wanted = velocity + servo.share * (error + by_integral / gains.p)
         self._tracked[joint] = wanted, abs(by_error + by_integral)
         self.last = time, period, target, velocity, 0.0, error, output
