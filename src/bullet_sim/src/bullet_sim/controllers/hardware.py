@@ -19,8 +19,8 @@ class Hardware:
     Args:
         joints: bullet_sim.models.joints.Joints.
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see inertias.py; joints that
-            are not in it get their PIDs' efforts as they are.
+        inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
+            joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
         constant: joints -> effort [N m, N] over each step.

@@ -17,7 +17,7 @@ class Manager:
         joints: bullet_sim.models.joints.Joints of the robot: limits, positions, motors.
         description: ModelDescription: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
-        inertias: mapping joint name -> inertia that its effort moves, see inertias.py.
+        inertias: mapping joint name -> inertia that its effort moves, see description.inertias.
 
     Attributes:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
