@@ -191,21 +191,27 @@ class World:
         ]
         mimics = [model.mimics for model in self.models.values() if model.mimics]
         self.contacts.prepare(self.models)
+        updates = [each.update for each in (*managers, *mimics)]
+        engine, forces, time_step = self._engine, self.forces, self.time_step
+        contacts = None if self.contacts.is_quiet else self.contacts
         end = self.step_count + count
         while self.step_count < end:
-            stride = self.contacts.stride(self.step_count, end - self.step_count)
-            if managers or mimics or self.forces.active:
+            stride = end - self.step_count
+            if updates or forces.active:
                 stride = 1
-                for manager in managers:
-                    manager.update(self.time_step)
-                for followers in mimics:
-                    followers.update(self.time_step)
-                if self.forces.active:
-                    self.forces.apply(self.step_count)
-            self.contacts.apply_forces()
-            self._engine.step(stride)
+                for update in updates:
+                    update(time_step)
+                if forces.active:
+                    forces.apply(self.step_count)
+            if contacts is None:
+                engine.step(stride)
+                self.step_count += stride
+                continue
+            stride = contacts.stride(self.step_count, stride)
+            contacts.apply_forces()
+            engine.step(stride)
             self.step_count += stride
-            self.contacts.update(self.step_count)
+            contacts.update(self.step_count)
         self._order.stepped()
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD

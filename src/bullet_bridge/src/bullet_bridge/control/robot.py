@@ -34,7 +34,8 @@ class RobotControl:
         self.arrivals = arrivals or Arrivals()
         self._commands, self._lock = {}, threading.Lock()
         self._topics, self._tunings, self._logged = {}, Tunings(jobs), set()
-        self._publishing = {}  # of the topics: those of running controllers that publish
+        self._publishing = {}  # of the topics: those of running controllers that publish ...
+        self._schedules = []  # ... and their schedules
         self.closed = False
         try:
             set_hardware(model, self.namespace, self._tunings)
@@ -78,6 +79,7 @@ class RobotControl:
         for name, topics in self._publishing.items():
             if name not in before:
                 topics.restart(self.world.step_count)
+        self._schedules = [s for topics in self._publishing.values() for s in topics.schedules]
 
     def next_due(self, check=True):
         """First physics step after which a message is due, or infinity.
@@ -85,9 +87,8 @@ class RobotControl:
         Args:
             check: check for subscribers; False: as at the last check.
         """
-        return min(
-            [topics.next_due(check) for topics in self._publishing.values()], default=math.inf
-        )
+        step = self.world.step_count
+        return min([s.next_due_subscribed(step, check) for s in self._schedules], default=math.inf)
 
     def publish(self, step, time):
         """Publish what is due."""

@@ -29,7 +29,7 @@ class Sensors(Topics):
             seed = zlib.crc32(f"{spec.name}/{name}".encode())
             output = OUTPUTS[type(found)](robot.world, robot.model, wanted, seed)
             self._outputs.append(output)
-            self._schedules.append(output.schedule)
+            self.schedules.append(output.schedule)
 
     def publish(self, step, time):
         """Publish the sensors that are due."""

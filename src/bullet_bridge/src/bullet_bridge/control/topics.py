@@ -1,7 +1,5 @@
 """Topics of loaded controllers of joints: commands in; joint states and PID states out."""
 
-import math
-
 from control_msgs.msg import JointControllerState, PidState
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
@@ -20,11 +18,14 @@ class Topics:
     Args:
         robot: RobotControl: namespace, world, model, manager, arrivals, buffer_command.
         spec: ControllerSpec.
+
+    Attributes:
+        schedules: of what it publishes periodically.
     """
 
     def __init__(self, robot, spec):
         self._robot, self._spec = robot, spec
-        self._schedules, self._endpoints = [], []
+        self.schedules, self._endpoints = [], []
 
     def _every(self, rate, *publishers):
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
@@ -41,7 +42,7 @@ class Topics:
             world.step_count,
             has_subscribers,
         )
-        self._schedules.append(schedule)
+        self.schedules.append(schedule)
         return schedule
 
     def _publisher(self, topic, kind):
@@ -61,26 +62,14 @@ class Topics:
 
     def is_periodic(self):
         """Whether the controller publishes periodically."""
-        return bool(self._schedules)
-
-    def next_due(self, check=True):
-        """First physics step after which a message is due, or infinity.
-
-        Args:
-            check: check for subscribers; False: as at the last check.
-        """
-        step = self._robot.world.step_count
-        return min(
-            [schedule.next_due_subscribed(step, check) for schedule in self._schedules],
-            default=math.inf,
-        )
+        return bool(self.schedules)
 
     def publish(self, step, time):
         """Publish what is due; called only while the controller runs."""
 
     def restart(self, step):
         """Restart the schedules at a step, after a reset or a start."""
-        for schedule in self._schedules:
+        for schedule in self.schedules:
             schedule.restart(step)
 
     def close(self):

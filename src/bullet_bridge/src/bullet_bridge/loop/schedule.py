@@ -85,4 +85,4 @@ class SubscribedSchedule(Schedule):
 
     def due(self, step):
         """As Schedule's; False without subscribers at the last check."""
-        return step >= self.next and super().due(step) and self.subscribed
+        return self.subscribed and step >= self.next and super().due(step)

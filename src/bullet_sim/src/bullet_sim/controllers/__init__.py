@@ -5,7 +5,7 @@ from bullet_sim.controllers.actions.trajectory import TrajectoryControl
 from bullet_sim.controllers.commands import MAX_COMMAND, check_command
 from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
 from bullet_sim.controllers.drive.four_wheel import FourWheel
-from bullet_sim.controllers.joint_control import Controller, Forward, PidControl
+from bullet_sim.controllers.joint_control import Controller, Forward, PidByEffort, PidByVelocity
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
 from bullet_sim.controllers.parse import parse_controller
 
@@ -31,4 +31,6 @@ def make_controller(spec, hardware):
         return _DRIVES[spec.kind.drive](spec, hardware)
     if spec.kind.action:
         return _ACTIONS[spec.kind.action](spec, hardware)
-    return (PidControl if spec.kind.goal else Forward)(spec, hardware)
+    if not spec.kind.goal:
+        return Forward(spec, hardware)
+    return (PidByEffort if spec.kind.interface == "effort" else PidByVelocity)(spec, hardware)

@@ -2,7 +2,7 @@
 
 import math
 
-_TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
+TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 
 
 def shortest_distance(start, end):
@@ -25,7 +25,7 @@ def distance_within(start, end, lower, upper):
     short = shortest_distance(start, end)
     long = short - math.copysign(2.0 * math.pi, short)
     for turn in (short, long):
-        if lower - _TOLERANCE <= start + turn <= upper + _TOLERANCE:
+        if lower - TOLERANCE <= start + turn <= upper + TOLERANCE:
             return turn
     return end - start
 

@@ -19,18 +19,22 @@ class Hardware:
     Args:
         joints: bullet_sim.models.joints.Joints.
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see inertias.py; joints that
-            are not in it get their PIDs' efforts as they are.
+        inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
+            joints that are not in it get their PIDs' efforts as they are.
+
+    Attributes:
+        constant: joints -> effort [N m, N] over each step.
+        tracked: joints with stiff gains -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
 
     def __init__(self, joints, interfaces=None, inertias=None):
         self._joints = joints
         self._inertias = inertias or {}
         self._interfaces = interfaces or {}
-        self._pids, self._targets, self._efforts = {}, {}, {}
+        self._pids, self._targets, self.constant, self.tracked = {}, {}, {}, {}
         self._by_pid = {}
         self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
-        self._servos, self._tracked = {}, {}  # of stiff joints; their (velocity, effort) to track
+        self._servos = {}  # of stiff joints
 
     def put_before(self, joints, interfaces):
         """Use other joints than the robot's own, e.g. SteerBotJoints before them.
@@ -116,6 +120,10 @@ class Hardware:
         else:
             self._pids[joint] = Pid(gains)
 
+    def servo(self, joint):
+        """The servo of a joint with stiff gains that is regulated, or None."""
+        return self._servos.get(joint) if joint in self.tracked else None
+
     def pid(self, joint):
         """The Pid of a joint, or None."""
         return self._pids.get(joint)
@@ -143,9 +151,9 @@ class Hardware:
     def efforts(self, names, values):
         """Command joint efforts [N m, N], within the URDF's limits, until the next command."""
         for name, value in zip(names, values):
-            if name not in self._efforts:
+            if name not in self.constant:
                 self._joints.release([name])
-            self._efforts[name] = value
+            self.constant[name] = value
 
     def regulate(
         self, name, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
@@ -167,7 +175,7 @@ class Hardware:
         Returns:
             The effort that the PID gives [N m, N].
         """
-        place = self._efforts, name
+        place = self.constant, name
         self._regulate(place, pid, goal, error, velocity, period, moving, extra, limit)
         return pid.output
 
@@ -182,14 +190,14 @@ class Hardware:
             stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
             known = self._stiff[name] = gains, goal, period, stiff
         if not known[3]:
-            if name in self._tracked:
-                del self._tracked[name]
+            if name in self.tracked:
+                del self.tracked[name]
                 self._joints.release([name])
             rate = None if moving is None else moving - velocity
             efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
             return
         servo = self._servos.get(name)
-        if servo is None or servo.goal != goal or name not in self._tracked:
+        if servo is None or servo.goal != goal or name not in self.tracked:
             servo = self._servos[name] = SERVOS[goal](self._inertias[name])
         own = velocity if moving is None else velocity - moving  # as seen from the goal
         pid.compute(error, period, -own if goal == "position" else 0.0)
@@ -198,7 +206,7 @@ class Hardware:
         speed, effort = servo.target(gains, error, own, pid.terms[1] + extra, period)
         if moving is not None:
             speed += moving
-        self._tracked[name] = speed, effort if effort < limit else limit
+        self.tracked[name] = speed, effort if effort < limit else limit
 
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""
@@ -208,7 +216,7 @@ class Hardware:
         self._joints.release(names)
 
     def _commands(self):
-        return self._targets, self._efforts, self._by_pid, self._tracked, self._servos
+        return self._targets, self.constant, self._by_pid, self.tracked, self._servos
 
     def restart(self):
         """Forget all commands: the body was loaded anew."""
@@ -219,7 +227,7 @@ class Hardware:
     @property
     def periodic(self):
         """Whether something has to be written before every step."""
-        return bool(self._efforts or self._targets or self._tracked)
+        return bool(self.constant or self._targets or self.tracked)
 
     def write(self, state, period):
         """Write the efforts for the next step; one that is not finite counts as 0.
@@ -239,26 +247,18 @@ class Hardware:
                 )
                 place = self._by_pid, name
                 self._regulate(place, self._pids[name], kind, error, velocities[name], period)
-        joints, is_finite = self._joints, math.isfinite
-        if self._efforts or self._by_pid:
+        joints = self._joints
+        if self.constant or self._by_pid:
             efforts = {}
-            for wanted in (self._efforts, self._by_pid):
+            for wanted in (self.constant, self._by_pid):
                 for name, effort in wanted.items():
                     low, high = joints.effort_bounds(name, positions[name], velocities[name])
-                    efforts[name] = min(max(effort, low), high) if is_finite(effort) else 0.0
+                    if not low <= effort <= high:
+                        effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
+                    efforts[name] = effort
             joints.apply_efforts(efforts)
-        if self._tracked:
-            targets = {}
-            for name, (speed, effort) in self._tracked.items():
-                velocity = velocities[name]
-                low, high = joints.effort_bounds(name, positions[name], velocity)
-                most = high if speed > velocity else -low
-                if not is_finite(effort):
-                    effort = 0.0
-                elif effort > most:
-                    effort = most
-                targets[name] = speed if is_finite(speed) else 0.0, effort
-            joints.track(targets)
+        if self.tracked:
+            joints.track(self.tracked, state)
 
     def _speed_error(self, name, target, velocity):
         limit = self.limits[name].velocity or abs(target)

@@ -1,10 +1,12 @@
 """Controllers of joints: the command forwarded, or through a PID."""
 
 from dataclasses import dataclass
+from itertools import repeat
 
 from bullet_sim.controllers.angles import position_error
 from bullet_sim.controllers.commands import check_command
 from bullet_sim.controllers.pid import Pid
+from bullet_sim.controllers.pid_loop import LOOPS
 
 
 class Controller:
@@ -72,6 +74,11 @@ class Controller:
             period: since the last update [s].
         """
 
+    @property
+    def updates(self):
+        """What a periodic controller has called in an update: functions as update()."""
+        return (self.update,)
+
     def observe(self, state, time):
         """Update published values to a state; nothing is commanded."""
 
@@ -136,23 +143,80 @@ class PidControl(Controller):
     def __init__(self, spec, hardware):
         super().__init__(spec, hardware)
         self.pids = tuple(Pid(gains) for gains in spec.gains)
-        self._command, self._last = (), None
-        self._joints, self._goal = spec.joints, spec.kind.goal
-        self._by_velocity = spec.kind.interface == "velocity"
-        self._write = hardware.velocities if self._by_velocity else hardware.efforts
 
     def start(self, time):
         """Hold the joints where they are, or at rest."""
-        joints = self.spec.joints
-        self._last = None
         for pid in self.pids:
             pid.reset()
-        self._command = (
+        joints = self.spec.joints
+        self.command(
             self.hardware.positions_of(joints)
             if self.spec.kind.goal == "position"
             else (0.0,) * len(joints)
         )
-        self._write(joints, (0.0,) * len(joints))
+
+    def _last(self):
+        """Fields of the first joint's last Sample, or None."""
+
+    @property
+    def sample(self):
+        """Sample of the first joint; None before the first update."""
+        last = self._last()
+        return None if last is None else Sample(*last)
+
+
+class PidByEffort(PidControl):
+    """Regulates by efforts."""
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        loop = LOOPS[spec.kind.goal]
+        self._loops = tuple(map(loop, repeat(hardware), spec.joints, self.pids))
+
+    @property
+    def updates(self):
+        """One function a joint."""
+        return tuple(loop.update for loop in self._loops)
+
+    def start(self, time):
+        """Hold the joints where they are, or at rest."""
+        for loop in self._loops:
+            loop.reset()
+        super().start(time)
+        self.hardware.efforts(self.spec.joints, (0.0,) * len(self._loops))
+
+    def stop(self):
+        """Stop regulating the joints."""
+        super().stop()
+        for loop in self._loops:
+            loop.forget()
+
+    def command(self, values):
+        """Set new set points."""
+        for loop, value in zip(self._loops, values):
+            loop.target = value
+
+    def update(self, state, time, period):
+        """One computation of each PID."""
+        for update in self.updates:
+            update(state, time, period)
+
+    def _last(self):
+        return self._loops[0].last
+
+
+class PidByVelocity(PidControl):
+    """Regulates positions by velocities."""
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        self._command, self._fields = (), None
+
+    def start(self, time):
+        """Hold the joints where they are."""
+        self._fields = None
+        super().start(time)
+        self.hardware.velocities(self.spec.joints, (0.0,) * len(self.pids))
 
     def command(self, values):
         """Set new set points."""
@@ -161,30 +225,16 @@ class PidControl(Controller):
     def update(self, state, time, period):
         """One computation of each PID."""
         positions, velocities = state
-        hardware, goal = self.hardware, self._goal
-        outputs, first = [], None
-        for joint, pid, target in zip(self._joints, self.pids, self._command):
-            rate = velocities[joint]
-            if goal == "position":
-                limits = hardware.limits[joint]
-                if limits.lower is not None:
-                    target = min(max(target, limits.lower), limits.upper)
-                value, moving = positions[joint], rate
-                error = position_error(limits, value, target)
-            else:
-                value, moving = rate, 0.0
-                error = target - value
-            if self._by_velocity:
-                outputs.append(pid.compute(error, period))
-            else:
-                outputs.append(hardware.regulate(joint, pid, goal, error, rate, period))
-            if first is None:
-                first = target, value, moving, error
-        if self._by_velocity:
-            hardware.velocities(self._joints, outputs)
-        self._last = time, period, *first, outputs[0]
+        limits, joints = self.hardware.limits, self.spec.joints
+        outputs, fields = [], []
+        for joint, pid, target in zip(joints, self.pids, self._command):
+            if limits[joint].lower is not None:
+                target = min(max(target, limits[joint].lower), limits[joint].upper)
+            error = position_error(limits[joint], positions[joint], target)
+            outputs.append(pid.compute(error, period))
+            fields.append((target, positions[joint], velocities[joint], error))
+        self.hardware.velocities(joints, outputs)
+        self._fields = time, period, *fields[0], outputs[0]
 
-    @property
-    def sample(self):
-        """Sample of the first joint; None before the first update."""
-        return None if self._last is None else Sample(*self._last)
+    def _last(self):
+        return self._fields

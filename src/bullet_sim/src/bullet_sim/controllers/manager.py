@@ -17,7 +17,7 @@ class Manager:
         joints: bullet_sim.models.joints.Joints of the robot: limits, positions, motors.
         description: ModelDescription: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
-        inertias: mapping joint name -> inertia that its effort moves, see inertias.py.
+        inertias: mapping joint name -> inertia that its effort moves, see description.inertias.
 
     Attributes:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
@@ -28,7 +28,8 @@ class Manager:
         self.hardware = Hardware(joints, getattr(description, "transmissions", None), inertias)
         self._period = getattr(description, "control_period", 0.0)
         self._loaded, self._states = {}, {}
-        self._periodic = []  # the running controllers to be updated, in order of loading
+        self._periodic = []  # the running controllers to be updated, in order of loading ...
+        self._updates = []  # ... and the functions that this takes
         self.time = self._since = 0.0
         self._due = True
 
@@ -120,6 +121,7 @@ class Manager:
             for name, controller in self._loaded.items()
             if controller.periodic and self.is_running(name)
         ]
+        self._updates = [update for each in self._periodic for update in each.updates]
         return left_out
 
     def _startable(self, start, stopping, strict, left_out):
@@ -195,15 +197,15 @@ class Manager:
         Args:
             period: physics step [s].
         """
-        state = self.hardware.state()
+        state, time = self.hardware.state(), self.time
         elapsed = 0.0
         if self._due or self._since >= self._period - 1e-9:
-            elapsed = max(self._since, period)
+            elapsed = self._since if self._since > period else period
             self._due, self._since = False, 0.0
-            for controller in self._periodic:
-                controller.update(state, self.time, elapsed)
+            for update in self._updates:
+                update(state, time, elapsed)
         self.hardware.write(state, elapsed)
-        self.time += period
+        self.time = time + period
         self._since += period
 
     def observe(self):

@@ -40,6 +40,7 @@ class Pid:
         error, error_rate, integral: of the last computation.
         terms: (p, i, d) parts of the last output.
         output: the last output.
+        last_error: what the next rate is a difference to, or None.
     """
 
     def __init__(self, gains):
@@ -50,7 +51,7 @@ class Pid:
         """Reset integral and last error."""
         self.error = self.error_rate = self.integral = self.output = 0.0
         self.terms = (0.0, 0.0, 0.0)
-        self._last_error = None
+        self.last_error = None
 
     def compute(self, error, period, error_rate=None, gains=None):
         """Output for an error.
@@ -66,30 +67,31 @@ class Pid:
             The output; 0, without a change of state, when an input is not finite or no time passed;
             also 0 when the sum is not finite.
         """
-        if not period > 0 or not math.isfinite(error):
+        if not period > 0:
             return 0.0
         if error_rate is None:
-            last = error if self._last_error is None else self._last_error
-            error_rate = (error - last) / period
-        if not math.isfinite(error_rate):
-            return 0.0
+            last = self.last_error
+            error_rate = 0.0 if last is None else (error - last) / period
         gains = gains or self.gains
-        self.error, self.error_rate, self._last_error = error, error_rate, error
         integral = self.integral + error * period
         if gains.antiwindup and gains.i != 0:
             bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
             integral = min(max(integral, bounds[0]), bounds[1])
-        self.integral = integral
         by_integral = gains.i * integral
         if by_integral < gains.i_clamp_min:
             by_integral = gains.i_clamp_min
         elif by_integral > gains.i_clamp_max:
             by_integral = gains.i_clamp_max
         by_error, by_rate = gains.p * error, gains.d * error_rate
-        self.terms = by_error, by_integral, by_rate
         output = 0.0 + by_error + by_integral + by_rate
-        self.output = output if math.isfinite(output) else 0.0
-        return self.output
+        if not math.isfinite(output):
+            if not (math.isfinite(error) and math.isfinite(error_rate)):
+                return 0.0
+            output = 0.0
+        self.error, self.error_rate, self.last_error = error, error_rate, error
+        self.integral, self.terms = integral, (by_error, by_integral, by_rate)
+        self.output = output
+        return output
 
 
 def parse_pid(values, what, warnings=None):

@@ -79,14 +79,19 @@ class PositionServo:
 
     Args:
         inertia: that the joint moves [kg m^2, kg].
+
+    Attributes:
+        mean, end: velocities expected of and after the last period; None before it.
+        gains, period: of the last update.
+        motion: result of oscillator for these.
     """
 
     goal = "position"
 
     def __init__(self, inertia):
-        self._inertia = inertia
-        self._mean = self._end = None  # velocities expected of and after the last period
-        self._gains = self._period = self._motion = None  # result of oscillator for these gains
+        self.inertia = inertia
+        self.mean = self.end = None
+        self.gains = self.period = self.motion = None
 
     def target(self, gains, error, velocity, by_integral, period):
         """Velocity that the motor is to track for a period, and how strong it may be.
@@ -104,32 +109,37 @@ class PositionServo:
         Returns:
             Velocity [rad/s, m/s], effort [N m, N].
         """
-        now = velocity if self._mean is None else self._end + velocity - self._mean
-        if gains is not self._gains or period != self._period:
-            self._gains, self._period = gains, period
-            self._motion = oscillator(gains.p, gains.d, self._inertia, period)
-        phi, psi, phi_rate, psi_rate = self._motion
-        start = (gains.p * error + by_integral) / self._inertia
-        self._mean = (phi * now + psi * start) / period
-        self._end = phi_rate * now + psi_rate * start
-        return self._mean, abs(gains.p * error - gains.d * velocity + by_integral)
+        now = velocity if self.mean is None else self.end + velocity - self.mean
+        if gains is not self.gains or period != self.period:
+            self.gains, self.period = gains, period
+            self.motion = oscillator(gains.p, gains.d, self.inertia, period)
+        phi, psi, phi_rate, psi_rate = self.motion
+        start = (gains.p * error + by_integral) / self.inertia
+        self.mean = (phi * now + psi * start) / period
+        self.end = phi_rate * now + psi_rate * start
+        return self.mean, abs(gains.p * error - gains.d * velocity + by_integral)
 
 
 class VelocityServo:
-    """The same towards a velocity: tau = p (v_d - v); d adds to the inertia."""
+    """The same towards a velocity: tau = p (v_d - v); d adds to the inertia.
+
+    Attributes:
+        gains, period: of the last update.
+        share: of the error, that a period corrects with these.
+    """
 
     goal = "velocity"
 
     def __init__(self, inertia):
-        self._inertia = inertia
-        self._gains = self._period = self._share = None  # of the error, that a period corrects
+        self.inertia = inertia
+        self.gains = self.period = self.share = None
 
     def target(self, gains, error, velocity, by_integral, period):
         """As PositionServo.target; the error is one of velocity."""
-        if gains is not self._gains or period != self._period:
-            self._gains, self._period = gains, period
-            self._share = -math.expm1(-gains.p * period / (self._inertia + gains.d))
-        wanted = velocity + self._share * (error + by_integral / gains.p)
+        if gains is not self.gains or period != self.period:
+            self.gains, self.period = gains, period
+            self.share = -math.expm1(-gains.p * period / (self.inertia + gains.d))
+        wanted = velocity + self.share * (error + by_integral / gains.p)
         return wanted, abs(gains.p * error + by_integral)
 
 

@@ -104,6 +104,7 @@ class Bodies(Motion, Motors, Saving):
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._scaled = {key for key in self._scaled if key[0] != body}
         self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
+        self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
         self._note_layout("remove", body)
 

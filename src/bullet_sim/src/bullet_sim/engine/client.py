@@ -31,7 +31,8 @@ class Client:
         self._friction, self._scaled = {}, set()  # coefficients that were set, anisotropic links
         self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
-        self._motors = {}  # (body, joint) -> (method, its arguments after the body) of its motor
+        self._motors = {}  # see motors()
+        self._batches = {}  # body -> last drive_velocities that _motors lacks, and indices
         self.layout = 0  # see saving.py
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
@@ -88,6 +89,17 @@ class Client:
             share: of the smaller shape's radius.
         """
         p.setPhysicsEngineParameter(contactBreakingThreshold=share, physicsClientId=self._client)
+
+    def _note_batch(self, body):
+        """Note the last commands of several motors of a body, before another."""
+        for command in zip(*self._batches.pop(body, ())[:3]):
+            self._motors[body, command[0]] = "drive_velocity", command
+
+    def motors(self):
+        """(body, joint) -> last command of its motor: method, its arguments after the body."""
+        for body in list(self._batches):
+            self._note_batch(body)
+        return self._motors
 
     def save_state(self):
         """Save poses, velocities and contact caches in memory; returns the number of the copy."""

@@ -15,6 +15,7 @@ class Motors(Client):
 
     def drive_velocity(self, body, joint, velocity, effort):
         """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
+        self._note_batch(body)
         self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
         p.setJointMotorControl2(
             body,
@@ -26,13 +27,20 @@ class Motors(Client):
         )
 
     def drive_velocities(self, body, joints, velocities, efforts):
-        """As drive_velocity, of several joints in one call."""
-        movable, motors = self._movable[body], self._motors
-        for command in zip(joints, velocities, efforts):
-            motors[body, command[0]] = "drive_velocity", command
+        """As drive_velocity, of several joints in one call.
+
+        The lists must not change later. The same list of joints again is faster than an equal one.
+        """
+        before = self._batches.get(body)
+        if before is not None and before[0] is joints:
+            indices = before[3]
+        else:
+            self._note_batch(body)
+            indices = [self._movable[body][joint] for joint in joints]
+        self._batches[body] = joints, velocities, efforts, indices
         p.setJointMotorControlArray(
             body,
-            [movable[joint] for joint in joints],
+            indices,
             p.VELOCITY_CONTROL,
             targetVelocities=velocities,
             forces=efforts,
@@ -41,6 +49,7 @@ class Motors(Client):
 
     def drive_position(self, body, joint, position, effort, velocity):
         """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
+        self._note_batch(body)
         self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
         p.setJointMotorControl2(
             body,
@@ -59,6 +68,7 @@ class Motors(Client):
 
         The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
         """
+        self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
         index = self._movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
@@ -78,6 +88,17 @@ class Motors(Client):
             self._movable[body][joint],
             p.TORQUE_CONTROL,
             force=effort,
+            physicsClientId=self._client,
+        )
+
+    def drive_efforts(self, body, joints, efforts):
+        """As drive_effort, of several joints in one call."""
+        movable = self._movable[body]
+        p.setJointMotorControlArray(
+            body,
+            [movable[joint] for joint in joints],
+            p.TORQUE_CONTROL,
+            forces=efforts,
             physicsClientId=self._client,
         )
 

@@ -62,7 +62,7 @@ class Saving(Client):
         if clear:
             self._set_motions(motions)  # as restore_bodies does it
             self.clear_contacts()
-        return BodiesState(self.layout, clear, data, motions, dict(self._motors))
+        return BodiesState(self.layout, clear, data, motions, dict(self.motors()))
 
     def restore_bodies(self, state):
         """Restore a BodiesState; the bodies have to be the same.

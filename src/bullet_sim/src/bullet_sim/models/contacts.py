@@ -52,6 +52,16 @@ class Contacts:
         """Whether models are on their way out of others."""
         return self._release.moving
 
+    @property
+    def is_quiet(self):
+        """Whether stride, apply_forces and update have nothing to do, until a model changes."""
+        return not (
+            self._slip.watching
+            or self._friction.watched
+            or self._release.active
+            or self._weight.active
+        )
+
     def begin_restore(self):
         """A saved state is about to be restored: end what the engine does for the present one."""
         self._release.end()

@@ -1,5 +1,7 @@
 """A robot's movable joints: names, limits, state as arrays, and motors by joint name."""
 
+from math import inf, isfinite
+
 import numpy as np
 
 from bullet_sim.errors import ModelError
@@ -26,7 +28,19 @@ class Joints:
         self.names = tuple(by_name)
         self.limits = by_name
         self._permutation = [self._index[name] for name in self.names]
+        # joint, greatest effort, least and greatest velocity, friction; the stops may change
+        self._rows = {
+            name: (
+                joint,
+                self.greatest_effort(name),
+                -self._speed(name),
+                self._speed(name),
+                joint.friction,
+            )
+            for name, joint in by_name.items()
+        }
         self._applied = {}
+        self._tracked, self._numbers = [], []  # the joints of the last track()
 
     def rebind(self, body):
         """Continue with a reloaded body."""
@@ -52,8 +66,9 @@ class Joints:
         """Positions and velocities as two mappings from the joints' names."""
         states = self._engine.joint_states(self._body)
         positions, velocities = {}, {}
-        for name, joint in zip(self._engine_order, states):
-            positions[name], velocities[name] = joint[0], joint[1]
+        for name, (position, velocity, _, _) in zip(self._engine_order, states):
+            positions[name] = position
+            velocities[name] = velocity
         return positions, velocities
 
     def positions_of(self, names):
@@ -147,30 +162,46 @@ class Joints:
 
     def apply_efforts(self, efforts):
         """Apply efforts (mapping name -> effort [N m, N]) during the next step."""
-        for name, effort in efforts.items():
-            self._engine.drive_effort(self._body, self._index[name], effort)
-            self._applied[name] = effort
+        numbers = [self._index[name] for name in efforts]
+        self._engine.drive_efforts(self._body, numbers, list(efforts.values()))
+        self._applied.update(efforts)
 
-    def track(self, targets):
-        """Track velocities, each with at most an effort, without other limits.
+    def track(self, targets, state):
+        """Track velocities, each with at most an effort, within effort_bounds.
 
-        The joints' own friction acts against it.
+        The joints' own friction acts against it. What is not finite counts as 0.
 
         Args:
             targets: mapping name -> (velocity [rad/s, m/s], effort [N m, N]), not empty.
+            state: result of state().
         """
-        numbers, velocities, efforts = [], [], []
-        for name, (velocity, effort) in targets.items():
-            friction = self.limits[name].friction
+        positions, velocities = state
+        names = list(targets)
+        if names != self._tracked:
+            self._tracked, self._numbers = names, [self._index[name] for name in names]
+        if self._applied:
+            for name in names:
+                self._applied.pop(name, None)
+        rows, speeds, efforts = self._rows, [], []
+        for name, (speed, effort) in targets.items():
+            limits, most, least_speed, greatest_speed, friction = rows[name]
+            velocity, lower = velocities[name], limits.lower
+            if not least_speed <= velocity <= greatest_speed or (
+                lower is not None and not lower <= positions[name] <= limits.upper
+            ):
+                low, high = self.effort_bounds(name, positions[name], velocity)
+                most = high if speed > velocity else -low
+            if not effort <= most:
+                effort = most if isfinite(effort) else 0.0
+            if not -inf < speed < inf:
+                speed = 0.0
             if friction >= effort > 0.0:
-                velocity, effort = 0.0, friction
+                speed, effort = 0.0, friction
             else:
-                effort = max(0.0, effort - friction)
-            self._applied.pop(name, None)
-            numbers.append(self._index[name])
-            velocities.append(velocity)
-            efforts.append(effort)
-        self._engine.drive_velocities(self._body, numbers, velocities, efforts)
+                effort -= friction
+            speeds.append(speed)
+            efforts.append(effort if effort > 0.0 else 0.0)
+        self._engine.drive_velocities(self._body, self._numbers, speeds, efforts)
 
     def effort_bounds(self, name, position, velocity):
         """Least and greatest effort [N m, N] a joint's motor may give in a state.
@@ -178,17 +209,16 @@ class Joints:
         As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
         position or velocity. A limit of 0 counts as none.
         """
-        limits = self.limits[name]
-        high = limits.effort or UNLIMITED_EFFORT
-        low, speed = -high, limits.velocity or UNLIMITED_SPEED
+        limits, high, least_speed, greatest_speed, _ = self._rows[name]
+        low = -high
         if limits.lower is not None:
             if position < limits.lower:
                 low = 0.0
             if position > limits.upper:
                 high = 0.0
-        if velocity < -speed:
+        if velocity < least_speed:
             low = 0.0
-        elif velocity > speed:
+        elif velocity > greatest_speed:
             high = 0.0
         return low, high
 

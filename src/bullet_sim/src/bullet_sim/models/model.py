@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.controllers.inertias import joint_inertias
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.mimic import Mimics
+from bullet_sim.description.inertias import joint_inertias
 from bullet_sim.description.lump import lump
 from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.description.visual import visual_links
