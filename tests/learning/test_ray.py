@@ -44,7 +44,7 @@ def complete(training, steps):
 
 
 def test_a_killed_actor_costs_its_run_only(training):
-    process = training.start(steps=3072, workers=2, ray="auto")
+    process = training.start(steps=6144, workers=2, ray="auto")
     wait_for(process, " steps, ")
     actors = below(process.pid, "ray::Actor")
     assert len(actors) == 2
@@ -59,7 +59,7 @@ def test_a_killed_actor_costs_its_run_only(training):
     lines = wait_for(process, LOST)
     output = process.communicate(timeout=600.0)[0]
     assert process.returncode == 0, "".join(lines) + output
-    assert complete(training, 3072)["workers_lost"] == 1
+    assert complete(training, 6144)["workers_lost"] == 1
 
 
 def test_a_killed_node_costs_its_runs_only(training, monkeypatch):
@@ -70,15 +70,17 @@ def test_a_killed_node_costs_its_runs_only(training, monkeypatch):
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     try:
         node = cluster.add_node(num_cpus=1)
-        process = training.start(steps=3072, workers=0, ray=cluster.address)
+        process = training.start(steps=6144, workers=0, ray=cluster.address)
         lines = wait_for(process, " steps, ")
         assert "train: Ray with 2 nodes, 2 processors\n" in lines
         cluster.remove_node(node, allow_graceful=False)
         lines += wait_for(process, LOST)
         output = process.communicate(timeout=600.0)[0]
         assert process.returncode == 0, "".join(lines) + output
-        report = complete(training, 3072)
-        assert (report["settings"]["workers"], report["workers_lost"]) == (2, 1)
+        report = complete(training, 6144)
+        assert report["settings"]["workers"] == 2
+        # 2: Ray has put the replacement on the node, too, before it knew
+        assert report["workers_lost"] in (1, 2)
     finally:
         cluster.shutdown()
 

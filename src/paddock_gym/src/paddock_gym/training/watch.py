@@ -40,7 +40,7 @@ class Watch(BaseCallback):
 
     def _on_training_start(self):
         self._begin = self._printed = self._saved = time.monotonic()
-        self._first = self.num_timesteps
+        self._first, self._told = self.num_timesteps, False
         new = not os.path.exists(self._path)
         self._stream = open(self._path, "a", newline="", encoding="utf-8")
         self._writer = csv.writer(self._stream)
@@ -57,9 +57,12 @@ class Watch(BaseCallback):
                 self._note(info)
         now = time.monotonic()
         if now - self._printed > PRINT_PERIOD:
-            self._printed = now
-            self._say(self.line())
+            self._tell()
         return not self._stop()
+
+    def _tell(self):
+        self._printed, self._told = time.monotonic(), True
+        self._say(self.line())
 
     def _note(self, info):
         self._recent.append((info["end"], info["time"]))
@@ -69,6 +72,8 @@ class Watch(BaseCallback):
 
     def _on_rollout_end(self):
         self._stream.flush()
+        if not self._told:
+            self._tell()
         score = self.score()
         if len(self._recent) == RECENT and score > self.best:
             self.best = score
