@@ -8,9 +8,9 @@ import pytest
 from bullet_bridge.outputs import depth as depth_outputs
 from bullet_bridge.outputs import sensors as sensor_outputs
 from bullet_bridge.outputs import table as outputs
-from bullet_bridge.outputs import wheels as wheel_outputs
 from bullet_bridge.outputs.contact import ContactOutput
 from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cloud
+from bullet_bridge.outputs.motion import wheels as wheel_outputs
 from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive.plugin import WheelDrive

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.outputs import earth, planar, rays, sensors, wheels
+from bullet_bridge.outputs import earth, rays, sensors
+from bullet_bridge.outputs.motion import planar, wheels
 from bullet_bridge.outputs.table import OUTPUTS
 from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
 from bullet_sim.description.ray_specs import CloudSpec, RangeSpec

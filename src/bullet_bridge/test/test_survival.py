@@ -9,7 +9,7 @@ from bullet_bridge.control.pid_tuning import NAMES, PidTuning
 from bullet_bridge.loop import server
 from bullet_bridge.outputs import sensors as sensor_outputs
 from bullet_bridge.outputs import table as outputs
-from bullet_bridge.outputs import wheels as wheel_outputs
+from bullet_bridge.outputs.motion import wheels as wheel_outputs
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.physics.properties import Properties
 from bullet_sim.controllers.pid import PidGains

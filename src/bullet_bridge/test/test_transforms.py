@@ -2,7 +2,7 @@
 
 import pytest
 from bullet_bridge.outputs import sensors as sensor_outputs
-from bullet_bridge.outputs import transforms
+from bullet_bridge.outputs.motion import transforms
 from bullet_bridge.outputs.table import OUTPUTS
 from bullet_sim.description import field_specs
 from bullet_sim.formats.sdf import world as sdf

@@ -27,11 +27,11 @@ from bullet_sim.description.specs import (
 from bullet_bridge.outputs.contact import ContactOutput
 from bullet_bridge.outputs.depth import DepthCameraOutput, RangeCameraOutput
 from bullet_bridge.outputs.earth import GpsOutput, MagneticOutput
-from bullet_bridge.outputs.planar import PlanarMoveOutput
+from bullet_bridge.outputs.motion.planar import PlanarMoveOutput
+from bullet_bridge.outputs.motion.transforms import JointTransformsOutput, RootTransformOutput
+from bullet_bridge.outputs.motion.wheels import JointStatesOutput, WheelDriveOutput
 from bullet_bridge.outputs.rays import RangeOutput, cloud_output
 from bullet_bridge.outputs.sensors import CameraOutput, GroundTruthOutput, ImuOutput, LidarOutput
-from bullet_bridge.outputs.transforms import JointTransformsOutput, RootTransformOutput
-from bullet_bridge.outputs.wheels import JointStatesOutput, WheelDriveOutput
 from bullet_bridge.outputs.wrenches import (
     ForceTorqueOutput,
     HandOfGodOutput,

@@ -9,8 +9,8 @@ from paddock_common.odometry import transform_of
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.loop.schedule import Schedule
+from bullet_bridge.outputs.motion.wheels import command_of, odometry_message
 from bullet_bridge.outputs.sensors import Output
-from bullet_bridge.outputs.wheels import command_of, odometry_message
 from bullet_bridge.transport.publishing import publisher
 
 

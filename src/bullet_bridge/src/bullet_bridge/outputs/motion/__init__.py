@@ -1,0 +1,1 @@
+"""How a model moves: bases that follow a Twist, joint states, transforms."""
