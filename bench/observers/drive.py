@@ -1,4 +1,4 @@
-"""drive: pictures and /clock in windows of driving at real time."""
+"""drive: pictures, scans and /clock in windows of driving at real time."""
 
 import time
 
@@ -9,6 +9,7 @@ def main():
     """Each line "BEGIN END" (time.monotonic) on stdin is a window; answers its receipts."""
     graph.join()
     pictures, ticks = graph.record("/camera/image", 4), graph.record("/clock", 0)
+    scans = graph.record("/scan", 4)
     graph.wait_for_controllers()
     outputs = graph.publishers()
     graph.start_circle(outputs)
@@ -25,5 +26,6 @@ def main():
         graph.say(
             pictures=[pair for pair in pictures if begin <= pair[0] < end],
             ticks=[pair for pair in ticks if begin <= pair[0] < end],
+            scans=sum(begin <= pair[0] < end for pair in scans),
             speed=speed,
         )

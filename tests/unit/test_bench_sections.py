@@ -112,6 +112,20 @@ def test_the_rows_of_efficiency_tell_ratio_processors_and_comparison():
     assert "paused graph 0.010" in rows["  beside the reference"].text
 
 
+def test_the_rows_of_both_worlds_at_real_time_have_names_of_their_own():
+    world = {
+        "camera": {"rate_hz": 30.0, "gap_ms_p50": 33.0, "gap_ms_p99": 40.0, "gap_ms_max": 44.0},
+        "scans_hz": 40.0,
+        "real_time_factor": 1.0,
+        "clock_lateness": {"late_ms_p50": 0.1, "late_ms_p999": 2.0, "late_ms_max": 3.0},
+        "spent": summarise([spent(0.4)]),
+    }
+    found = list(section("driving").rows(dict(world, all_at_once=world)))
+    merged = [row.label for row in found if row.value is not None]
+    assert len(merged) == 6 and len(set(merged)) == 6
+    assert any("40.00 scans a second" in row.text for row in found)
+
+
 def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
     class Failing:
         @staticmethod
