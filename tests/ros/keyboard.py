@@ -222,6 +222,21 @@ class WithX(Rig):
     def release(self, *names):
         self.server.key("keyup", *names)
 
+    def hold_up(self):
+        """Holds Up; pressed before the teleop listens to the server it counts for nothing."""
+
+        def driving():
+            self.press("Up")
+            for _ in range(200):
+                if self.last() == (0.5, 0.0):
+                    return True
+                time.sleep(0.01)
+            self.release("Up")
+            return False
+
+        wait_until(driving, "a command while Up is held")
+        self.hold_command(0.5, 0.0)
+
     def test_held_keys_and_chords(self):
         for keys, command in (
             (["Up"], (0.5, 0.0)),
@@ -278,8 +293,7 @@ class WithX(Rig):
         for number in (None, signal.SIGTERM, signal.SIGKILL):
             with self.subTest(signal=number):
                 guard = parent_of(self.pid)
-                self.press("Up")
-                self.hold_command(0.5, 0.0)
+                self.hold_up()
                 if number is None:
                     self.terminal.keys("C-c")
                 else:
@@ -290,8 +304,7 @@ class WithX(Rig):
             self.start()
 
     def test_the_server_goes_away(self):
-        self.press("Up")
-        self.hold_command(0.5, 0.0)
+        self.hold_up()
         guard = parent_of(self.pid)
         self.server.close()
         self.assert_ended(self.pid, guard)
