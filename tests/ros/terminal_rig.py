@@ -11,6 +11,7 @@ import rosgraph
 import rospy
 from sim_client import wait_until
 
+SCREEN = ("-screen", "0", "1024x768x24")
 LIMIT = 90.0  # longest wait for what should come within a second [s]
 
 
@@ -117,13 +118,21 @@ class Terminal:
 
 
 class XServer:
-    """An Xvfb on a display number of its own choice."""
+    """An Xvfb on a display that no other test has.
+
+    Servers that choose a number themselves (-displayfd alone) take each other's sockets away when
+    they start in the same moment.
+    """
+
+    _started = 0
 
     def __init__(self):
         """Starts it."""
+        XServer._started += 1
+        display = f":{1000 + (8 * os.getpid() + XServer._started) % 50000}"
         reader, writer = os.pipe()
         self._process = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
+            ["Xvfb", display, "-displayfd", str(writer), *SCREEN, "-nolisten", "tcp"],
             pass_fds=[writer],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
