@@ -9,9 +9,9 @@ from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
+from paddock_common.testing import start_x_server
 from sim_client import wait_until
 
-SCREEN = ("-screen", "0", "1024x768x24")
 LIMIT = 90.0  # longest wait for what should come within a second [s]
 
 
@@ -118,30 +118,11 @@ class Terminal:
 
 
 class XServer:
-    """An Xvfb on a display that no other test has.
-
-    Servers that choose a number themselves (-displayfd alone) take each other's sockets away when
-    they start in the same moment.
-    """
-
-    _started = 0
+    """An Xvfb of its own."""
 
     def __init__(self):
         """Starts it."""
-        XServer._started += 1
-        display = f":{1000 + (8 * os.getpid() + XServer._started) % 50000}"
-        reader, writer = os.pipe()
-        self._process = subprocess.Popen(
-            ["Xvfb", display, "-displayfd", str(writer), *SCREEN, "-nolisten", "tcp"],
-            pass_fds=[writer],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(writer)
-        with os.fdopen(reader) as stream:
-            number = stream.readline().strip()
-        assert number, "Xvfb did not start"
-        self.display = f":{number}"
+        self._process, self.display = start_x_server("1024x768")
 
     def key(self, action, *names):
         """Sends real key events.

@@ -11,7 +11,7 @@ from xmlrpc.client import ServerProxy
 
 import page as tutorial
 import pytest
-from paddock_common.testing import free_port
+from paddock_common.testing import free_port, start_x_server
 
 LIMIT = 240.0  # of one box [s]
 UP = 120.0  # until a world and a robot in it are up [s]
@@ -119,17 +119,8 @@ def end(process):
 @pytest.fixture(scope="module")
 def display():
     """An X server of its own."""
-    reader, writer = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-        pass_fds=[writer],
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(writer)
-    with os.fdopen(reader) as stream:
-        number = stream.readline().strip()
-    assert number, "Xvfb did not start"
-    yield f":{number}"
+    server, name = start_x_server("1280x800")
+    yield name
     server.terminate()
     server.wait(30)
 

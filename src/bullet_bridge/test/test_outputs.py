@@ -1,6 +1,5 @@
 """Sensor outputs without a ROS master: messages of depth cameras, bumpers and lidars."""
 
-import io
 import math
 
 import numpy as np
@@ -22,7 +21,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
-from fake_impl import Impl
+from fake_impl import Topic
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import robots
@@ -34,27 +33,6 @@ BOT = (
     '<box size="0.02 0.3 0.1"/></geometry></collision></link><joint name="j" type="fixed">'
     '<parent link="base"/><child link="bumper"/><origin xyz="0.21 0 0"/></joint></robot>'
 )
-
-
-class Topic:
-    """Stands in for a publisher."""
-
-    def __init__(self, name, kind):
-        self.name, self.kind, self.messages, self.subscribers = name, kind, [], 1
-        self.closed, self.impl = False, Impl(self)
-
-    def publish(self, message):
-        """Keep it, and see that it can be sent."""
-        message.serialize(io.BytesIO())
-        self.messages.append(message)
-
-    def get_num_connections(self):
-        """One subscriber unless a test sets another number."""
-        return self.subscribers
-
-    def unregister(self):
-        """Close."""
-        self.closed = True
 
 
 @pytest.fixture(name="topics")

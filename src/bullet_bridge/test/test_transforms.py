@@ -8,7 +8,7 @@ from bullet_sim.description import field_specs
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import Impl
+from fake_impl import Topic
 
 MASS = (
     '<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
@@ -32,31 +32,12 @@ def arm(kind, plugin=PLUGIN):
     )
 
 
-class Topic:
-    """Stands in for a publisher."""
-
-    def __init__(self):
-        self.impl, self.messages = Impl(self), []
-
-    def publish(self, message):
-        """Keeps it."""
-        self.messages.append(message)
-
-    def get_num_connections(self):
-        """One."""
-        return 1
-
-    def unregister(self):
-        """Closed: as rospy's."""
-        self.impl = None
-
-
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
     made = {}
 
-    def publisher(name, _kind, **_):
-        made[name] = Topic()
+    def publisher(name, kind, **_):
+        made[name] = Topic(name, kind)
         return made[name]
 
     for module in (sensor_outputs, transforms):

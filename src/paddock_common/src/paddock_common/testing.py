@@ -1,6 +1,7 @@
 """Shared by tests of several packages and by the bench: ports, processes and their end."""
 
 import contextlib
+import itertools
 import os
 import random
 import signal
@@ -13,6 +14,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
 POLL_PERIOD = 0.005  # [s]
+_servers = itertools.count()  # X servers that this process has started
 
 
 def free_port():
@@ -49,6 +51,34 @@ def web_page():
         finally:
             server.shutdown()
             thread.join()
+
+
+def start_x_server(size):
+    """Starts an Xvfb on a display that no other process here has.
+
+    Servers that choose a number themselves (-displayfd alone) take each other's sockets away when
+    they start in the same moment.
+
+    Args:
+        size: WIDTHxHEIGHT [px].
+
+    Returns:
+        Its subprocess.Popen, the display's name.
+    """
+    display = f":{1000 + (8 * os.getpid() + next(_servers)) % 50000}"
+    screen = ("-screen", "0", f"{size}x24")
+    reader, writer = os.pipe()
+    process = subprocess.Popen(
+        ["Xvfb", display, "-displayfd", str(writer), *screen, "-nolisten", "tcp"],
+        pass_fds=[writer],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writer)
+    with os.fdopen(reader) as stream:
+        number = stream.readline().strip()
+    assert number, "Xvfb did not start"
+    return process, f":{number}"
 
 
 def is_running(pid):

@@ -7,7 +7,7 @@ import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.joint_wrench import joint_wrench, net_wrench
-from geometry_msgs.msg import TransformStamped, Vector3, WrenchStamped
+from geometry_msgs.msg import Vector3, WrenchStamped
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
@@ -114,11 +114,8 @@ class HandOfGodOutput(Output):
         torque = pose.matrix @ (self.spec.angular * turn) - self._damping[1] * angular
         self.model.apply_wrench(self._index, force, torque)
         if self.publisher.get_num_connections() > 0:
-            message = TransformStamped(child_frame_id=f"{self.spec.frame}_actual")
-            message.header.stamp, message.header.frame_id = conversions.stamp(time), "world"
-            message.transform.translation = Vector3(*pose.position)
-            rotation = message.transform.rotation
-            rotation.x, rotation.y, rotation.z, rotation.w = pose.orientation
+            actual = f"{self.spec.frame}_actual"
+            message = conversions.transform_to_msg(time, "world", actual, pose)
             self.publisher.publish(TFMessage([message]))
 
     def close(self):

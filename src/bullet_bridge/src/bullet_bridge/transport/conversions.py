@@ -5,7 +5,7 @@ import numpy as np
 import rospy
 from bullet_sim.pose import Pose
 from geometry_msgs.msg import Pose as PoseMsg
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TransformStamped, Twist
 from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
 
 from bullet_bridge.transport.packed import to_sec_nsec
@@ -29,6 +29,16 @@ def pose_to_msg(pose):
     message.position.x, message.position.y, message.position.z = pose.position
     q = message.orientation
     q.x, q.y, q.z, q.w = pose.orientation
+    return message
+
+
+def transform_to_msg(time, frame, child, pose):
+    """geometry_msgs/TransformStamped at a time [s] of a child frame's core Pose in a frame."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.stamp, message.header.frame_id = stamp(time), frame
+    translation, rotation = message.transform.translation, message.transform.rotation
+    translation.x, translation.y, translation.z = pose.position
+    rotation.x, rotation.y, rotation.z, rotation.w = pose.orientation
     return message
 
 

@@ -4,7 +4,6 @@ import math
 import threading
 
 from bullet_sim.pose import Pose, multiply
-from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.outputs.sensors import Output
@@ -29,10 +28,11 @@ class FixedTransforms:
             self._of.pop(owner, None)
             if transforms:
                 self._of[owner] = transforms
-            closed = self._publisher is None or self._publisher.impl is None
-            if closed and self._of:
+            if self._publisher is not None and self._publisher.impl is None:
+                self._publisher = None  # unregistered: what else was to be made with it failed
+            if self._publisher is None and self._of:
                 self._publisher = publisher("/tf_static", TFMessage, latch=True)
-            if self._publisher is not None and self._publisher.impl is not None:
+            if self._publisher is not None:
                 together = [item for items in self._of.values() for item in items]
                 self._publisher.publish(TFMessage(together))
 
@@ -57,7 +57,10 @@ class JointTransformsOutput(Output):
             self.publisher, [(joint.parent, joint.child) for joint in self._moving]
         )
         fixed = [joint for joint in joints if joint.name not in model.joints.names]
-        self._fixed = [_fixed_transform(joint, world.time) for joint in fixed]
+        self._fixed = [
+            conversions.transform_to_msg(world.time, joint.parent, joint.child, joint.origin)
+            for joint in fixed
+        ]
 
     def attach(self, arrivals):
         _fixed.put(self, self._fixed)
@@ -106,13 +109,3 @@ def joint_pose(joint, value):
     if joint.anchor != Pose():
         pose = pose * joint.anchor.inverse()
     return pose.position, pose.orientation
-
-
-def _fixed_transform(joint, time):
-    message = TransformStamped(child_frame_id=joint.child)
-    message.header.stamp, message.header.frame_id = conversions.stamp(time), joint.parent
-    pose = conversions.pose_to_msg(joint.origin)
-    message.transform.rotation = pose.orientation
-    translation, position = message.transform.translation, pose.position
-    translation.x, translation.y, translation.z = position.x, position.y, position.z
-    return message

@@ -4,7 +4,7 @@ import rospy
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive.plugin import WheelDrive
 from bullet_sim.sensors import ground_truth
-from geometry_msgs.msg import TransformStamped, Twist
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
@@ -106,13 +106,8 @@ class WheelDriveOutput(Output):
     def _wheel_transform(self, name, time):
         joint = self.model.description.joints[name]
         parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
-        message = TransformStamped(child_frame_id=joint.child)
-        message.header.stamp, message.header.frame_id = conversions.stamp(time), joint.parent
-        pose = conversions.pose_to_msg(parent.inverse() * child)
-        message.transform.rotation = pose.orientation
-        translation, position = message.transform.translation, pose.position
-        translation.x, translation.y, translation.z = position.x, position.y, position.z
-        return message
+        pose = parent.inverse() * child
+        return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
 
     def _odometry(self, time):
         if self.spec.from_wheels:
