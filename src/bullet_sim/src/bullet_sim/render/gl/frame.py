@@ -3,11 +3,28 @@
 import numpy as np
 
 from bullet_sim.errors import RenderError
-from bullet_sim.render.gl.shaders import MAX_LIGHTS
 
+MAX_LIGHTS = 16  # point and spot lights, and suns beyond the first
 MATRICES, VECTORS, LIGHT = 3, 7, 5  # numbers of 4x4, of 4, and of 4 a light
 KINDS = {"directional": 0.0, "point": 1.0, "spot": 2.0}
 SIZE = 16 * MATRICES + 4 * VECTORS + 4 * LIGHT * MAX_LIGHTS
+
+FRAME = """
+struct Light { vec4 place; vec4 direction; vec4 diffuse; vec4 specular; vec4 fall; };
+layout(std140) uniform Frame {
+    mat4 clip;            // from the origin's axes
+    mat4 fixed_shadow;    // to texture coordinates and depth of the shadow maps
+    mat4 moving_shadow;
+    vec4 eye;             // camera; w: offset of shadows along the normal [m], moving map
+    vec4 sun;             // towards it; w: the same, fixed map
+    vec4 sun_diffuse;
+    vec4 sun_specular;
+    vec4 ambient;
+    vec4 fog;             // colour
+    vec4 fog_reach;       // start, 1 / (end - start), density
+    Light lights[16];
+};
+"""
 
 
 def frame_buffer(gl):

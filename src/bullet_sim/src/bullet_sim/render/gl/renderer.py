@@ -8,10 +8,11 @@ from bullet_sim.render.gl.camera import in_view, metres, projection, view, view_
 from bullet_sim.render.gl.context import Context
 from bullet_sim.render.gl.frame import frame_buffer, frame_bytes, light_rows
 from bullet_sim.render.gl.meshes.store import Store
-from bullet_sim.render.gl.shaders import Programs
+from bullet_sim.render.gl.shaders.programs import Programs
 from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.gl.sky import Sky
 from bullet_sim.render.gl.stage import Stage
+from bullet_sim.render.gl.surfaces import Lighting, Surfaces
 from bullet_sim.render.gl.targets import Targets
 from bullet_sim.render.pictures import Pictures, check_body, check_link
 from bullet_sim.render.request import DEFAULT
@@ -20,7 +21,6 @@ from bullet_sim.sensors.frames import sensor_in_world
 
 GRID = 64.0  # [m] the origin of single-precision places is a multiple of it near the camera
 SAMPLES = 4
-FOGS = {"linear": 1, "exp": 2, "exp2": 3}
 
 
 class GlRenderer(Pictures):
@@ -48,8 +48,9 @@ class GlRenderer(Pictures):
         self._sky = Sky(gl, self._programs.sky)
         self._targets = Targets(self._context)
         self._frame = frame_buffer(gl)
-        self._sources, self._scene = {}, Scene()
-        self._plan(Scene())
+        self._surfaces = Surfaces(gl, self._programs, self._stage, self._shadows)
+        self._sources = {}
+        self._lighting = Lighting.of(Scene(), self._shadows_wanted)
 
     def _samples_for(self, antialias):
         wanted = not self.software if antialias == "auto" else antialias == "true"
@@ -67,7 +68,7 @@ class GlRenderer(Pictures):
             RenderError: what cannot be drawn, all in one message; the rest is drawn.
         """
         if scene is not None:
-            self._plan(scene)
+            self._lighting = Lighting.of(scene, self._shadows_wanted)
         wanted = {source.key: source for source in sources}
         if wanted == self._sources:
             return
@@ -84,16 +85,6 @@ class GlRenderer(Pictures):
         self._context.collect()
         if failures:
             raise RenderError("not drawn: " + "; ".join(failures))
-
-    def _plan(self, scene):
-        suns = [light for light in scene.lights if light.kind == "directional"]
-        shining = [light for light in suns if light.cast_shadows] + suns
-        self._sun = shining[0] if shining else None
-        self._lights = [light for light in scene.lights if light is not self._sun]
-        self._scene = scene
-        self._has_shadows = bool(
-            self._shadows_wanted and scene.shadows and self._sun and self._sun.cast_shadows
-        )
 
     def apply(self, snapshot):
         """Put every body where a Snapshot has it; bodies without a state stay."""
@@ -141,11 +132,11 @@ class GlRenderer(Pictures):
     def picture(self, request, rgb=None, depth=None):
         """See Pictures."""
         position, rotation, clip, planes, seen = self._look(request)
-        stage, gl = self._stage, self._context.gl
+        stage, gl, lighting = self._stage, self._context.gl, self._lighting
         samples = 0 if request.depth else self._samples
         target = self._targets.get(request.width, request.height, samples)
-        if self._has_shadows:
-            away = np.array(self._sun.direction)
+        if lighting.has_shadows:
+            away = np.array(lighting.sun.direction)
             centres = stage.centres - stage.origin
             ends = centres + stage.shadow_lengths(away)[:, None] * away
             casts = stage.casts & in_view(planes, centres, stage.radii, ends)
@@ -155,20 +146,20 @@ class GlRenderer(Pictures):
             frame_bytes(
                 clip,
                 position - stage.origin,
-                self._scene,
-                self._sun,
-                light_rows(self._lights, stage.origin),
-                self._shadows if self._has_shadows else None,
+                lighting.scene,
+                lighting.sun,
+                light_rows(lighting.lights, stage.origin),
+                self._shadows if lighting.has_shadows else None,
             )
         )
         self._frame.bind_to_uniform_block(0)
-        self._begin(target, (*(self._scene.background or (0.0, 0.0, 0.0)), 1.0))
-        self._draw_surfaces(seen, False, position)
-        if self._scene.background is None:
+        self._begin(target, (*(lighting.scene.background or (0.0, 0.0, 0.0)), 1.0))
+        self._surfaces.draw(lighting, seen, False, position)
+        if lighting.scene.background is None:
             gl.enable_only(gl.DEPTH_TEST)
             gl.depth_func = ">="
             self._sky.draw(rotation, request.horizontal_fov, request.width / request.height)
-        self._draw_surfaces(seen, True, position)
+        self._surfaces.draw(lighting, seen, True, position)
         rgb = target.colors(rgb)
         if request.depth:
             depth = metres(target.depth(), request.near, request.far, depth)
@@ -195,47 +186,6 @@ class GlRenderer(Pictures):
         target.draw.use()
         gl.front_face, gl.depth_func = "cw", ">"
         target.draw.clear(*color, depth=0.0)
-
-    def _draw_surfaces(self, seen, transparent, position):
-        gl, stage = self._context.gl, self._stage
-        batches = [batch for batch in stage.batches if batch.kind.transparent == transparent]
-        if transparent:
-            if not batches:
-                return
-            away = np.linalg.norm(stage.centres - position, axis=1)
-            batches.sort(key=lambda batch: -away[batch.first])
-            gl.depth_func = ">"
-            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
-        self._shadow_maps()
-        fog = FOGS[self._scene.fog.kind] if self._scene.fog else 0
-        flags, shadowed = None, self._shadows.present if self._has_shadows else 0
-        for batch in batches:
-            selection = stage.select(batch, seen, "seen")
-            if not selection:
-                continue
-            kind = batch.kind
-            wanted = gl.DEPTH_TEST | (gl.BLEND if transparent else 0)
-            wanted |= 0 if kind.double_sided else gl.CULL_FACE
-            if wanted != flags:
-                gl.enable_only(wanted)
-                flags = wanted
-            program = self._programs.surface(
-                kind.textured,
-                kind.shiny,
-                kind.lit,
-                self._sun is not None,
-                shadowed,
-                len(self._lights),
-                fog,
-            )
-            if batch.look.texture is not None:
-                batch.look.texture.use(0)
-            stage.array(batch, selection, program).render(instances=selection.count)
-
-    def _shadow_maps(self):
-        if self._has_shadows:
-            self._shadows.fixed.texture.use(1)
-            self._shadows.moving.texture.use(2)
 
     def camera_pose(self, request):
         """Position (3,) [m] and rotation (3, 3) of a request's camera in the world.
