@@ -212,7 +212,6 @@ SUITES = {
         "sensors",
         "engine",
         "render",
-        "world_state",
         "world",
     ),
     "bullet_bridge": ("srv", "transport", "loop", "outputs", "control", "services", ""),

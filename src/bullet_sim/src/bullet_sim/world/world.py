@@ -4,21 +4,21 @@ from collections.abc import Callable
 
 from bullet_sim.description.lights import Scene
 from bullet_sim.description.parts import ModelDescription
-from bullet_sim.description.read_warning import add_warning
-from bullet_sim.description.world import MIN_STEP, WorldDescription
+from bullet_sim.description.world import WorldDescription
 from bullet_sim.engine import Engine
-from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.errors import WorldError
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.forces import Forces
 from bullet_sim.models.model import Model
-from bullet_sim.models.order import ModelOrder
 from bullet_sim.models.plausibility import PERIOD
-from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.pose import Point, Pose
 from bullet_sim.snapshot import BodySource, Snapshot
-from bullet_sim.system.folders import OwnFolder
-from bullet_sim.world_state import WorldState, check_state, restore, save
+from bullet_sim.world.checks import check_name, check_state, check_time_step
+from bullet_sim.world.loading import Loader, spawn_all
+from bullet_sim.world.order import ModelOrder, reload_in_place
+from bullet_sim.world.state import WorldState, restore, save
 
 Resolve = Callable[[str], str]  # URI -> path
 
@@ -39,8 +39,7 @@ class World:
         engine: Engine | None = None,
     ) -> None:
         self._engine = engine or Engine(time_step, gravity)
-        self._folder = OwnFolder()
-        self._next_key = 0
+        self._loader = Loader(self._engine)
         self.name = "default"
         self.scene = Scene()
         self.models: dict[str, Model] = {}
@@ -76,29 +75,14 @@ class World:
         Raises:
             WorldError: out of bounds, or a period is counted in steps of the present length.
         """
-        if not MIN_STEP <= time_step < 1:
-            raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
-        busy = [
-            name
-            for name, model in self.models.items()
-            if model.manager is not None or model.description.sensors
-        ]
-        if busy:
-            raise WorldError(
-                f"time_step cannot change while models with controllers or sensors "
-                f"exist, their periods count in steps: {', '.join(busy)}"
-            )
-        if self.forces.active:
-            raise WorldError(
-                "time_step cannot change while a wrench or an effort is applied; clear it first"
-            )
+        check_time_step(self, time_step)
         self.step_count = round(self.time / time_step)
         self._engine.set_time_step(time_step)
 
     def close(self) -> None:
         """Free the engine and the temporary files."""
         self._engine.close()
-        self._folder.close()
+        self._loader.close()
 
     def load(self, described: WorldDescription) -> list[str]:
         """Load a WorldDescription: gravity, step and models.
@@ -109,18 +93,11 @@ class World:
         self.name, self.scene = described.name, described.scene
         self._engine.set_gravity(described.gravity)
         self._engine.set_time_step(described.step)
-        warnings = described.warnings
-        for model, pose in described.models:
-            try:
-                self.spawn(model, pose)
-            except ModelError as error:
-                described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
-            for warning in list(model.warnings):
-                add_warning(warnings, warning, warning.cause, warning.item)
+        spawn_all(described, self.spawn)
         self._order.add_of_file(
             model.name for model, _ in described.models if model.name in self.models
         )
-        return list(warnings)
+        return list(described.warnings)
 
     def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
@@ -138,24 +115,8 @@ class World:
         Raises:
             ModelError: the name is taken or empty, the pose is out of bounds, or it does not load.
         """
-        if not description.name:
-            raise ModelError("a model needs a name, this one is empty")
-        if description.name in self.models:
-            raise ModelError(
-                f"model '{description.name}' exists already; models are {', '.join(self.models)}"
-            )
-        if not pose.is_placeable():
-            raise ModelError(
-                f"pose of '{description.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
-            )
-        self._next_key += 1
-        folder = self._folder.path
-        try:
-            model = Model(self._engine, self._next_key, description, pose.normalised(), folder)
-        except OSError as error:  # the disk is full, or somebody has removed the folder
-            raise ModelError(
-                f"'{description.name}' cannot be prepared in {folder}: {error.strerror or error}"
-            ) from error
+        check_name(description.name, self.models)
+        model = self._loader.load(description, pose)
         self.models[description.name] = model
         self.contacts.model_added(model)
         model.on_moved = self.contacts.model_moved
@@ -256,10 +217,7 @@ class World:
         changed, deleted = self._order.take_change()
         if not changed or not (self.sort_models() or deleted):
             return False
-        saved = [model.save_state() for model in self.models.values()]
-        self._reload()
-        for model, state in zip(self.models.values(), saved):
-            model.restore_state(state)
+        reload_in_place(self.models.values(), self._reload)
         return True
 
     def _reload(self) -> None:

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-from bullet_sim.errors import WorldError
 from bullet_sim.models.model import Model
 from bullet_sim.system.object_state import ObjectState
 
 # Modules whose objects hold a state; of the models alone what set_state has set.
-MODULES = ("bullet_sim.controllers.", "bullet_sim.models.")
+MODULES = ("bullet_sim.controllers.", "bullet_sim.models.", "bullet_sim.world.order")
 COLD = (
     "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
     "last digits will differ from those that followed then"
@@ -58,50 +57,15 @@ def save(world, order, next_check):
         roots += [model.joints, model.mimics, model.manager]
     return WorldState(
         dict(world.models),
-        _bodies(world.models),
-        tuple(_controllers(model) for model in models),
-        world.engine.save_bodies(clear=world.contacts.is_releasing),
+        bodies_of(world.models),
+        tuple(controllers_of(model) for model in models),
+        world.engine.savebodies_of(clear=world.contacts.is_releasing),
         ObjectState(roots, MODULES, leave=(Model,)),
         tuple(model.placed for model in models),
         world.time_step,
         world.step_count,
         next_check,
     )
-
-
-def check_state(world, state):
-    """Refuse a state that the world cannot go back to.
-
-    Raises:
-        WorldError: names what has come and gone.
-    """
-    for name, model in state.models.items():
-        if name not in world.models:
-            raise WorldError(f"the state has the model '{name}', which was deleted since")
-        if world.models[name] is not model:
-            raise WorldError(
-                f"model '{name}' was deleted and spawned again since the state was saved"
-            )
-    for name in world.models:
-        if name not in state.models:
-            raise WorldError(f"model '{name}' was spawned since the state was saved; delete it")
-    for model, loaded in zip(state.models.values(), state.controllers):
-        present = _controllers(model)
-        if present != loaded:
-            raise WorldError(
-                f"controllers of '{model.name}' were loaded or unloaded since the state was saved; "
-                f"they were {_names(loaded)} and are {_names(present)}"
-            )
-    if world.time_step != state.time_step:
-        raise WorldError(
-            f"the physics step is {world.time_step:g} s, and was {state.time_step:g} s when the "
-            "state was saved"
-        )
-    if _bodies(state.models) != state.bodies and not _are_first(state.bodies):
-        raise WorldError(
-            "models had been deleted before the state was saved, and the world was reset since; "
-            "save a new state"
-        )
 
 
 def restore(world, state, reload):
@@ -119,12 +83,12 @@ def restore(world, state, reload):
     world.contacts.begin_restore()
     world.models = dict(state.models)
     known = state.engine.is_cleared or world.engine.layout == state.engine.layout
-    if _bodies(world.models) != state.bodies or not known and _are_first(state.bodies):
+    if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
         reload()
     world.contacts.prepare(world.models)
     state.objects.restore()
     world.contacts.end_restore()
-    same = world.engine.restore_bodies(state.engine)
+    same = world.engine.restorebodies_of(state.engine)
     for model, placed in zip(state.models.values(), state.placed):
         model.placed = placed
     for controller, goal in pursued:
@@ -132,18 +96,14 @@ def restore(world, state, reload):
     return "" if same else COLD
 
 
-def _bodies(models):
+def bodies_of(models):
     return tuple(model.body for model in models.values())
 
 
-def _are_first(bodies):
+def are_first(bodies):
     """Whether a cleared engine gives bodies these numbers."""
     return bodies == tuple(range(len(bodies)))
 
 
-def _controllers(model):
+def controllers_of(model):
     return () if model.manager is None else model.manager.controllers()
-
-
-def _names(controllers):
-    return ", ".join(controller.spec.name for controller in controllers) or "(none)"

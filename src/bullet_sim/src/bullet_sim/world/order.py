@@ -50,3 +50,16 @@ class ModelOrder:
             return False, False
         deleted, self._changed, self._deleted = self._deleted, False, False
         return True, deleted
+
+
+def reload_in_place(models, reload):
+    """Reload models; poses and joint positions set since they were loaded stay.
+
+    Args:
+        models: the Models, iterable twice.
+        reload: function that loads all models into a cleared engine.
+    """
+    saved = [model.save_state() for model in models]
+    reload()
+    for model, state in zip(models, saved):
+        model.restore_state(state)
