@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.transport import direct, publishing
-from bullet_bridge.transport import relay as module
+from bullet_bridge.transport import relay_channel as module
 from bullet_bridge.transport.direct import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
 from paddock_common.testing import pid_from_killed, wait_ended
@@ -222,7 +222,7 @@ def test_a_connection_closes_without_waiting_for_a_sender(relay, transports):
 def test_a_flush_within_a_flush_keeps_records_complete(relay, transports, monkeypatch):
     transport, other = transports(), transports()
     connection, _ = relay.add_subscriber(transport, 10), relay.add_subscriber(other, 10)
-    original = relay._write
+    original = relay._channel.write
 
     def interrupted(data):
         if not other.done:
@@ -230,7 +230,7 @@ def test_a_flush_within_a_flush_keeps_records_complete(relay, transports, monkey
             relay.put(b"")
         original(data)
 
-    monkeypatch.setattr(relay, "_write", interrupted)
+    monkeypatch.setattr(relay._channel, "write", interrupted)
     connection.write_data(b"entire")
     assert transport.read(6) == b"entire"
     other.far.settimeout(DEADLINE)

@@ -6,23 +6,16 @@ thread writes to the relay process only, which writes to the subscribers: see re
 """
 
 import collections
-import pathlib
-import select
-import socket
-import struct
-import subprocess
-import sys
 import threading
 import time
 
 import rospy
-from bullet_sim.system.sockets import blocking_pair
 
+from bullet_bridge.transport import relay_channel
 from bullet_bridge.transport.direct import ConnectionWrapper, prepare_socket
 from bullet_bridge.transport.reconnecting import reconnect_subscribers
-from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, NUMBER, POLL, REMOVE
-
-TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to end
+from bullet_bridge.transport.relay_channel import ChannelError, RelayChannel
+from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, POLL, REMOVE
 
 
 class RelayedConnection(ConnectionWrapper):
@@ -59,22 +52,8 @@ class Relay:
 
     def __init__(self, on_failure=rospy.logerr, reconnect=reconnect_subscribers):
         self._on_failure, self._reconnect = on_failure, reconnect
-        self._channel, child_end = blocking_pair()
-        self._channel.setsockopt(
-            socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(TIMEOUT), 0)
-        )
-        script = pathlib.Path(__file__).with_name("relay_process.py")
-        try:
-            self.process = subprocess.Popen(
-                [sys.executable, "-I", "-S", str(script), str(child_end.fileno())],
-                stdin=subprocess.DEVNULL,
-                pass_fds=[child_end.fileno()],
-            )
-        except OSError:
-            self._channel.close()
-            raise
-        finally:
-            child_end.close()
+        self._channel = RelayChannel()
+        self.process = self._channel.process
         self.alive, self._closing = True, False
         self._lock = threading.RLock()
         self._buffer, self._closed, self._last = collections.deque(), collections.deque(), 0
@@ -103,9 +82,9 @@ class Relay:
             self._last += 1  # its record is sent alone, after all earlier ones
             number = self._last
             try:
-                socket.send_fds(self._channel, [HEAD.pack(ADD, number, limit)], [sock.fileno()])
-            except OSError:
-                self._fail("does not take subscribers")
+                self._channel.pass_socket(HEAD.pack(ADD, number, limit), sock)
+            except ChannelError as error:
+                self._fail(str(error))
                 return None
             self._connections[number] = connection
         connection.set_cleanup_callback(lambda _: self._on_close(number))
@@ -130,10 +109,10 @@ class Relay:
             self._drained.clear()
             self.put(HEAD.pack(DRAIN, 0, 0))
             self._flush()
-        deadline = time.monotonic() + TIMEOUT
+        deadline = time.monotonic() + relay_channel.TIMEOUT
         while self.alive and not self._drained.wait(0.1):
             if time.monotonic() > deadline:
-                self._fail(f"did not answer for {TIMEOUT:g} s")
+                self._fail(f"did not answer for {relay_channel.TIMEOUT:g} s")
 
     def put(self, data):
         """Write complete records, now or in end_batch()."""
@@ -166,36 +145,12 @@ class Relay:
                     if self._connections.pop(number, None) is not None:
                         records.append(HEAD.pack(REMOVE, number, 0))
                 if self.alive and records:
-                    self._write(b"".join(records))
+                    try:
+                        self._channel.write(b"".join(records))
+                    except ChannelError as error:
+                        self._fail(str(error))
         finally:
             self._flushing = False
-
-    def _write(self, data):
-        try:
-            sent = self._channel.send(data, socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            sent = 0
-        except OSError:
-            self._fail("is gone")
-            return
-        if sent < len(data):
-            self._send_rest(memoryview(data)[sent:])
-
-    def _send_rest(self, data):
-        """Block until the relay has read the rest; it never blocks on a subscriber itself."""
-        poller = select.poll()
-        poller.register(self._channel, select.POLLOUT)
-        try:
-            while data:
-                if not poller.poll(TIMEOUT * 1000):
-                    self._fail(f"took nothing for {TIMEOUT:g} s")
-                    return
-                try:
-                    data = data[self._channel.send(data, socket.MSG_DONTWAIT) :]
-                except BlockingIOError:
-                    pass
-        except OSError:
-            self._fail("is gone")
 
     def _fail(self, reason):
         """Kill the process and close the connections: messages may have been sent in part."""
@@ -222,25 +177,14 @@ class Relay:
 
     def _receive(self):
         """The thread: closes connections whose socket has failed in the relay."""
-        left = b""
-        while True:
-            try:
-                data = self._channel.recv(4096)
-            except OSError:
-                data = b""
-            if not data:
-                break
-            left += data
-            while len(left) >= NUMBER.size:
-                (number,) = NUMBER.unpack_from(left)
-                left = left[NUMBER.size :]
-                if number == 0:
-                    self._drained.set()
-                    continue
-                with self._lock:
-                    connection = self._connections.pop(number, None)
-                if connection is not None:
-                    connection.close()
+        for number in self._channel.numbers():
+            if number == 0:
+                self._drained.set()
+                continue
+            with self._lock:
+                connection = self._connections.pop(number, None)
+            if connection is not None:
+                connection.close()
         self._fail("has ended")
 
     def close(self):
@@ -249,14 +193,6 @@ class Relay:
         with self._lock:
             self._flush()
             self.alive = False
-        try:
-            self._channel.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
-        try:
-            self.process.wait(TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self._receiver.join(TIMEOUT)
+        self._channel.end()
+        self._receiver.join(relay_channel.TIMEOUT)
         self._channel.close()

@@ -9,11 +9,11 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.mimic import Mimics
 from bullet_sim.description.inertias import joint_inertias
 from bullet_sim.description.lump import lump
-from bullet_sim.description.parts import EVERYTHING
 from bullet_sim.description.visual import visual_links
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.localise import localise
-from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints
+from bullet_sim.models.body import load_body
+from bullet_sim.models.joints import Joints
 from bullet_sim.models.prepare import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Pose, cross
 from bullet_sim.snapshot import BodySource, BodyState
@@ -31,6 +31,10 @@ class Model:
         description: ModelDescription.
         pose: world Pose of the root link's frame.
         folder: where the prepared URDF is written.
+
+    Attributes:
+        body: its number in the engine.
+        measured: joint name -> index in the engine of the child link, of joints that are measured.
 
     Raises:
         ModelError: PyBullet refuses it.
@@ -66,44 +70,9 @@ class Model:
 
     def _load(self):
         self.placed = None  # what set_state has set since it was loaded
-        apart = [
-            name
-            for name, link in self._lumped.links.items()
-            if not (link.self_collide or self.description.self_collide)
-        ]
-        self.body = self._engine.load(
-            self.source.path,
-            self.initial_pose.position,
-            self.initial_pose.orientation,
-            self.source.fixed_base,
-            self_collide=len(self._lumped.links) - len(apart) > 1,
+        self.body, self._links, self.measured = load_body(
+            self._engine, self.source, self.initial_pose, self._lumped, self.description
         )
-        self._links = self._engine.link_indices(self.body)
-        if len(self._lumped.links) - len(apart) > 1:
-            for name in apart:
-                for other in self._lumped.links:
-                    self._engine.disable_self_collision(
-                        self.body, self._links[name], self._links[other]
-                    )
-        for name, link in self._lumped.links.items():
-            self._engine.set_surface(
-                self.body,
-                self._links[name],
-                stiffness=link.surface.stiffness,
-                damping=link.surface.damping,
-            )
-            if link.surface.bitmask != EVERYTHING:
-                self._engine.set_bitmask(self.body, self._links[name], link.surface.bitmask)
-
-        self.measured = {}  # joint name -> index of its child link in the engine
-        for joint in (*self._lumped.joints, *self._lumped.welds):
-            if joint.name in self.description.measured:
-                self.measured[joint.name] = self._links[joint.child]
-                self._engine.measure_joint(self.body, self._links[joint.child])
-        names = self._engine.joint_names(self.body)
-        for joint in self._lumped.welds:
-            number = names.index(joint.name)
-            self._engine.drive_position(self.body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
 

@@ -59,7 +59,7 @@ def save(world, order, next_check):
         dict(world.models),
         bodies_of(world.models),
         tuple(controllers_of(model) for model in models),
-        world.engine.savebodies_of(clear=world.contacts.is_releasing),
+        world.engine.save_bodies(clear=world.contacts.is_releasing),
         ObjectState(roots, MODULES, leave=(Model,)),
         tuple(model.placed for model in models),
         world.time_step,
@@ -88,7 +88,7 @@ def restore(world, state, reload):
     world.contacts.prepare(world.models)
     state.objects.restore()
     world.contacts.end_restore()
-    same = world.engine.restorebodies_of(state.engine)
+    same = world.engine.restore_bodies(state.engine)
     for model, placed in zip(state.models.values(), state.placed):
         model.placed = placed
     for controller, goal in pursued:
