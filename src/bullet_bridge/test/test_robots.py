@@ -7,7 +7,8 @@ import pytest
 from bullet_bridge.loop.schedule import SubscribedSchedule
 from bullet_bridge.robots import Robots
 
-from bullet_bridge import robots as module
+from bullet_bridge import connecting as module
+from bullet_bridge import robots
 
 
 class Spec(SimpleNamespace):
@@ -135,7 +136,7 @@ def test_no_subscriber_no_work(rig):
 def test_without_subscribers_no_batch_ends_and_a_late_subscriber_gets_the_same_times(
     rig, monkeypatch
 ):
-    monkeypatch.setattr(module, "CHECK_GAP", 0.0)
+    monkeypatch.setattr(robots, "CHECK_GAP", 0.0)
     rig.model("a", 1000, 30)
     for output in rig.made:
         output.subscribed = False
@@ -149,13 +150,13 @@ def test_without_subscribers_no_batch_ends_and_a_late_subscriber_gets_the_same_t
 
 def test_subscribers_are_checked_at_most_once_per_check_gap_of_wall_time(rig, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(module.wall, "monotonic", lambda: now[0])
+    monkeypatch.setattr(robots.wall, "monotonic", lambda: now[0])
     rig.model("a", 100)
     rig.made[0].subscribed = False
     rig.robots.refresh()
     rig.made[0].subscribed = True
     assert rig.run(100) == [20, 40, 60, 80, 100]
-    now[0] += 1.1 * module.CHECK_GAP
+    now[0] += 1.1 * robots.CHECK_GAP
     assert rig.run(160) == [120, 130, 140, 150, 160]
     assert rig.made[0].times == pytest.approx([0.13, 0.14, 0.15, 0.16])
 

@@ -6,10 +6,10 @@ import pytest
 import rospy
 from bullet_bridge.config import Config
 from bullet_bridge.loop import clock as clock_module
-from bullet_bridge.loop import server as module
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.schedule import Schedule
 from bullet_bridge.loop.server import Server
+from bullet_bridge.loop.thinning import CLOCK_STRIDE
 from bullet_sim.errors import WorldError
 
 
@@ -208,7 +208,7 @@ def test_clock_running_free_is_thinned_by_wall_time(cost, least, most):
     times = [time for time, _ in rig.published if time > 1.0]
     assert least <= len(times) / 4.0 <= most + 0.5
     assert all(time * 200 == pytest.approx(round(time * 200), abs=1e-6) for time in times)
-    assert max(b - a for a, b in zip(times, times[1:])) <= module.CLOCK_STRIDE + 0.0001
+    assert max(b - a for a, b in zip(times, times[1:])) <= CLOCK_STRIDE + 0.0001
 
 
 def test_time_stops_while_paused_and_does_not_catch_up():

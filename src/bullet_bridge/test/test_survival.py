@@ -22,7 +22,7 @@ from geometry_msgs.msg import Twist
 from test_outputs import CART, NoArrivals, Topic
 from test_server import Rig as Loop
 
-from bullet_bridge import robots
+from bullet_bridge import connecting
 
 IMU = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
@@ -110,7 +110,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
                 raise error
             published.append(step)
 
-    monkeypatch.setattr(robots, "RobotControl", Control)
+    monkeypatch.setattr(connecting, "RobotControl", Control)
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for name in ("a", "b"):

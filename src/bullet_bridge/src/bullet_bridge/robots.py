@@ -1,18 +1,14 @@
 """Controllers and sensors of spawned models in the ROS graph."""
 
-import threading
 import time as wall
-import zlib
 
 import rospy
 from bullet_sim.system.object_state import ObjectState
 
-from bullet_bridge.control.robot import RobotControl
+from bullet_bridge.connecting import Connector
 from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.outputs.sensors import CameraOutput
-from bullet_bridge.outputs.table import OUTPUTS
 from bullet_bridge.reading import log_warnings
-from bullet_bridge.transport.publishing import all_or_none
 
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
 CHECK_GAP = 0.005  # [s] ... and least wall time between them
@@ -48,11 +44,11 @@ class Robots:
     """
 
     def __init__(self, jobs, world, cameras, seed, arrivals=None):
-        self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
+        self._jobs, self._world, self._cameras = jobs, world, cameras
         self.arrivals = arrivals or Arrivals()
+        self._connector = Connector(jobs, world, cameras, seed, self.arrivals)
         self._controls, self._outputs, self._counts = {}, {}, {}
         self._all_controls, self._all_outputs, self._next, self._next_check = (), (), 0, 0.0
-        self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
 
     def connect(self, model, namespace=""):
         """Create a model's services and topics; called outside the simulation thread."""
@@ -82,77 +78,13 @@ class Robots:
 
         registered = False
         try:
-            self._make_outputs(model, outputs)
-            control = self._control(model, namespace)
+            self._connector.make_outputs(model, outputs)
+            control = self._connector.make_control(model, namespace)
             controls += [control] if control is not None else []
             registered = run(register)  # False: the model was deleted in the meantime
         finally:
             if not registered:
-                self._close(controls + outputs)
-
-    def _make_outputs(self, model, outputs):
-        """Append the outputs of a model's sensors to a list, except those that fail."""
-        for number, spec in enumerate(model.description.sensors):
-            seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
-            try:
-                with all_or_none():
-                    output = OUTPUTS[type(spec)](self._world, model, spec, seed)
-                    output.attach(self.arrivals)
-            except (ValueError, ArithmeticError) as error:
-                rospy.logerr(
-                    "model '%s': sensor on %s is left out: %s", model.name, spec.topic, error
-                )
-                continue
-            outputs.append(output)
-            if isinstance(output, CameraOutput):
-                self._cameras.add(output)
-        if any(isinstance(output, CameraOutput) for output in outputs):
-            self._cameras.start()
-
-    def _close(self, parts):
-        """Close parts of a failed spawn; if one raises, the others are closed all the same."""
-        for part in parts:
-            if isinstance(part, CameraOutput):
-                self._cameras.remove(part)
-            try:
-                part.close()
-            except Exception as error:
-                rospy.logerr("a part of a failed spawn cannot be closed: %s", error)
-            if isinstance(part, RobotControl):
-                self._release(part.model)
-
-    def _control(self, model, namespace):
-        """The model's RobotControl; None without a control plugin or if its namespace is taken."""
-        if model.manager is None:
-            return None
-        namespace = (model.description.control_namespace or namespace or model.name).strip("/")
-        with self._claiming:
-            rival = self._claims.setdefault(namespace, model)
-        if rival is not model:
-            rospy.logerr(
-                "model '%s' has no controllers: '%s' has its controller_manager in the "
-                "namespace '/%s' already; give each a robot_namespace",
-                model.name,
-                rival.name,
-                namespace,
-            )
-            return None
-        try:
-            return RobotControl(self._jobs, self._world, model, namespace, self.arrivals)
-        except rospy.ServiceException as error:
-            self._release(model)
-            rospy.logerr("model '%s' has no controllers: %s", model.name, error)
-            return None
-        except BaseException:
-            self._release(model)
-            raise
-
-    def _release(self, model):
-        """Release a model's control namespace for other models."""
-        with self._claiming:
-            self._claims = {
-                namespace: owner for namespace, owner in self._claims.items() if owner is not model
-            }
+                self._connector.close(controls + outputs)
 
     def disconnect(self, name):
         """Remove a model (simulation thread).
@@ -163,7 +95,7 @@ class Robots:
         control = self._controls.pop(name, None)
         if control is not None:
             control.closed = True
-            self._release(control.model)
+            self._connector.release(control.model)
         outputs = self._outputs.pop(name, [])
         for output in outputs:
             self._counts.pop(output, None)

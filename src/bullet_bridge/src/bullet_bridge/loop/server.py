@@ -2,7 +2,6 @@
 
 import gc
 import sys
-import threading
 import time as wall
 
 import rospy
@@ -10,26 +9,13 @@ from bullet_sim.errors import WorldError
 
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.pace import Pace
+from bullet_bridge.loop.requests import StepRequests
 from bullet_bridge.loop.slowness import Slowness
+from bullet_bridge.loop.thinning import Thinning
 
 PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
-CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when running free ...
-CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
-
-
-class Steps:
-    """Steps requested by a caller that waits for them.
-
-    Attributes:
-        left: steps to go.
-        done: set when they are made or aborted.
-        error: why they were aborted or are incomplete, or ''.
-    """
-
-    def __init__(self, count):
-        self.left, self.error, self.done = count, "", threading.Event()
 
 
 class Server:
@@ -49,19 +35,20 @@ class Server:
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic = config.monotonic_clock
-        self._now, self._relay = now, relay
+        self._relay = relay
         self._slowness = Slowness(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
-        self._clock_mark, self._clock_waits = (now(), world.step_count), False
-        self._reporters, self._steps = [], None
+        self._thinning = Thinning(self._clock, now, world.step_count)
+        self._requests = StepRequests(world, robots, self._settle)
+        self._reporters = []
         self._set_batches()
         self._anchor()
 
     def _set_batches(self):
         step = self._world.time_step
         self._free_batch = max(1, round(FREE_BATCH / step))
-        self._stride = round(CLOCK_STRIDE / step)
+        self._thinning.set_batch(self._free_batch, step)
         self._batch = (
             max(1, round(self._pace.factor * PACED_BATCH / step))
             if self._pace.factor
@@ -140,8 +127,8 @@ class Server:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         if self._jobs.run_pending():
             self._robots.refresh()
-        if self._steps is not None:
-            self._continue_steps()
+        if self._requests.steps is not None:
+            self._requests.make(self.advance, self._free_batch)
             return
         if self.paused:
             wait = IDLE_WAIT
@@ -159,14 +146,14 @@ class Server:
 
         Args:
             limit: most physics steps.
-            thin: skip messages on /clock less than CLOCK_GAP of wall time after the last one.
+            thin: skip messages on /clock, see Thinning.
         """
         world, robots = self._world, self._robots
         if world.sort_before_start():
             robots.refresh()
         robots.apply_commands()
         due = robots.next_due()
-        if not (thin and self._clock_waits):
+        if not (thin and self._thinning.waits):
             due = min(due, self._clock.next)
         for reporter in self._reporters:
             due = min(due, reporter.next_due())
@@ -183,24 +170,10 @@ class Server:
     def _publish(self, thin):
         step, time = self._world.step_count, self._world.time
         if self._clock.publish_due(step, time) and thin:
-            self._thin_clock(step)
+            self._thinning.skip(step)
         self._robots.publish(step, time)
         for reporter in self._reporters:
             reporter.publish(step, time)
-
-    def _thin_clock(self, step):
-        """Skip the due times that lie within CLOCK_GAP at the present speed.
-
-        If that is longer than a batch, the clock is published at the end of a batch.
-        """
-        now, (before, last_step) = self._now(), self._clock_mark
-        self._clock_mark = now, step
-        passed = max(now - before, 1e-6)
-        steps = min(int((step - last_step) * CLOCK_GAP / passed), self._stride)
-        self._clock_waits = steps > self._free_batch
-        self._clock.skip(
-            min(steps, self._stride - self._free_batch) if self._clock_waits else steps
-        )
 
     # steps on request -------------------------------------------------------------------------
     def begin_steps(self, count):
@@ -214,27 +187,7 @@ class Server:
         """
         if not self.paused:
             raise WorldError("the simulation runs; pause it before stepping")
-        if self._steps is not None:
-            raise WorldError(f"{self._steps.left} steps of another call are still to be made")
-        self._robots.take_failures()
-        self._steps = Steps(count)
-        return self._steps
-
-    def _continue_steps(self):
-        steps, before = self._steps, self._world.step_count
-        self.advance(min(steps.left, self._free_batch))
-        steps.left -= self._world.step_count - before
-        if steps.left <= 0:
-            self._end_steps("; ".join(self._robots.take_failures()))
-
-    def _end_steps(self, error):
-        steps, self._steps = self._steps, None
-        if steps is not None:
-            self._anchor()
-            self._clock.publish(self._world.time)
-            self._drain_relay()
-            steps.error = error
-            steps.done.set()
+        return self._requests.begin(count)
 
     # commands ---------------------------------------------------------------------------------
     def set_paused(self, paused):
@@ -245,15 +198,13 @@ class Server:
         """
         if not paused and self.lockstep:
             raise WorldError("in lockstep time advances only by /gazebo/step")
-        self._end_steps("the simulation was paused or set going by another call")
+        self._requests.end("the simulation was paused or set going by another call")
         self.paused = paused
-        self._anchor()
-        self._clock.publish(self._world.time)
-        self._drain_relay()
+        self._settle()
 
     def reset(self, time):
         """Reset the world; with time=True also simulated time, unless it is monotonic."""
-        self._end_steps("the simulation was reset by another call")
+        self._requests.end("the simulation was reset by another call")
         self._world.sort_models()
         self._world.reset(time=time and not self._monotonic)
         self._restart()
@@ -264,9 +215,7 @@ class Server:
         self._robots.restart()
         for reporter in self._reporters:
             reporter.restart()
-        self._anchor()
-        self._clock.publish(self._world.time)
-        self._drain_relay()
+        self._settle()
 
     def save_state(self):
         """The state of world, controllers and sensors, for restore_state()."""
@@ -288,12 +237,14 @@ class Server:
             )
         world, robots = state
         note = self._world.restore_state(world)
-        self._end_steps("a state was restored by another call")
+        self._requests.end("a state was restored by another call")
         self._restart()
         self._robots.restore_state(robots)
         return note
 
-    def _drain_relay(self):
-        """Wait until all messages are sent, so that a caller gets its answer after them."""
+    def _settle(self):
+        """Measure the pace anew; return when the time and all earlier messages are sent."""
+        self._anchor()
+        self._clock.publish(self._world.time)
         if self._relay is not None:
             self._relay.drain()
