@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 from bullet_sim.errors import RenderError
-from bullet_sim.render import client as client_module
+from bullet_sim.render import restarts
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
@@ -245,7 +245,7 @@ def test_killed_worker_is_reported_and_started_again(client, inbox):
 
 
 def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
-    monkeypatch.setattr(client_module, "MAX_RESTARTS", 0)
+    monkeypatch.setattr(restarts, "MAX_RESTARTS", 0)
     os.kill(client.worker_pid, signal.SIGKILL)
     client.submit(snapshot(), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
@@ -257,8 +257,8 @@ def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
 
 
 def test_a_worker_that_dies_now_and_then_is_always_started_again(client, inbox, monkeypatch):
-    monkeypatch.setattr(client_module, "MAX_RESTARTS", 1)
-    monkeypatch.setattr(client_module, "WINDOW", 0.0)  # the last death is long ago
+    monkeypatch.setattr(restarts, "MAX_RESTARTS", 1)
+    monkeypatch.setattr(restarts, "WINDOW", 0.0)  # the last death is long ago
     for number in (1, 2):
         os.kill(client.worker_pid, signal.SIGKILL)
         with pytest.raises(RenderError, match="signal 9"):

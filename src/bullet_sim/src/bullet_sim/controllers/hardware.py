@@ -9,7 +9,7 @@ import math
 
 from bullet_sim.controllers.angles import position_error
 from bullet_sim.controllers.pid import Pid
-from bullet_sim.controllers.servo import SERVOS, is_stiff
+from bullet_sim.controllers.pid.regulator import Regulator
 from bullet_sim.errors import ControllerError
 
 
@@ -29,12 +29,10 @@ class Hardware:
 
     def __init__(self, joints, interfaces=None, inertias=None):
         self._joints = joints
-        self._inertias = inertias or {}
         self._interfaces = interfaces or {}
-        self._pids, self._targets, self.constant, self.tracked = {}, {}, {}, {}
-        self._by_pid = {}
-        self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
-        self._servos = {}  # of stiff joints
+        self._pids, self._targets, self.constant, self._by_pid = {}, {}, {}, {}
+        self._regulator = Regulator(joints, inertias or {})
+        self.tracked = self._regulator.tracked
 
     def put_before(self, joints, interfaces):
         """Use other joints than the robot's own, e.g. SteerBotJoints before them.
@@ -44,6 +42,7 @@ class Hardware:
             interfaces: as for the constructor.
         """
         self._joints, self._interfaces = joints, interfaces
+        self._regulator.joints = joints
 
     @property
     def joints(self):
@@ -122,7 +121,7 @@ class Hardware:
 
     def servo(self, joint):
         """The servo of a joint with stiff gains that is regulated, or None."""
-        return self._servos.get(joint) if joint in self.tracked else None
+        return self._regulator.servos.get(joint) if joint in self.tracked else None
 
     def pid(self, joint):
         """The Pid of a joint, or None."""
@@ -175,38 +174,10 @@ class Hardware:
         Returns:
             The effort that the PID gives [N m, N].
         """
-        place = self.constant, name
-        self._regulate(place, pid, goal, error, velocity, period, moving, extra, limit)
+        self._regulator.regulate(
+            self.constant, name, pid, goal, error, velocity, period, moving, extra, limit
+        )
         return pid.output
-
-    def _regulate(
-        self, place, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
-    ):
-        """As regulate; place: (mapping that takes the effort, name of the joint)."""
-        efforts, name = place
-        gains, known = pid.gains, self._stiff.get(name)
-        if known is None or known[0] is not gains or known[1] != goal or known[2] != period:
-            inertia = self._inertias.get(name)
-            stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
-            known = self._stiff[name] = gains, goal, period, stiff
-        if not known[3]:
-            if name in self.tracked:
-                del self.tracked[name]
-                self._joints.release([name])
-            rate = None if moving is None else moving - velocity
-            efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
-            return
-        servo = self._servos.get(name)
-        if servo is None or servo.goal != goal or name not in self.tracked:
-            servo = self._servos[name] = SERVOS[goal](self._inertias[name])
-        own = velocity if moving is None else velocity - moving  # as seen from the goal
-        pid.compute(error, period, -own if goal == "position" else 0.0)
-        if name in efforts:
-            del efforts[name]
-        speed, effort = servo.target(gains, error, own, pid.terms[1] + extra, period)
-        if moving is not None:
-            speed += moving
-        self.tracked[name] = speed, effort if effort < limit else limit
 
     def release(self, names):
         """Drop the commands: the joints move freely, with their friction."""
@@ -216,7 +187,7 @@ class Hardware:
         self._joints.release(names)
 
     def _commands(self):
-        return self._targets, self.constant, self._by_pid, self.tracked, self._servos
+        return self._targets, self.constant, self._by_pid, self.tracked, self._regulator.servos
 
     def restart(self):
         """Forget all commands: the body was loaded anew."""
@@ -245,8 +216,9 @@ class Hardware:
                     if kind == "velocity"
                     else position_error(self.limits[name], positions[name], target)
                 )
-                place = self._by_pid, name
-                self._regulate(place, self._pids[name], kind, error, velocities[name], period)
+                self._regulator.regulate(
+                    self._by_pid, name, self._pids[name], kind, error, velocities[name], period
+                )
         joints = self._joints
         if self.constant or self._by_pid:
             efforts = {}

@@ -6,7 +6,7 @@ from itertools import repeat
 from bullet_sim.controllers.angles import position_error
 from bullet_sim.controllers.commands import check_command
 from bullet_sim.controllers.pid import Pid
-from bullet_sim.controllers.pid_loop import LOOPS
+from bullet_sim.controllers.pid.loop import LOOPS
 
 
 class Controller:

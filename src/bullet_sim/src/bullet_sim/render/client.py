@@ -2,7 +2,6 @@
 
 import sys
 import threading
-import time
 from collections import deque
 
 from bullet_sim.errors import RenderError
@@ -10,9 +9,8 @@ from bullet_sim.render.order_queue import OrderQueue
 from bullet_sim.render.orders import BlockingRequest
 from bullet_sim.render.process import AHEAD, Worker
 from bullet_sim.render.request import DEFAULT, RENDERERS, Renderer
+from bullet_sim.render.restarts import Restarts
 
-MAX_RESTARTS = 3  # within ...
-WINDOW = 60.0  # [s] ... of wall time: a worker that keeps dying is given up
 SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
@@ -20,8 +18,8 @@ class RenderClient:
     """Renders snapshots in another process; submit() does not block.
 
     While the worker draws, a new request replaces the queued one of the same camera, which counts
-    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times within WINDOW, and
-    on_error is called. The worker draws the next pictures while on_frame runs for the last ones.
+    in `dropped`. If the worker dies it is restarted, see Restarts, and on_error is
+    called. The worker draws the next pictures while on_frame runs for the last ones.
 
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
@@ -33,7 +31,6 @@ class RenderClient:
 
     Attributes:
         renderer: Renderer, once start() has returned.
-        restarts: how often the worker was restarted.
     """
 
     def __init__(
@@ -42,18 +39,22 @@ class RenderClient:
         self.on_frame = on_frame or (lambda frame: None)
         self.on_error = on_error or (lambda text: None)
         self.renderer = None
-        self.restarts = 0
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._quality = quality
         self._worker = None
         self._thread = None
         self._orders = OrderQueue()
-        self._restarted = []  # times of the last restarts
+        self._restarts = Restarts(self._environment, quality)
 
     @property
     def dropped(self):
         """Counter of camera name -> requests that were replaced before being drawn."""
         return self._orders.dropped
+
+    @property
+    def restarts(self):
+        """How often the worker was restarted."""
+        return self._restarts.count
 
     @property
     def epoch(self):
@@ -237,22 +238,7 @@ class RenderClient:
 
     def _restart_worker(self, lost):
         """Restart the worker after it died with these orders; returns whether it runs."""
-        text = self._worker.exit_reason()
-        kind = self._worker.kind
-        self._worker.close()
-        worker, now = None, time.monotonic()
-        self._restarted = [moment for moment in self._restarted if now - moment < WINDOW]
-        within = f"{MAX_RESTARTS} times within {WINDOW:g} s"
-        if len(self._restarted) < MAX_RESTARTS:
-            try:
-                worker = Worker(kind, self._environment, self._quality)
-                self._restarted.append(now)
-                self.restarts += 1
-                message = f"{text}; started again (at most {within})"
-            except RenderError as error:
-                message = f"{text}; it could not be started again: {error}"
-        else:
-            message = f"{text}; it is not started again after {within}"
+        worker, message = self._restarts.replace(self._worker)
         if worker:
             self._worker = worker
             self._orders.resend_sources()
