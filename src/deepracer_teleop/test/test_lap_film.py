@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 import pytest
 import rospy
-from cv_bridge import CvBridge
 from deepracer_teleop.camera.film import Film
-from deepracer_teleop.runs.lap import LapKeeper
+from deepracer_teleop.runs.lap_film import LapFilm
 from sensor_msgs.msg import Image
 
 from track_model.msg import LapStatus
@@ -63,9 +62,8 @@ def test_a_late_frame_leaves_a_closed_film_alone(tmp_path):
 def test_a_film_that_cannot_be_written_is_said_and_the_lap_goes_on(tmp_path, monkeypatch):
     said = []
     monkeypatch.setattr(rospy, "logerr_throttle", lambda _, text: said.append(text))
-    keeper = object.__new__(LapKeeper)
-    keeper.judge, keeper.settings = SimpleNamespace(status=LapStatus()), SimpleNamespace(driver="")
-    keeper.film = Film(str(tmp_path / "missing" / "lap.mp4"))
-    keeper._bridge, keeper._filming, keeper._frame = CvBridge(), True, None
-    keeper._on_picture(Image(height=48, width=64, encoding="bgr8", step=192, data=bytes(9216)))
+    film = Film(str(tmp_path / "missing" / "lap.mp4"))
+    camera = LapFilm(film, SimpleNamespace(status=LapStatus()), driver="")
+    camera.filming = True
+    camera.callback(Image(height=48, width=64, encoding="bgr8", step=192, data=bytes(9216)))
     assert len(said) == 1 and "cannot be written" in said[0]

@@ -11,7 +11,6 @@ import time
 
 import numpy as np
 import rospy
-from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
@@ -26,6 +25,7 @@ from track_model.track import load_track
 from deepracer_teleop.camera.film import Film
 from deepracer_teleop.runs import birdseye, results
 from deepracer_teleop.runs.judge import Judge
+from deepracer_teleop.runs.lap_film import LapFilm
 from deepracer_teleop.runs.recorder import Recorder
 from deepracer_teleop.runs.settings import LapSettings
 from track_model.msg import LapStatus
@@ -59,30 +59,10 @@ class LapKeeper:
         self.settings = read(LapSettings, rospy.get_param)
         self.film = Film(os.path.join(self.out_dir, "lap.mp4"), self.settings.film_rate)
         self.recorder, self.judge = Recorder(), Judge()
-        self._bridge, self._frame = CvBridge(), None
-        self._seeing = self._filming = False
+        self._camera = LapFilm(self.film, self.judge, self.settings.driver)
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=200)
         rospy.Subscriber("/referee/status", LapStatus, self.judge.callback, queue_size=200)
-        rospy.Subscriber(CAMERA_TOPIC, Image, self._on_picture, queue_size=2, buff_size=2**24)
-
-    def _on_picture(self, message):
-        """Adds a camera frame to the film; runs in the subscriber's thread."""
-        self._seeing = True
-        status = self.judge.status
-        if not self._filming or status is None:
-            return
-        words = (
-            f"{self.settings.driver}  lap {status.laps + 1}  {status.progress:3.0f} %  "
-            f"{status.lap_time:5.1f} s  {status.speed:.2f} m/s"
-        )
-        try:
-            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
-            frame = self.film.add(message.header.stamp.to_sec(), picture, words)
-        except (CvBridgeError, OSError) as error:
-            rospy.logerr_throttle(10.0, f"film: {error}")
-            return
-        if frame is not None and (self._frame is None or status.progress < 55.0):
-            self._frame = frame
+        rospy.Subscriber(CAMERA_TOPIC, Image, self._camera.callback, queue_size=2, buff_size=2**24)
 
     def wait(self, what, done):
         """Waits until done() is true.
@@ -118,7 +98,9 @@ class LapKeeper:
         for name in ("/gazebo/set_model_state", "/referee/restart"):
             rospy.wait_for_service(name, self.settings.patience)
         self.wait("driver on /cmd_vel that moves the car", lambda: abs(self.recorder.last.v) > 0.02)
-        self.wait(f"picture on {CAMERA_TOPIC}", lambda: self._seeing)  # the first takes longer
+        self.wait(
+            f"picture on {CAMERA_TOPIC}", lambda: self._camera.seeing
+        )  # the first takes longer
         print(
             f"lap: {self.settings.driver} on track {self.track.name}, {self.track.length:.1f} m"
             + (f", {self.settings.starts} starts" if self.settings.starts > 1 else ""),
@@ -131,9 +113,9 @@ class LapKeeper:
         self.place(number)
         self.wait("word of the referee", lambda: self.judge.status is not None)
         begin = self.recorder.last.t
-        self._filming = number == 0
+        self._camera.filming = number == 0
         outcome = self._watch(begin)
-        self._filming = False
+        self._camera.filming = False
         way = [(sample.x, sample.y) for sample in self.recorder.since(begin)]
         driven = round(float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()), 2)
         result = {"start": number, "outcome": outcome, **self.judge.result(), "driven": driven}
@@ -190,8 +172,8 @@ class LapKeeper:
         names = (f"{self.settings.driver} driver",)
         picture = birdseye.draw(self.track, samples, names=names)
         results.write_picture(self.out_dir, "path.png", picture)
-        if self._frame is not None:
-            results.write_picture(self.out_dir, "lap.png", self._frame)
+        if self._camera.frame is not None:
+            results.write_picture(self.out_dir, "lap.png", self._camera.frame)
 
 
 def report(keeper, starts, error):

@@ -6,24 +6,14 @@ import threading
 import numpy as np
 import rospy
 import tf2_ros
-from geographic_msgs.msg import GeoPoint
-from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
 from robot_localization.frames import Frames, to_message, to_transform
-from robot_localization.navsat.alignment import Alignment, NotAligned
+from robot_localization.navsat.alignment import Alignment
+from robot_localization.navsat.messages import fix_as_odometry, odometry_as_fix
+from robot_localization.navsat.services import Services
 from robot_localization.rotation import from_quaternion, matrix
-from robot_localization.srv import (
-    FromLL,
-    FromLLResponse,
-    SetDatum,
-    SetDatumResponse,
-    SetUTMZone,
-    SetUTMZoneResponse,
-    ToLL,
-    ToLLResponse,
-)
 from robot_localization.values import number, truth
 
 WARN_PERIOD = 5.0  # between two warnings of a kind [s]
@@ -80,10 +70,7 @@ class NavsatNode:
         if true("publish_filtered_gps"):
             self._places = rospy.Publisher("gps/filtered", NavSatFix, queue_size=10)
         self._ends = [
-            rospy.Service("datum", SetDatum, self._set_datum),
-            rospy.Service("toLL", ToLL, self._to_place),
-            rospy.Service("fromLL", FromLL, self._to_world),
-            rospy.Service("setUTMZone", SetUTMZone, self._set_zone),
+            Services(self._alignment, self._lock, self._listen_to_heading),
             rospy.Subscriber("odometry/filtered", Odometry, self._take_odometry, queue_size=1),
             rospy.Subscriber("gps/fix", NavSatFix, self._take_fix, queue_size=1),
         ]
@@ -104,53 +91,6 @@ class NavsatNode:
             raise ValueError(f"datum is {values!r}, must be [latitude, longitude, heading]")
         latitude, longitude, heading = (number("datum", item) for item in values[:3])
         self._alignment.set_datum(latitude, longitude, 0.0, matrix(0.0, 0.0, heading))
-
-    def _set_datum(self, request):
-        place, turned = request.geo_pose.position, request.geo_pose.orientation
-        with self._lock:
-            try:
-                self._alignment.set_datum(
-                    place.latitude,
-                    place.longitude,
-                    place.altitude,
-                    from_quaternion(turned.x, turned.y, turned.z, turned.w),
-                )
-            except ValueError as error:
-                raise rospy.ServiceException(str(error)) from None
-        return SetDatumResponse()
-
-    def _set_zone(self, request):
-        with self._lock:
-            try:
-                self._alignment.set_zone(request.utm_zone)
-            except ValueError as error:
-                raise rospy.ServiceException(str(error)) from None
-            self._listen_to_heading()
-        return SetUTMZoneResponse()
-
-    def _to_place(self, request):
-        point = request.map_point
-        with self._lock:
-            try:
-                return ToLLResponse(
-                    GeoPoint(*self._alignment.to_place(np.array((point.x, point.y, point.z))))
-                )
-            except (NotAligned, ValueError) as error:
-                raise rospy.ServiceException(str(error)) from None
-
-    def _to_world(self, request):
-        place = request.ll_point
-        with self._lock:
-            try:
-                return FromLLResponse(
-                    Point(
-                        *self._alignment.to_world(
-                            place.latitude, place.longitude, place.altitude
-                        ).tolist()
-                    )
-                )
-            except (NotAligned, ValueError) as error:
-                raise rospy.ServiceException(str(error)) from None
 
     def _take_odometry(self, message):
         pose = to_transform(message.pose.pose.position, message.pose.pose.orientation)
@@ -241,32 +181,15 @@ class NavsatNode:
             robot = self._frames.find(self._world, self._robot, stamp)
             if robot is not None:
                 position = self._alignment.flat(position - robot.rotation @ antenna)
-        message = Odometry()
-        message.header.stamp, message.header.frame_id = stamp, self._world
-        message.pose.pose.position = Point(*position.tolist())
-        message.pose.pose.orientation.w = 1.0
-        turn = self._alignment.grid_in_world.rotation
-        covariance = np.zeros((6, 6))
-        covariance[:3, :3] = turn @ np.array(fix.position_covariance, float).reshape(3, 3) @ turn.T
-        message.pose.covariance = covariance.ravel().tolist()
-        self._positions.publish(message)
+        self._positions.publish(fix_as_odometry(self._alignment, fix, self._world, position))
 
     def _publish_place(self):
         odometry, pose = self._odometry
-        message = NavSatFix()
-        message.header.stamp, message.header.frame_id = odometry.header.stamp, self._robot
         try:
-            message.latitude, message.longitude, message.altitude = self._alignment.to_place(
-                pose.translation
-            )
+            message = odometry_as_fix(self._alignment, odometry, self._robot, pose)
         except ValueError as error:
             rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
             return
-        turn = self._alignment.grid_in_world.rotation.T
-        covariance = np.array(odometry.pose.covariance, float).reshape(6, 6)[:3, :3]
-        message.position_covariance = (turn @ covariance @ turn.T).ravel().tolist()
-        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
-        message.status.status = NavSatStatus.STATUS_GBAS_FIX
         self._places.publish(message)
 
 
