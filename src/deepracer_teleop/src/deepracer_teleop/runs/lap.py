@@ -98,9 +98,7 @@ class LapKeeper:
         for name in ("/gazebo/set_model_state", "/referee/restart"):
             rospy.wait_for_service(name, self.settings.patience)
         self.wait("driver on /cmd_vel that moves the car", lambda: abs(self.recorder.last.v) > 0.02)
-        self.wait(
-            f"picture on {CAMERA_TOPIC}", lambda: self._camera.seeing
-        )  # the first takes longer
+        self.wait(f"picture on {CAMERA_TOPIC}", lambda: self._camera.seeing)  # the first: seconds
         print(
             f"lap: {self.settings.driver} on track {self.track.name}, {self.track.length:.1f} m"
             + (f", {self.settings.starts} starts" if self.settings.starts > 1 else ""),
