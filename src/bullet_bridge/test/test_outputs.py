@@ -24,7 +24,7 @@ from bullet_sim.world import World
 from fake_impl import Topic
 from geometry_msgs.msg import Twist
 
-from bullet_bridge import robots
+from bullet_bridge import connecting
 
 BOT = (
     '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
@@ -162,8 +162,8 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     spec = RaySpec("l", "base", samples=1, range_max=1e39, topic="/scan")
     bot.description.sensors.append(spec)
     logged = []
-    monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
-    robots.Robots(None, world, None, 0)._make_outputs(bot, [])
+    monkeypatch.setattr(connecting.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
+    connecting.Connector(None, world, None, 0, NoArrivals()).make_outputs(bot, [])
     assert [topic.closed for topic in made] == [True]
     assert len(logged) == 1 and "/scan is left out" in logged[0]
 
