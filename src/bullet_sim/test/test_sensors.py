@@ -19,18 +19,17 @@ class Room:
     def __init__(self, half_x, half_y):
         self.half = np.array([half_x, half_y])
 
-    def ray_batch(self, origins, targets):
-        origins, targets = np.asarray(origins)[:, :2], np.asarray(targets)[:, :2]
-        way = targets - origins
+    def sweep(self, centre, directions, box, near, far, own=None, look_near=True):
+        way = directions[:, :2]
         with np.errstate(divide="ignore", invalid="ignore"):
-            wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - origins) / way)
+            wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - centre[:2]) / way)
         first = wall.min(axis=1)
-        hit = first <= 1.0
-        return np.where(hit, first, 1.0), np.where(hit, 7, -1)
-
-    def bodies_in_box(self, low, high):
-        reach = np.maximum(np.abs(low), np.abs(high))[:2]
-        return {7} if (reach >= self.half).any() else set()
+        assert (centre + np.minimum(first, far)[:, None] * directions >= box[0] - 1e-9).all()
+        assert (centre + np.minimum(first, far)[:, None] * directions <= box[1] + 1e-9).all()
+        first[first > far] = np.inf
+        if look_near and own != 7:
+            first[first < near] = -np.inf
+        return first
 
 
 def ray_spec(**changes):

@@ -28,6 +28,7 @@ class Bodies(Motion, Motors, Saving):
         orientation=(0, 0, 0, 1),
         fixed_base=False,
         self_collide=False,
+        static=False,
     ):
         """Load a prepared URDF file; its root link's frame lands at the given world pose.
 
@@ -36,6 +37,7 @@ class Bodies(Motion, Motors, Saving):
             position, orientation: the pose.
             fixed_base: the root link never moves.
             self_collide: links collide with each other, those of one joint excepted.
+            static: prepared as static: one link, of which meshes collide as they are.
 
         Returns:
             The body's number.
@@ -66,6 +68,8 @@ class Bodies(Motion, Motors, Saving):
         self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
         if not fixed_base:
             self._free.add(body)
+        if static:
+            self._scenery.add(body)
         self._note_layout("load", body, len(joints))
         self._prepare_dynamics(body, joints)
         self.set_base_pose(body, position, orientation)
@@ -103,7 +107,7 @@ class Bodies(Motion, Motors, Saving):
         self._free.discard(body)
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._scaled = {key for key in self._scaled if key[0] != body}
-        self._planes = {key: planes for key, planes in self._planes.items() if key[0] != body}
+        self._scenery.discard(body)
         self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
         self._note_layout("remove", body)

@@ -1,6 +1,7 @@
 """The connection to PyBullet: its parameters, its clock and what is kept of its bodies."""
 
 from bullet_sim.engine.library import p
+from bullet_sim.engine.scenery import Scenery
 from bullet_sim.system.output import silenced
 
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
@@ -29,7 +30,7 @@ class Client:
         self._movable = {}
         self._free = set()  # bodies whose root link is not fixed
         self._friction, self._scaled = {}, set()  # coefficients that were set, anisotropic links
-        self._planes = {}  # (body, link) -> local poses of its planes, () if it has others
+        self._scenery = Scenery(self._client)
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
         self._motors = {}  # see motors()
         self._batches = {}  # body -> last drive_velocities that _motors lacks, and indices
@@ -107,6 +108,7 @@ class Client:
 
     def restore_state(self, number):
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
+        self._scenery.check_poses()
         p.restoreState(stateId=number, physicsClientId=self._client)
 
     def link_velocity(self, body, link):

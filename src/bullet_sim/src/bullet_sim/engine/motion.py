@@ -18,6 +18,8 @@ class Motion(Client):
         """Move the root link's frame to a world pose; joints and velocities stay."""
         pose = p.multiplyTransforms(position, orientation, *self._inertial[body])
         p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
+        if body in self._scenery:
+            self._scenery.check_poses()
 
     def set_base_velocity(self, body, linear, angular):
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""

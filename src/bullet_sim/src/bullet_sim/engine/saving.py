@@ -88,6 +88,7 @@ class Saving(Client):
         return sorted(point[1:] for point in p.getContactPoints(physicsClientId=self._client))
 
     def _restore_data(self, data):
+        self._scenery.check_poses()
         # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
         for number, body in enumerate(sorted(self._free)):
             place = (_FAR + number * _APART, 0.0, _FAR)
@@ -121,6 +122,7 @@ class Saving(Client):
         )
 
     def _set_motions(self, motions):
+        self._scenery.check_poses()
         for body, (position, orientation, linear, angular, joints) in motions.items():
             p.resetBasePositionAndOrientation(
                 body, position, orientation, physicsClientId=self._client

@@ -1,21 +1,21 @@
-"""What sensors ask: rays, what reaches into a box, contacts."""
+"""What sensors ask: rays and contacts."""
 
 import operator
 
 import numpy as np
 
-from bullet_sim.engine.client import Client
 from bullet_sim.engine.library import p
+from bullet_sim.engine.sweep import Sweep
 from bullet_sim.sensors.contact import Contact
 
 _BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)  # of a ray's hit
 
 
-class Sensing(Client):
+class Sensing(Sweep):
     """Questions to the collision shapes."""
 
-    def ray_batch(self, origins, targets):
-        """Cast rays between points (N, 3) of the world frame.
+    def ray_batch(self, origins, targets, mask=-1):
+        """Cast rays between points (N, 3) of the world frame at what has a group of the mask.
 
         Returns:
             fractions (N,) of the way to the first hit, 1.0 for a miss; bodies (N,), -1: miss.
@@ -26,45 +26,13 @@ class Sensing(Client):
             hits += p.rayTestBatch(
                 origins[start : start + limit],
                 targets[start : start + limit],
+                collisionFilterMask=mask,
                 physicsClientId=self._client,
             )
         return (
             np.fromiter(map(_FRACTION, hits), float, len(hits)),
             np.fromiter(map(_BODY, hits), int, len(hits)),
         )
-
-    def bodies_in_box(self, low, high):
-        """Numbers of the bodies that may overlap a box in the world, given by two corners (3,).
-
-        Bounding boxes are compared; a plane, whose box is infinite, overlaps with what is below it.
-        """
-        touching = (
-            p.getOverlappingObjects(tuple(low), tuple(high), physicsClientId=self._client) or ()
-        )
-        return {body for body, link in touching if self._reaches(body, link, low, high)}
-
-    def _reaches(self, body, link, low, high):
-        """Whether a box goes below a link that consists of planes; True for any other link."""
-        key = (body, link)
-        if key not in self._planes:
-            shapes = p.getCollisionShapeData(body, link, physicsClientId=self._client)
-            self._planes[key] = (
-                [shape[5:7] for shape in shapes]
-                if shapes and all(shape[2] == p.GEOM_PLANE for shape in shapes)
-                else ()
-            )
-        planes = self._planes[key]
-        if not planes or link >= 0:
-            return True
-        frame = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        for local in planes:
-            position, orientation = p.multiplyTransforms(*frame, *local)
-            normal = p.getMatrixFromQuaternion(orientation)[2::3]
-            # the corner that is deepest below the plane
-            corner = [a if n > 0 else b for n, a, b in zip(normal, low, high)]
-            if sum(n * (x - y) for n, x, y in zip(normal, corner, position)) <= 0.0:
-                return True
-        return False
 
     def contacts(self, body, link):
         """Contact points of one link as of the last step.

@@ -38,6 +38,7 @@ class Touch(Saving):
 
     def set_bitmask(self, body, link, bits):
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
+        self._scenery.discard(body)  # rays may go through it
         own = bits << _SHIFT
         p.setCollisionFilterGroupMask(
             body, link, own, own | (_COMMON if bits else 0), physicsClientId=self._client
@@ -46,6 +47,7 @@ class Touch(Saving):
 
     def set_ghost(self, body, link):
         """Let a link touch only what never moves; rays go through it."""
+        self._scenery.discard(body)
         p.setCollisionFilterGroupMask(body, link, _GHOST, _STATIC, physicsClientId=self._client)
         self._note_layout("mask", body, link)
 

@@ -28,7 +28,12 @@ def load_body(engine, source, pose, lumped, description):
     ]
     self_collide = len(lumped.links) - len(apart) > 1
     body = engine.load(
-        source.path, pose.position, pose.orientation, source.fixed_base, self_collide=self_collide
+        source.path,
+        pose.position,
+        pose.orientation,
+        source.fixed_base,
+        self_collide=self_collide,
+        static=description.static,
     )
     links = engine.link_indices(body)
     if self_collide:

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from bullet_sim.sensors.frames import matrix_from_rpy
 from bullet_sim.sensors.lidar import Lidar
 
 
@@ -39,7 +38,7 @@ class LayeredLidar(Lidar):
                 np.sin(elevation),
             ]
         )
-        self._rays = self.directions @ matrix_from_rpy(spec.pose[1]).T
+        self._aim()
 
     def points(self, ranges):
         """Points (n, 3) float32 [m] in the sensor frame; NaN where nothing was hit."""

@@ -52,7 +52,13 @@ class Lidar:
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
         self._place = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
-        self._rays = self.directions @ matrix_from_rpy(spec.pose[1]).T
+        self._aim()
+
+    def _aim(self):
+        """Turns the directions into the link's frame, and boxes them."""
+        self._rays = self.directions @ matrix_from_rpy(self.spec.pose[1]).T
+        low, high = np.minimum(self._rays.min(axis=0), 0.0), np.maximum(self._rays.max(axis=0), 0.0)
+        self._middle, self._half = (low + high) / 2.0, (high - low) / 2.0
 
     def scan(self, engine, link_position, link_orientation, rng=None, own_body=None, too_near=True):
         """One sweep, all rays at the same instant.
@@ -61,8 +67,7 @@ class Lidar:
         range_min, in which the sensor's own body (its housing) does not count.
 
         Args:
-            engine: has ray_batch(origins (N, 3), targets (N, 3)) -> (fractions, bodies) and
-                bodies_in_box(low, high) -> numbers of bodies.
+            engine: casts the rays, see Engine.sweep.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
@@ -74,38 +79,32 @@ class Lidar:
             nearer than range_min (REP 117).
         """
         spec = self.spec
+        if spec.noise_stddev > 0.0 and rng is None:
+            raise ValueError(
+                f"lidar {spec.name}: noise_stddev {spec.noise_stddev} m "
+                "needs a random generator (rng)"
+            )
         rotation = matrix_from_quaternion(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._place
-        rays = self._rays @ rotation.T
-        inner = position + spec.range_min * rays
-        outer = position + spec.range_max * rays
-        fractions, bodies = engine.ray_batch(inner, outer)
-        hit = np.asarray(bodies) >= 0
-        ranges = spec.range_min + np.asarray(fractions) * (spec.range_max - spec.range_min)
-        if spec.noise_stddev > 0.0:
-            if rng is None:
-                raise ValueError(
-                    f"lidar {spec.name}: noise_stddev {spec.noise_stddev} m "
-                    "needs a random generator (rng)"
-                )
-            ranges = ranges + rng.normal(0.0, spec.noise_stddev, len(ranges))
+        ranges = engine.sweep(
+            position,
+            self._rays @ rotation.T,
+            self._box(position, rotation),
+            spec.range_min,
+            spec.range_max,
+            own_body,
+            too_near,
+        )
         if spec.noise_stddev > 0.0 or spec.noise_mean:
-            ranges = np.clip(ranges + spec.noise_mean, spec.range_min, spec.range_max)
-        ranges = np.where(hit, ranges, np.inf)
-        looked = too_near and spec.range_min > 0.0
-        if looked and self._others_near(engine, position, inner, own_body):
-            centre = np.broadcast_to(position, inner.shape)
-            _, near = engine.ray_batch(np.ascontiguousarray(centre), inner)
-            near = np.asarray(near)
-            inside = near >= 0
-            if own_body is not None:
-                inside &= near != own_body
-            ranges[inside] = -np.inf
+            noise = spec.noise_mean
+            if spec.noise_stddev > 0.0:
+                noise = noise + rng.normal(0.0, spec.noise_stddev, len(ranges))
+            noisy = np.clip(ranges + noise, spec.range_min, spec.range_max)
+            ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
 
-    @staticmethod
-    def _others_near(engine, position, inner, own_body):
-        """Whether another body may overlap the box around the sensor and the rays' starts."""
-        low = np.minimum(inner.min(axis=0), position)
-        high = np.maximum(inner.max(axis=0), position)
-        return bool(engine.bodies_in_box(low.tolist(), high.tolist()) - {own_body})
+    def _box(self, position, rotation):
+        """Two corners (3,) [m] of a box in the world that contains all rays."""
+        middle, half = rotation @ self._middle, np.abs(rotation) @ self._half
+        reach = self.spec.range_max
+        return position + reach * (middle - half), position + reach * (middle + half)
