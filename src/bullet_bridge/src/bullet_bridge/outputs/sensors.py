@@ -111,11 +111,11 @@ class RaysOutput(Output):
         super().__init__(world, model, spec, seed)
 
     def _scan(self):
-        pose, _, _ = self.model.link_state(self.spec.link)
+        position, orientation, _, _ = self.model.link_motion(self.spec.link)
         return self._lidar.scan(
             self.world.engine,
-            np.array(pose.position),
-            np.array(pose.orientation),
+            position,
+            orientation,
             self.rng,
             self.model.body,
         )

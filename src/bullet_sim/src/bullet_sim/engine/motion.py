@@ -40,13 +40,20 @@ class Motion(Client):
         """
         return tuple(map(np.array, self.link_motion(body, link)))
 
-    def link_motion(self, body, link):
-        """As link_state, four tuples: several times as fast."""
+    def link_motion(self, body, link, offset=None):
+        """As link_state, four tuples: several times as fast.
+
+        Args:
+            body, link: as link_indices gives it.
+            offset: pose (position, quaternion) of another frame of the link in the link frame.
+        """
         centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
         if link < 0:
             position, orientation = p.multiplyTransforms(
                 position, orientation, *self._outward[body]
             )
+        if offset is not None:
+            position, orientation = p.multiplyTransforms(position, orientation, *offset)
         return position, orientation, velocity_at(position, centre, linear, angular), angular
 
     def link_poses(self, body):

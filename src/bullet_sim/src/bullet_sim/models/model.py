@@ -198,8 +198,7 @@ class Model:
         index, offset = self.link_in_body(link)
         if offset == _SAME:
             return self._engine.link_motion(self.body, index)
-        pose, linear, angular = self.link_state(link)
-        return pose.position, pose.orientation, tuple(linear.tolist()), tuple(angular.tolist())
+        return self._engine.link_motion(self.body, index, (offset.position, offset.orientation))
 
     @property
     def pose(self):
