@@ -146,6 +146,19 @@ def test_set_state(world):
     np.testing.assert_allclose([linear, angular], [[1, 2, 3], [0.1, 0.2, 0.3]], atol=1e-12)
 
 
+def test_poses_have_double_precision(world):
+    """PyBullet's own product of poses has single: 6 cm at 1,000 km."""
+    text = (
+        '<robot name="r"><link name="l"><inertial><origin xyz="0.1 0.2 0.3" rpy="0.3 0.2 0.1"/>'
+        '<mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="2" iyz="0" izz="2"/></inertial>'
+        "</link></robot>"
+    )
+    pose = Pose.from_xyz_rpy((123456.7890123, -0.1234567890123, 5.0), (0.1, -0.7, 3.0))
+    model = world.spawn_urdf("r", text, pose, str)
+    assert model.pose.position == pytest.approx(pose.position, rel=1e-14)
+    np.testing.assert_allclose(model.pose.matrix, pose.matrix, atol=1e-14)
+
+
 def test_load_of_a_world_file(world):
     text = (
         '<sdf version="1.6"><world name="w"><gravity>0 0 -1</gravity><physics><max_step_size>'

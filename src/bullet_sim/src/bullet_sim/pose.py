@@ -72,6 +72,28 @@ def multiply(a: Vector, b: Vector) -> Quaternion:
     )
 
 
+def compose(
+    position: Vector, orientation: Vector, offset: Vector, turn: Vector
+) -> tuple[Point, Quaternion]:
+    """Pose of a frame that has a pose in another one; numbers alone, several times Pose's pace.
+
+    (PyBullet's multiplyTransforms has single precision.)
+
+    Args:
+        position, orientation: of the other frame, unit quaternion.
+        offset, turn: of the frame in it.
+    """
+    x, y, z, w = orientation
+    a, b, c = offset
+    # t = 2 q x v; v' = v + w t + q x t
+    i, j, k = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return (
+        position[0] + a + w * i + y * k - z * j,
+        position[1] + b + w * j + z * i - x * k,
+        position[2] + c + w * k + x * j - y * i,
+    ), multiply(orientation, turn)
+
+
 @dataclass(frozen=True)
 class Pose:
     """A frame's position [m] and orientation (x, y, z, w) in a parent frame."""

@@ -5,6 +5,7 @@ from bullet_sim.engine.motion import Motion
 from bullet_sim.engine.motors import Motors
 from bullet_sim.engine.saving import Saving
 from bullet_sim.errors import ModelError
+from bullet_sim.pose import Pose
 from bullet_sim.system.output import silenced
 
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
@@ -60,7 +61,8 @@ class Bodies(Motion, Motors, Saving):
             raise ModelError(f"PyBullet cannot load {path}: {error}") from error
         info = p.getDynamicsInfo(body, -1, physicsClientId=self._client)
         self._inertial[body] = (info[3], info[4])
-        self._outward[body] = p.invertTransform(info[3], info[4])
+        outward = Pose(info[3], info[4]).inverse()
+        self._outward[body] = (outward.position, outward.orientation)
         joints = [
             p.getJointInfo(body, i, physicsClientId=self._client)
             for i in range(p.getNumJoints(body, physicsClientId=self._client))

@@ -4,6 +4,7 @@ import numpy as np
 
 from bullet_sim.engine.client import Client, velocity_at
 from bullet_sim.engine.library import p
+from bullet_sim.pose import compose
 
 
 class Motion(Client):
@@ -12,11 +13,11 @@ class Motion(Client):
     def base_pose(self, body):
         """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""
         position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        return p.multiplyTransforms(position, orientation, *self._outward[body])
+        return compose(position, orientation, *self._outward[body])
 
     def set_base_pose(self, body, position, orientation):
         """Move the root link's frame to a world pose; joints and velocities stay."""
-        pose = p.multiplyTransforms(position, orientation, *self._inertial[body])
+        pose = compose(position, orientation, *self._inertial[body])
         p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
         if body in self._scenery:
             self._scenery.check_poses()
@@ -49,11 +50,9 @@ class Motion(Client):
         """
         centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
         if link < 0:
-            position, orientation = p.multiplyTransforms(
-                position, orientation, *self._outward[body]
-            )
+            position, orientation = compose(position, orientation, *self._outward[body])
         if offset is not None:
-            position, orientation = p.multiplyTransforms(position, orientation, *offset)
+            position, orientation = compose(position, orientation, *offset)
         return position, orientation, velocity_at(position, centre, linear, angular), angular
 
     def link_poses(self, body):

@@ -8,6 +8,7 @@ import numpy as np
 
 from bullet_sim.engine.library import p
 from bullet_sim.engine.shapes import read_shapes
+from bullet_sim.pose import matrix_from_quaternion
 
 MOST_MOVES = 3  # a body that is put elsewhere more often is not taken for scenery any more
 FARTHEST = 4000.0  # corner from the middle [m], where single precision has 0.25 mm
@@ -74,7 +75,7 @@ class Scenery:
         self.planes = []
         for body, shapes in self._shapes.items():
             position, orientation = self._poses[body]
-            turn = np.reshape(p.getMatrixFromQuaternion(orientation), (3, 3)).T
+            turn = matrix_from_quaternion(orientation).T
             triangles.append(shapes.triangles @ turn + position)
             solid.append(shapes.solid)
             centres = shapes.spheres[:, :3] @ turn + position

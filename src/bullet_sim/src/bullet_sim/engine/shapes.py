@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bullet_sim.engine.library import p
+from bullet_sim.pose import matrix_from_quaternion
 
 _CUBE = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _SIDES = np.array(  # corners of _CUBE's triangles, counter-clockwise seen from outside
@@ -45,7 +46,7 @@ def read_shapes(client, body, with_triangles):
     triangles, solid, planes, spheres = [], [], [], []
     for shape in p.getCollisionShapeData(body, -1, physicsClientId=client):
         kind, size, path, place = shape[2], np.array(shape[3]), shape[4], np.array(shape[5])
-        turn = np.reshape(p.getMatrixFromQuaternion(shape[6]), (3, 3))
+        turn = matrix_from_quaternion(shape[6])
         if kind == p.GEOM_PLANE:
             planes.append((place, turn[:, 2]))
         elif kind in (p.GEOM_BOX, p.GEOM_MESH):
