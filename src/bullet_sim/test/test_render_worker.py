@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import textwrap
 import threading
 import time
@@ -12,8 +14,10 @@ from bullet_sim.errors import RenderError
 from bullet_sim.render import restarts
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.render.worker import make_renderer
 from bullet_sim.snapshot import BodySource
+from bullet_sim.system.sockets import blocking_pair
 from paddock_common.testing import pid_from_killed, wait_ended
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
@@ -99,6 +103,41 @@ def test_starts_draws_and_stops(client, inbox, sources):
     client.close()
     wait_ended(pid, DEADLINE)
     assert not inbox.errors
+
+
+def test_closing_waits_for_no_picture_and_no_clean_up(client):
+    process = client._worker.process
+    os.kill(process.pid, signal.SIGSTOP)
+    client.submit(snapshot(step=1), [request()])
+    client.close()
+    assert process.returncode == -signal.SIGKILL
+
+
+BUSY = """
+import sys, time
+from bullet_sim.render import worker
+worker.serve = lambda *_: (print("busy", flush=True), time.sleep(600.0))
+worker.main(sys.argv[1:])
+"""
+
+
+def test_it_ends_with_its_parent_also_while_it_starts_or_draws():
+    memory = SharedMemory()
+    ours, its = blocking_pair()
+    with subprocess.Popen(
+        [sys.executable, "-c", BUSY, str(its.fileno()), str(memory.fd), "gl", "auto", "auto"],
+        pass_fds=[its.fileno(), memory.fd],
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        its.close()
+        assert process.stdout.readline() == "busy\n" and process.poll() is None
+        ours.close()
+        try:
+            assert process.wait(DEADLINE) == 0
+        finally:
+            process.kill()
+    memory.close()
 
 
 def test_lockstep_gives_each_camera_its_frame(shared, sources):

@@ -148,13 +148,12 @@ class RenderClient:
     def close(self):
         """End the worker and the thread; no callback is called after that. Idempotent."""
         self._orders.close()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join(2.0)
-            if self._thread.is_alive():  # the worker hangs
-                self._worker.process.kill()
-                self._thread.join(5.0)
-        elif self._thread is None and self._worker is not None:
+        if self._worker is not None:
+            self._worker.process.kill()  # it keeps nothing; ending by itself takes it a second
+        if self._thread is None and self._worker is not None:
             self._worker.close()
+        elif self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(5.0)
 
     @property
     def worker_pid(self):
@@ -190,7 +189,7 @@ class RenderClient:
                 if job:
                     job.done.set()
         self._orders.end_blocking()
-        self._worker.close()
+        self._worker.close(kill=True)
 
     def _send_orders(self, sent, wait):
         """Send what is queued, until the worker has AHEAD orders; wait for one when it has none."""

@@ -6,15 +6,18 @@ Messages (pickled through the socket):
                      in the SharedMemory of the descriptor MEMORY, to which the pictures are written
     from the worker  ('ready', details), then for each draw lists of ('error', camera or '', text),
                      ('frame', number of the request), and ('done',) at the end of the last one.
-The process ends when the other end of the socket closes, also if its parent crashed. SIGINT is left
-to the parent. Drivers' output goes to the file descriptors 1 and 2 that the parent has set. A
-failing driver ends the process, which is one reason why rendering has a separate one.
+The process ends when the other end of the socket closes, also if its parent crashed, and also while
+it starts. SIGINT is left to the parent. Drivers' output goes to the file descriptors 1 and 2 that
+the parent has set. A failing driver ends the process, which is one reason why rendering has a
+separate one.
 """
 
 import importlib
 import os
+import select
 import signal
 import sys
+import threading
 from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
@@ -23,6 +26,7 @@ from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.snapshot import BodySource
 from bullet_sim.system.folders import OwnFolder
 
+_has_files = threading.Lock()  # held while there are temporary files
 NICENESS = 5  # lower priority than the physics and the user's nodes
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
@@ -38,14 +42,15 @@ def check_renderer(renderer):
     Raises:
         RenderError: the middle of the picture is not red.
     """
-    folder = OwnFolder()
-    try:
-        path = os.path.join(folder.path, "probe.urdf")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(PROBE_URDF)
-        renderer.sync_sources([BodySource(0, path, True)])
-    finally:
-        folder.close()
+    with _has_files:
+        folder = OwnFolder()
+        try:
+            path = os.path.join(folder.path, "probe.urdf")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(PROBE_URDF)
+            renderer.sync_sources([BodySource(0, path, True)])
+        finally:
+            folder.close()
     pixel = renderer.render(
         CameraRequest("probe", 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24, 1.0, 0.1, 10.0)
     )[12, 16]
@@ -129,11 +134,25 @@ def serve(connection, memory, kind, quality):
         renderer.close()
 
 
+def end_with_parent(socket):
+    """End the process as soon as the other end of the socket closes, whatever it does meanwhile.
+
+    Args:
+        socket: file descriptor.
+    """
+    poller = select.poll()
+    poller.register(socket, 0)  # POLLHUP is always reported
+    poller.poll()
+    with _has_files:
+        os._exit(0)
+
+
 def main(arguments):
     """Args: arguments: [socket file descriptor, memory file descriptor, kind, Quality's values]."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
     socket, memory, kind, *quality = arguments
+    threading.Thread(target=end_with_parent, args=[int(socket)], daemon=True).start()
     serve(Connection(int(socket)), SharedMemory(int(memory)), kind, Quality(*quality))
 
 
