@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 
-from soaking import machine, page, stops
+from soaking import machine, page, promise, stops
 from soaking.story import Soak
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
@@ -40,9 +40,12 @@ def stop_worlds(count, seed, folder):
     """Starts and stops worlds; returns the exit status."""
     folder.mkdir(parents=True, exist_ok=True)
     results = stops.run(count, seed, folder, say)
+    lines = promise.table(results, stops.SIGNALS)
     (folder / "stops.json").write_text(json.dumps(results, indent=2) + "\n")
+    (folder / "stops.md").write_text("\n".join(lines) + "\n")
     bad = [result for result in results if result["problem"]]
     slowest = max((result["seconds"] for result in results), default=0.0)
+    say("\n" + "\n".join(lines))
     say(f"{len(results)} stops, {len(bad)} failed, the longest took {slowest:.1f} s")
     return 1 if bad else 0
 

@@ -55,9 +55,9 @@ def run_child(
                     break
                 if tick is not None:
                     tick(seconds)
-        if signals.first is not None:
-            raise Interrupted(signals.first)
-        return status
+    if signals.first is not None:  # asked for only now: none may come between this and the return
+        raise Interrupted(signals.first)
+    return status
 
 
 def exit_status(status):

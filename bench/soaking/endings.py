@@ -4,8 +4,11 @@ import signal
 import time
 
 from soaking.asking import Failure
+from soaking.crowd import Crowd
+from soaking.marked import marked
 
-END_LIMIT = 10.0  # wall time for the simulator to end by itself when its core has died [s]
+END_LIMIT = 10.0  # wall time for the simulator to end by itself when its core has died [s],
+# longer where others want the processors
 
 
 def kill_simulator(session, rng):
@@ -40,17 +43,20 @@ def kill_master(session, rng):
 
 def _ended(session, before, words, said):
     """Waits for the session's end; a zombie, or an end without a reason, is a failure."""
+    crowd = Crowd()
     while session.pid("bridge") is not None:
-        if time.monotonic() - before > END_LIMIT:
-            raise Failure(f"{words}; after {END_LIMIT:g} s the simulator is still there")
+        crowd.look(marked(session.mark))
+        seconds = time.monotonic() - before
+        if seconds > END_LIMIT * crowd.slowdown():
+            raise Failure(f"{words}; after {seconds:.0f} s the simulator is still there")
         time.sleep(0.05)
-    found = session.ended(before)
-    if found["left"]:
-        raise Failure(f"{words}; after {found['seconds']:.0f} s still there: {found['left']}")
+    found, _ = session.ended(before)
+    if found.left:
+        raise Failure(f"{words}; after {found.seconds:.0f} s still there: {found.left}")
     status = session.launch.wait(END_LIMIT)
     if said not in session.said():
         raise Failure(f"{words}; the log does not say '{said}'")
-    return f"{words}: all ended within {found['seconds']:.1f} s, status {status}"
+    return f"{words}: all ended within {found.seconds:.1f} s, status {status}"
 
 
 # Fault -> how often it comes in a round.

@@ -1,15 +1,36 @@
 """Processes that a session has started, found by a variable in their environment."""
 
+import operator
 import os
 import pathlib
 import signal
 import time
+from dataclasses import dataclass
 
 from processes import PROC, arguments_of
 from usage import role_of
 
+from soaking.crowd import Crowd
+
 MARK = "PADDOCK_SOAK"  # variable by which all that a session has started is known
-PERIOD = 0.02  # [s] between two looks
+PERIOD = 0.03  # [s] between two looks
+
+
+@dataclass
+class Ending:
+    """How marked processes ended.
+
+    Attributes:
+        seconds: Since the begin until none was left, or until it was not waited for any more.
+        left: Command lines of what is left.
+        lives: (role, seconds since the begin when it was last seen), the longest life last.
+        slowdown: By what others have slowed it down, see Crowd.
+    """
+
+    seconds: float
+    left: list
+    lives: list
+    slowdown: float
 
 
 def marked(mark, proc=PROC):
@@ -30,20 +51,27 @@ def wait_none(mark, limit, spared=(), begin=None):
 
     Args:
         mark: Of the session.
-        limit: Longest wait in wall time [s].
+        limit: Longest wait in wall time [s]; longer where others want the processors, see Crowd.
         spared: Roles that are not waited for, see usage.role_of.
         begin: time.monotonic() from which on the time counts [s]; None: now.
 
     Returns:
-        (Seconds since the begin, command lines of what is left).
+        Ending.
     """
     begin = time.monotonic() if begin is None else begin
+    crowd, lives = Crowd(), {}
     while True:
-        words = [arguments_of(pid) for pid in marked(mark)]
-        left = [" ".join(line)[:160] for line in words if line and role_of(line) not in spared]
+        pids = marked(mark)
+        words = {pid: line for pid in pids if (line := arguments_of(pid))}
+        left = {pid: line for pid, line in words.items() if role_of(line) not in spared}
         seconds = time.monotonic() - begin
-        if not left or seconds >= limit:
-            return seconds, left
+        crowd.look(words)
+        for pid, line in left.items():
+            lives[pid] = (role_of(line), seconds)
+        if not left or seconds >= limit * crowd.slowdown():
+            lines = [" ".join(line)[:160] for line in left.values()]
+            last = sorted(lives.values(), key=operator.itemgetter(1))
+            return Ending(seconds, lines, last, crowd.slowdown())
         time.sleep(PERIOD)
 
 

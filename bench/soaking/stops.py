@@ -10,11 +10,11 @@ from figures import BenchError
 
 from soaking.marked import send
 from soaking.observer import Observer
+from soaking.promise import broken, latest
 from soaking.session import BENCH, START_LIMIT
 from soaking.subject import Subject
 
-PROMISE = 5.0  # [s] from the signal until nothing is left, on a machine with nothing else to do
-LIMIT = 30.0  # [s] after which it is not waited for any more
+LIMIT = 30.0  # [s] after which it is not waited for any more, see wait_none()
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
 STATES = ("setting up", "spawning", "running", "paused", "stepping", "free running")
 
@@ -76,7 +76,7 @@ class World(Subject):
         return answer
 
     def stop(self, name):
-        """Sends a signal by its name; returns what is left, see ended()."""
+        """Sends a signal by its name; returns what ended() does."""
         send(self.process.pid, getattr(signal, name))
         return self.ended(time.monotonic(), LIMIT)
 
@@ -92,37 +92,29 @@ def shared():
     return set(os.listdir("/dev/shm"))
 
 
-def promise():
-    """Longest time to end [s]: longer where every processor has more than one process to run."""
-    return PROMISE * max(1.0, os.getloadavg()[0] / len(os.sched_getaffinity(0)))
-
-
 def one(folder, state, name, seed):
     """One world, from start to stop.
 
     Returns:
-        dict: state, signal, seconds, left, files, shared (names that are new in /dev/shm) and
-        problem ('' when all was kept).
+        dict: state, signal, seconds, slowdown, lives (see Ending) and problem ('' when all promises
+        were kept).
     """
+    result = {"state": state, "signal": name, "seconds": 0.0, "slowdown": 1.0, "lives": []}
     before, world = shared(), World(pathlib.Path(folder))
     try:
         world.start()
         world.reach(state, random.Random(seed))
-        found = world.stop(name)
+        found, files = world.stop(name)
     except BenchError as error:
-        return {"state": state, "signal": name, "seconds": 0.0, "problem": str(error)}
+        return {**result, "problem": str(error)}
     finally:
         world.close()
-    found.update(state=state, signal=name, shared=sorted(shared() - before), problem="")
-    if found["left"]:
-        found["problem"] = f"left {found['left']}"
-    elif found["seconds"] > promise():
-        found["problem"] = f"took {found['seconds']:.1f} s"
-    elif found["files"] and name != "SIGKILL":
-        found["problem"] = f"left files {found['files']}"
-    elif found["shared"]:
-        found["problem"] = f"left shared memory {found['shared']}"
-    return found
+    problem = broken(found, () if name == "SIGKILL" else files)
+    new = sorted(shared() - before)
+    if new and not problem:
+        problem = f"left shared memory {new}"
+    result.update(seconds=found.seconds, slowdown=found.slowdown, lives=found.lives)
+    return {**result, "problem": problem}
 
 
 def run(count, seed, folder, say):
@@ -143,6 +135,7 @@ def run(count, seed, folder, say):
         state, name = cases[number % len(cases)]
         results.append(one(folder / "stops" / str(number + 1), state, name, f"{seed}-{number}"))
         last = results[-1]
-        words = f"FAILED {last['problem']}" if last["problem"] else f"{last['seconds']:.1f} s"
-        say(f"{number + 1:4} {state}, {name}: {words}")
+        text = f"{last['seconds']:.1f} s (x {last['slowdown']:.1f} by others)"
+        text = f"FAILED {last['problem']}" if last["problem"] else text
+        say(f"{number + 1:4} {state}, {name}: {text}; {latest(last['lives'], 2)}")
     return results

@@ -11,8 +11,8 @@ from soaking.asking import Failure, ask, rounds
 from soaking.endings import ENDINGS
 from soaking.faults import FAULTS
 from soaking.log import problems
+from soaking.promise import broken, words
 from soaking.session import Session
-from soaking.stops import promise
 from soaking.watching import Watcher, growth
 
 CALM = (1.0, 4.0)  # [s] between two faults
@@ -103,18 +103,10 @@ class Soak:
         begin = self.story.now()
         if ended:
             session.close()
-            found = {"seconds": 0.0, "left": [], "files": []}  # SIGKILL leaves some
         else:
-            found = session.stop(signal.SIGINT)
-        text, failure = f"ended within {found['seconds']:.1f} s", ""
-        if found["left"]:
-            failure = f"left behind: {found['left']}"
-        elif found["seconds"] > promise():
-            failure = f"took {found['seconds']:.1f} s to end"
-        if not ended:
-            if found["files"]:
-                failure = failure or f"left files in the temporary folder: {found['files']}"
-            self._note(Event(begin, self.story.now(), "end", text, failure))
+            found, files = session.stop(signal.SIGINT)
+            text = f"ended within {words(found)}"
+            self._note(Event(begin, self.story.now(), "end", text, broken(found, files)))
         for line in problems((session.folder / "launch.log").read_text(errors="replace")):
             self.story.fail(f"{name}: log: {line}")
 

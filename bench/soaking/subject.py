@@ -89,10 +89,9 @@ class Subject:
             spared: Roles that are not waited for.
 
         Returns:
-            dict: seconds since the begin, left (command lines), files (in the temporary folder).
+            (Ending, names of files in the temporary folder).
         """
-        seconds, left = wait_none(self.mark, limit, spared, begin)
-        return {"seconds": seconds, "left": left, "files": self.files()}
+        return wait_none(self.mark, limit, spared, begin), self.files()
 
     def close(self):
         """Ends everything, by SIGKILL."""

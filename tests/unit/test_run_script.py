@@ -1,14 +1,16 @@
 """What ./run says to arguments: helps, and one sentence for what it cannot use, before set-up."""
 
 import os
+import signal
 import socketserver
 import stat
+import subprocess
 import threading
 import xmlrpc.server
 
 import pytest
 import run_rig
-from run_rig import ROOT, run
+from run_rig import PATIENCE, ROOT, run, start
 
 from commands.table import COMMANDS, DEFAULT
 
@@ -173,3 +175,24 @@ def test_a_window_needs_a_display():
         done = run(*arguments, env=environ)
         assert done.returncode == 1
         assert "needs a display" in done.stderr and instead in done.stderr
+
+
+SLOW_READLINK = """#!/bin/sh
+/usr/bin/readlink "$@"
+exec >&2
+echo here
+read -r _
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_before_python_is_there_is_no_less_than_one_after(tmp_path, number):
+    path = tmp_path / "readlink"
+    path.write_text(SLOW_READLINK)
+    path.chmod(0o755)
+    environ = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    process = start("version", env=environ, stdin=subprocess.PIPE)
+    assert process.stdout.readline() == "here\n"
+    process.send_signal(number)  # to ./run alone, as roslaunch and CI do, while it waits
+    said, _ = process.communicate("\n", timeout=PATIENCE)
+    assert (process.returncode, said) == (-number, "")
