@@ -12,6 +12,7 @@ from soaking import machine, page, promise, stops
 from soaking.story import Soak
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
+OUT = ROOT / "out" / "soak"
 
 
 def minutes(text):
@@ -72,17 +73,20 @@ def main():
         metavar="TRIAL",
         help="try full disks, small limits and odd homes instead (as root)",
     )
+    parser.add_argument(
+        "--folder", type=pathlib.Path, help="of the results (out/soak/, or seed-S in it)"
+    )
     options = parser.parse_args()
     seed = int(time.time()) % 100000 if options.seed is None else options.seed
-    folder = ROOT / "out" / "soak" / f"seed-{seed}"
     # SIGINT, too: who starts this in the background may ignore it, and worlds would inherit that.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     if options.machine is not None:
-        failed = machine.run(options.machine, folder.parent / "machine", say)
+        failed = machine.run(options.machine, options.folder or OUT / "machine", say)
         return 1 if failed else 0
     if options.stops is not None:
-        return stop_worlds(options.stops, seed, folder.parent)
+        return stop_worlds(options.stops, seed, options.folder or OUT)
+    folder = options.folder or OUT / f"seed-{seed}"
     folder.mkdir(parents=True, exist_ok=True)
     print(f"seed {seed}, {options.minutes:g} minutes; results go to {folder}", flush=True)
     soak = Soak(options.minutes, seed, folder, say)

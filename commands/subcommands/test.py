@@ -1,7 +1,7 @@
-"""Runs the tests: unit tests (pytest), linters and integration tests (rostest).
+"""Runs the tests: unit tests (pytest), linters, integration tests (rostest), a soak of 2 minutes.
 
 Linters are catkin_lint, ruff, mypy and shellcheck; each integration test has a ROS master of its
-own. FILTER: unit, lint, ros, or part of a test's name (./run test circle). Four stages run only
+own. FILTER: unit, lint, ros, soak, or part of a name (./run test circle). Four stages run only
 when they are asked for: ./run test learning (trainings; it installs torch, Ray and Optuna), ./run
 test desk (the desk in Chromium, which it installs), ./run test tutorials (what the tutorials say to
 type) and ./run test long (more and longer drives of the truck). -j N runs N jobs side by side, by
@@ -20,7 +20,7 @@ USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
 RUNNER = os.path.join(ROOT, "tests", "runner.py")
 OPTIONS = os.path.join(ROOT, "tests", "runner", "main.py")
-STAGES = ("unit", "lint", "ros", "learning", "desk", "tutorials", "long")
+STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long")
 
 
 def add_arguments(parser):

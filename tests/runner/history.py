@@ -11,6 +11,7 @@ STAGE_SECONDS = {
     "unit": 20.0,
     "lint": 5.0,
     "ros": 15.0,
+    "soak": 150.0,
     "learning": 300.0,
     "desk": 100.0,
     "tutorials": 300.0,

@@ -14,7 +14,7 @@ class Job:
     """One process of the test run.
 
     Attributes:
-        stage: "unit", "lint", "ros", "learning", "desk", "tutorials" or "long".
+        stage: "unit", "lint", "ros", "soak", "learning", "desk", "tutorials" or "long".
         name: What is printed and what a filter matches.
         command: Argument list.
         environment: Variables beyond the inherited ones.

@@ -1,4 +1,4 @@
-"""The table of all jobs: unit tests, linters, rostests; trainings and browsers when asked for."""
+"""The table of all jobs: unit tests, linters, rostests, soak; trainings, browsers when asked."""
 
 import importlib.util
 import shutil
@@ -21,6 +21,8 @@ WAITING = (
     "project",
 )
 
+SOAKING = 2  # slots: a dozen processes that are busy
+
 
 def all_jobs():
     """Gives every job of the project.
@@ -28,7 +30,7 @@ def all_jobs():
     Raises:
         LookupError: A runner is not installed.
     """
-    return [*unit_jobs(), *lint_jobs(), *ros_jobs(), *extra_jobs()]
+    return [*unit_jobs(), *lint_jobs(), *ros_jobs(), soak_job(), *extra_jobs()]
 
 
 def selected(jobs, filters):
@@ -85,6 +87,14 @@ def ros_jobs():
             {"ROS_TEST_RESULTS_DIR": str(results), "ROS_LOG_DIR": str(results / "log")},
             slots=slots_of(name),
         )
+
+
+def soak_job():
+    """Two minutes of ./run soak, which leave their page among the results."""
+    results = results_directory("soak", "soak")
+    options = ("--minutes", "2", "--seed", "1", "--folder", str(results))
+    command = (sys.executable, str(ROOT / "bench" / "soak.py"), *options)
+    return Job("soak", "soak", command, counted=False, slots=SOAKING)
 
 
 def extra_jobs():

@@ -25,6 +25,7 @@ DEADLINES = {
     "unit": 400.0,
     "lint": 120.0,
     "ros": 300.0,
+    "soak": 600.0,
     "learning": 1200.0,
     "desk": 900.0,
     "tutorials": 1200.0,
@@ -104,7 +105,7 @@ def chosen(options, history):
         names = ", ".join(job.name for job in everything)
         raise LookupError(
             f"nothing matches {' '.join(options.filters)!r}; there are the stages unit, lint, "
-            f"ros, learning, desk, tutorials, long, and the tests {names}"
+            f"ros, soak, learning, desk, tutorials, long, and the tests {names}"
         )
     if options.failed:
         failed = history.failed()
