@@ -15,7 +15,7 @@ import time
 
 from figures import BenchError
 
-from soaking import surroundings
+from soaking import setting_up, surroundings
 from soaking.log import problems
 from soaking.stops import World
 
@@ -178,6 +178,7 @@ TRIALS = {
         odd_home,
         wrong_hostname,
         *surroundings.TRIALS,
+        *setting_up.TRIALS,
     )
 }
 

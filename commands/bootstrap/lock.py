@@ -1,4 +1,8 @@
-"""The lock of set-up: one ./run at a time, the others wait."""
+"""The lock of set-up: one ./run at a time, the others wait.
+
+What a step starts has the lock, too: where a killed ./run leaves pip or a build, the next one waits
+for their end in place of working beside them.
+"""
 
 import errno
 import fcntl
@@ -11,18 +15,27 @@ PATH = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no pyt
 LONGEST = 1800.0  # [s]
 POLL = 0.2  # [s]
 
+_held = []
+
+
+def held():
+    """File descriptors of the lock, for pass_fds of what a step starts."""
+    return tuple(_held)
+
 
 class SetupLock:
-    """Holds the lock within a with statement; children do not inherit it."""
+    """Holds the lock within a with statement; children inherit it by pass_fds=held() alone."""
 
     def __enter__(self):
         self._file = os.open(PATH, os.O_RDWR | os.O_CREAT, 0o666)
         if not self._taken():
             say("another ./run is setting up, waiting for it")
             self._wait()
+        _held.append(self._file)
         return self
 
     def __exit__(self, *_):
+        _held.remove(self._file)
         os.close(self._file)
 
     def _wait(self):

@@ -6,6 +6,7 @@ import sys
 import time
 
 from commands import processes
+from commands.bootstrap import lock
 from commands.errors import CommandError, Interrupted, say
 from commands.paths import LOGS, relative
 
@@ -81,6 +82,7 @@ class Step:
             stdin=subprocess.DEVNULL,
             stdout=self._stream,
             stderr=subprocess.STDOUT,
+            pass_fds=lock.held(),
         )
         if status != 0:
             raise StepFailed(f"{os.path.basename(argv[0])} ended with exit status {status}")

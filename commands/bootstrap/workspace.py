@@ -56,6 +56,8 @@ def _build(step):
     if read(BUILT_AT).strip() != ROOT or gone:
         import shutil
 
+        if os.path.exists(BUILT_AT):
+            os.remove(BUILT_AT)  # first: half of a build that is deleted is none
         for directory in (BUILD, DEVEL):
             if os.path.isdir(directory):
                 shutil.rmtree(directory)

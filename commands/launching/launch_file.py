@@ -4,7 +4,9 @@ import os
 
 from commands.errors import CommandError, UsageError
 from commands.launching import tracks
-from commands.paths import SOURCES, relative
+from commands.paths import PYTHON, SOURCES, relative
+
+ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch")
 
 
 class LaunchFile:
@@ -81,7 +83,7 @@ class LaunchFile:
 
     def command(self, arguments, *options):
         """Gives the command line that starts it."""
-        return ["roslaunch", *options, self.package, self.name, *arguments]
+        return [PYTHON, ROSLAUNCH, *options, self.package, self.name, *arguments]
 
     def help(self):
         """Gives a text that lists the arguments, their defaults and descriptions."""

@@ -206,6 +206,35 @@ def test_a_deadline_that_is_none(monkeypatch, text):
         headless.deadline_from("DEMO_DEADLINE", 300)
 
 
+# In place of roslaunch, as it starts: each Ctrl-C is forgotten.
+FORGETFUL = f"""#!{sys.executable}
+import sys, time
+while True:
+    try:
+        print("here", *sys.argv[1:], flush=True)
+        time.sleep(1e4)
+    except:
+        pass
+"""
+
+
+def test_roslaunch_ends_while_it_starts(tmp_path):
+    (tmp_path / "roslaunch").write_text(FORGETFUL)
+    (tmp_path / "roslaunch").chmod(0o755)
+    command = LaunchFile("track_model", "world.launch").command(["gui:=false"])
+    with subprocess.Popen(
+        command, env={"PATH": str(tmp_path)}, stdout=subprocess.PIPE, text=True,
+        preexec_fn=usual_signals,
+    ) as process:  # fmt: skip
+        try:
+            assert process.stdout.readline() == "here track_model world.launch gui:=false\n"
+            process.send_signal(signal.SIGINT)
+            assert process.stdout.readline() == ""
+            assert process.wait(PATIENCE) == -signal.SIGINT
+        finally:
+            process.kill()
+
+
 # Runs a child that waits for SIGINT, and tells the exit status that ./run would have.
 WAITING = """
 import sys
