@@ -15,7 +15,7 @@ import time
 
 from figures import BenchError
 
-from soaking import setting_up, surroundings
+from soaking import setting_up, surroundings, users
 from soaking.log import problems
 from soaking.stops import World
 
@@ -179,6 +179,7 @@ TRIALS = {
         wrong_hostname,
         *surroundings.TRIALS,
         *setting_up.TRIALS,
+        *users.TRIALS,
     )
 }
 

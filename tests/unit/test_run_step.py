@@ -1,5 +1,7 @@
 """A step of set-up: what it prints while it works, when it fails and when it is interrupted."""
 
+import fcntl
+import os
 import pathlib
 import signal
 import subprocess
@@ -94,3 +96,36 @@ def test_a_step_that_is_interrupted(tmp_path, number, deaf):
     group, end = log.read_text().split()[0], time.monotonic() + PATIENCE
     while members(group):  # the program and what it started
         assert time.monotonic() < end
+
+
+# A set-up whose step runs a program.
+LOCKED = (
+    STEP.replace("import step\n", "import lock, step\n")
+    .replace(
+        "cli.dispatch = lambda _: ",
+        "lock.PATH = sys.argv[2] + '/lock'\ndef dispatch(_):\n    with lock.SetupLock():\n        ",
+    )
+    .replace("sys.exit(", "cli.dispatch = dispatch\nsys.exit(")
+)
+
+
+def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
+    gate = tmp_path / "gate"
+    os.mkfifo(gate)
+    program = f"print('here', flush=True); open({str(gate)!r}).read()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", LOCKED, str(ROOT), str(tmp_path), program],
+        stdout=subprocess.DEVNULL,
+        preexec_fn=usual_signals,
+    )
+    log, end = tmp_path / "probe.log", time.monotonic() + PATIENCE
+    while not (log.exists() and log.read_text() == "here\n"):
+        assert process.poll() is None and time.monotonic() < end
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    with open(tmp_path / "lock", "w") as stream:
+        with pytest.raises(BlockingIOError):
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        gate.write_text("")  # the program ends
+        fcntl.flock(stream, fcntl.LOCK_EX)
