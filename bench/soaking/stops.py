@@ -15,6 +15,7 @@ from soaking.session import BENCH, START_LIMIT
 from soaking.subject import Subject
 
 LIMIT = 30.0  # [s] after which it is not waited for any more, see wait_none()
+ESCALATED = "escalating to SIGTERM"  # as roslaunch says
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
 STATES = ("setting up", "spawning", "running", "paused", "stepping", "free running")
 
@@ -110,6 +111,8 @@ def one(folder, state, name, seed):
     finally:
         world.close()
     problem = broken(found, () if name == "SIGKILL" else files)
+    if not problem and ESCALATED in world.said():  # however crowded: it waited 15 s for a node
+        problem = f"took {found.seconds:.1f} s: roslaunch had to use SIGTERM; {latest(found.lives)}"
     new = sorted(shared() - before)
     if new and not problem:
         problem = f"left shared memory {new}"
