@@ -8,6 +8,7 @@ import subprocess
 import time
 
 from figures import BenchError
+from processes import arguments_of
 
 from soaking.crowd import Crowd
 from soaking.marked import marked
@@ -91,6 +92,7 @@ def attempt(world, clone, seconds, number):
     Raises:
         BenchError: It failed, or did not end.
     """
+    before = set(marked(world.mark))  # at work still, of one that was killed
     process, crowd, begin = world.popen(str(clone / "run"), "setup"), Crowd(), time.monotonic()
     while process.poll() is None and time.monotonic() - begin < seconds * crowd.slowdown():
         crowd.look(marked(world.mark))
@@ -100,9 +102,12 @@ def attempt(world, clone, seconds, number):
         if number == signal.SIGKILL:  # what it has started may go on; the next one waits for that
             process.wait()
             return False
-        found, _ = world.ended(time.monotonic(), END_LIMIT)
-        if found.left:
-            raise BenchError(f"{number.name} after {seconds:g} s: left {found.left}")
+        end = time.monotonic() + END_LIMIT * crowd.slowdown()
+        while left := set(marked(world.mark)) - before:
+            if time.monotonic() > end:
+                names = [" ".join(arguments_of(pid))[:160] for pid in left]
+                raise BenchError(f"{number.name} after {seconds:g} s: left {names}")
+            time.sleep(0.05)
         process.wait()
     if process.returncode not in (0, 128 + number, -number):
         said = world.said()[-1000:]
