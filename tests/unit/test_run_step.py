@@ -125,7 +125,9 @@ def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
     process.kill()
     process.wait()
     with open(tmp_path / "lock", "w") as stream:
-        with pytest.raises(BlockingIOError):
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        gate.write_text("")  # the program ends
+        try:
+            with pytest.raises(BlockingIOError):
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        finally:
+            gate.write_text("")  # the program ends
         fcntl.flock(stream, fcntl.LOCK_EX)
