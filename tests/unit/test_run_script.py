@@ -1,7 +1,6 @@
 """What ./run says to arguments: helps, and one sentence for what it cannot use, before set-up."""
 
 import os
-import signal
 import socketserver
 import stat
 import subprocess
@@ -10,7 +9,7 @@ import xmlrpc.server
 
 import pytest
 import run_rig
-from run_rig import PATIENCE, ROOT, run, start
+from run_rig import ROOT, run
 
 from commands.table import COMMANDS, DEFAULT
 
@@ -177,22 +176,24 @@ def test_a_window_needs_a_display():
         assert "needs a display" in done.stderr and instead in done.stderr
 
 
-SLOW_READLINK = """#!/bin/sh
-/usr/bin/readlink "$@"
-exec >&2
-echo here
-read -r _
-"""
+def test_no_program_runs_before_python(tmp_path):
+    """bash forgets a SIGINT that comes while it waits for one."""
+    program = tmp_path / "readlink"
+    program.write_text("#!/bin/sh\nexit 1\n")
+    program.chmod(0o755)
+    environ = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "CDPATH": str(tmp_path)}
+    for path, folder in ((f"{ROOT}/run", tmp_path), ("./run", ROOT), ("../run", f"{ROOT}/src")):
+        done = subprocess.run(
+            [path, "exec", "pwd"], cwd=folder, env=environ, capture_output=True, text=True
+        )
+        assert (done.returncode, done.stdout, done.stderr) == (0, f"{folder}\n", "")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_before_python_is_there_is_no_less_than_one_after(tmp_path, number):
-    path = tmp_path / "readlink"
-    path.write_text(SLOW_READLINK)
-    path.chmod(0o755)
-    environ = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
-    process = start("version", env=environ, stdin=subprocess.PIPE)
-    assert process.stdout.readline() == "here\n"
-    process.send_signal(number)  # to ./run alone, as roslaunch and CI do, while it waits
-    said, _ = process.communicate("\n", timeout=PATIENCE)
-    assert (process.returncode, said) == (-number, "")
+def test_a_link_to_run_runs_its_clone(tmp_path):
+    (tmp_path / "paddock").symlink_to(f"{ROOT}/run")
+    (tmp_path / "clone").symlink_to(ROOT)
+    for path in ("paddock", "clone/run"):
+        done = subprocess.run(
+            [tmp_path / path, "exec", "printenv", "PADDOCK_ROOT"], capture_output=True, text=True
+        )
+        assert (done.returncode, done.stdout) == (0, f"{ROOT}\n"), done.stderr
