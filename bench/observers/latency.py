@@ -12,6 +12,8 @@ from observers import graph
 
 HINGE = "left_steering_hinge_joint"
 WHEEL = "left_rear_wheel_joint"
+# What shows a command; at rest both are below a hundredth of it. [rad, rad/s]
+TURNED, ROLLING = 1e-4, 0.05
 
 
 def _joints(message):
@@ -67,7 +69,7 @@ def hinge_latencies(states, count):
         before = states.now()[HINGE][0]
         sent = time.monotonic()
         publisher.publish(0.2 * sign)
-        seen = states.wait(lambda joints, before=before: abs(joints[HINGE][0] - before) > 1e-3)
+        seen = states.wait(lambda joints, before=before: abs(joints[HINGE][0] - before) > TURNED)
         if seen is not None:
             found.append(seen - sent)
         sign = -sign
@@ -88,7 +90,7 @@ def wheel_latencies(states, count):
         before = states.now()[WHEEL][1]
         sent = time.monotonic()
         publisher.publish(command)
-        seen = states.wait(lambda joints, before=before: abs(joints[WHEEL][1] - before) > 0.5)
+        seen = states.wait(lambda joints, before=before: abs(joints[WHEEL][1] - before) > ROLLING)
         if seen is not None:
             found.append(seen - sent)
         time.sleep(0.25 + 0.0037 * (number % 7))

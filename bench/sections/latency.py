@@ -1,19 +1,28 @@
 """Command to the joint states that show it, at real time, with and without camera."""
 
 from figures import BenchError, percentile
-from launching import Launch
+from launching import WORLDS, Launch
 from report import Row
 
 SEEN = 0.95  # part of the commands that have to be seen
+WORLD = ("track_model", "world.launch")
+EACH_STEP = (str(WORLDS / "latency.launch"),)  # joint states at 1 kHz: the joint's own effect
+# Name -> observer's second argument, launch file.
+CASES = {
+    "camera": ("camera", WORLD),
+    "no_camera": ("no_camera", WORLD),
+    "camera_1_khz": ("camera", EACH_STEP),
+}
 
 
 def measure(quick, log):
     """Two ways of commanding: a hinge's Float64, and /cmd_vel through the control node."""
     count = 20 if quick else 60
     result = {}
-    for name in ("camera",) if quick else ("camera", "no_camera"):
-        with Launch(log, ["real_time_factor:=1.0", "lidar:=false"], with_control=True) as launch:
-            answer = launch.observer("latency", count, name).answer()
+    for name in ("camera",) if quick else CASES:
+        kind, file = CASES[name]
+        with Launch(log, ["real_time_factor:=1.0", "lidar:=false"], file, True) as launch:
+            answer = launch.observer("latency", count, kind).answer()
         for kind in ("hinge", "wheel"):
             found = [value * 1e3 for value in answer[kind]]
             if len(found) < SEEN * answer["asked"]:

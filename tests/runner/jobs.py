@@ -1,4 +1,4 @@
-"""The table of all jobs: unit tests, linters, rostests, soak; trainings, browsers when asked."""
+"""The table of all jobs: unit tests, linters, rostests; soak, trainings, browsers when asked."""
 
 import importlib.util
 import shutil
@@ -9,6 +9,7 @@ from runner.job import ROOT, WAITS, Job, results_directory
 
 # Stages that take minutes, or install more -> the name of their pytest job.
 EXTRA = {"learning": "training", "desk": "browser", "tutorials": "pages", "long": "drives"}
+ASKED = {*EXTRA, "soak"}  # stages that run only when they are asked for
 # Jobs that wait for people's time (keys that are held, time-outs), for processes that start one
 # after the other or for a package index, and not for the processor.
 WAITING = (
@@ -36,12 +37,12 @@ def all_jobs():
 def selected(jobs, filters):
     """Keeps jobs whose stage is a filter or whose name contains one.
 
-    Without filters all are kept but those of EXTRA stages, which have to be asked for.
+    Without filters all are kept but those of ASKED stages.
     """
     return [
         job
         for job in jobs
-        if (not filters and job.stage not in EXTRA)
+        if (not filters and job.stage not in ASKED)
         or any(word == job.stage or word in job.name for word in filters)
     ]
 
