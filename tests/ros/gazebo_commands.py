@@ -115,7 +115,8 @@ class GazeboCommands(unittest.TestCase):
             "1.5",
         )
         place = state.pose.position
-        self.assertEqual((place.x, place.y, place.z), (1.0, -2.0, 0.5))
+        for value, expected in zip((place.x, place.y, place.z), (1.0, -2.0, 0.5), strict=True):
+            self.assertAlmostEqual(value, expected, delta=1e-12)
         self.assertAlmostEqual(yaw_of(state.pose.orientation), 1.5, delta=1e-5)
         state = self.spawned(
             "beside", "-sdf", "-file", self.path("box.sdf"), "-reference_frame", "placed", "-x", "3"

@@ -30,6 +30,7 @@ from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.master_watch import MasterWatch
 from bullet_bridge.transport.relay import Relay
+from paddock_common import signals
 
 
 def start_relay():
@@ -52,7 +53,7 @@ def main():
     keep_python_output()
     bear_failures()
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
-    rospy.init_node("gazebo", disable_rostime=True)
+    signals.init_node("gazebo", disable_rostime=True)
     end_with_roslaunch()
     master = MasterWatch(end)
     master.start()

@@ -4,6 +4,7 @@ import sys
 
 import rospy
 
+from paddock_common import signals
 from paddock_common.logs import bear_failures
 from paddock_common.orphans import end_with_roslaunch
 
@@ -21,7 +22,7 @@ def start(name, make, errors=ValueError):
         What `make` gave.
     """
     bear_failures()
-    rospy.init_node(name)
+    signals.init_node(name)
     end_with_roslaunch()
     try:
         return make()

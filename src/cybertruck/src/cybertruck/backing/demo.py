@@ -25,6 +25,7 @@ from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.report import summary, table, write_csv, write_picture
 from cybertruck.trailer.shapes import SHAPES, make_shape
+from paddock_common import signals
 
 START_LIMIT = 60.0  # wall time until truck and action are up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the demo fails [s]
@@ -171,7 +172,7 @@ class Demo:
 
 def main():
     """Runs the demonstration; exit status 0 if the trailer arrived."""
-    rospy.init_node("back_demo")
+    signals.init_node("back_demo")
     try:
         good = Demo().run()
     except (TrailerError, ValueError, KeyError, OSError, rospy.ROSException) as error:

@@ -12,6 +12,7 @@ from cybertruck.backing.map_plan import MapSettings, measure, write_picture
 from cybertruck.backing.state import StateSource
 from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towing
 from cybertruck.trailer.steering import MeasuredSteering, write_map
+from paddock_common import signals
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]
@@ -131,7 +132,7 @@ class MapDrive:
 
 def main():
     """Runs the drive; exit status 0 if the map was written."""
-    rospy.init_node("steering_map")
+    signals.init_node("steering_map")
     try:
         MapDrive().run()
     except (TrailerError, KeyError, OSError, rospy.ROSException) as error:

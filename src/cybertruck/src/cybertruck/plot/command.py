@@ -13,6 +13,7 @@ from paddock_common.angles import yaw_of
 
 from cybertruck.plot.picture import draw
 from cybertruck.plot.trajectory import Trajectory
+from paddock_common import signals
 
 SPACING = 0.01  # between stored poses [m]
 
@@ -104,7 +105,7 @@ def record(topic, goal_topic, duration):
             if duration and trajectory.duration >= duration:
                 done.set()
 
-    rospy.init_node("plot_pose", anonymous=False)
+    signals.init_node("plot_pose")
     rospy.on_shutdown(done.set)
     rospy.Subscriber(topic, Odometry, lambda message: take(add_odometry, message), queue_size=None)
     rospy.Subscriber(goal_topic, PoseStamped, lambda message: take(add_goal, message))

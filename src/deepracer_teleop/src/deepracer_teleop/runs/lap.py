@@ -28,6 +28,7 @@ from deepracer_teleop.runs.judge import Judge
 from deepracer_teleop.runs.lap_film import LapFilm
 from deepracer_teleop.runs.recorder import Recorder
 from deepracer_teleop.runs.settings import LapSettings
+from paddock_common import signals
 from track_model.msg import LapStatus
 
 FILES = ("lap.mp4", "lap.png", "path.png", "path.csv")
@@ -214,7 +215,7 @@ def report(keeper, starts, error):
 
 def main():
     """Runs the node; returns its exit code, which result.json repeats."""
-    rospy.init_node("lap")
+    signals.init_node("lap")
     keeper, starts, error = None, [], ""
     try:
         keeper = LapKeeper()

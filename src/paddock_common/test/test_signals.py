@@ -1,0 +1,85 @@
+"""A node ends by SIGINT and SIGTERM whatever its main thread is doing."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+LIMIT = 60.0  # [s]
+# The main thread has a lock that the shutdown needs, as in a call of the master.
+LOCKED = """
+import threading, time
+import rospy
+from paddock_common import signals
+signals.watch()
+lock = threading.Lock()
+def end():
+    with lock:
+        print("unregistered", flush=True)
+rospy.on_shutdown(end)
+with lock:
+    print("ready", flush=True)
+    time.sleep(1.0)
+while not rospy.is_shutdown():
+    time.sleep(0.01)
+"""
+# The main thread ends before the shutdown does.
+SLOW = """
+import time
+import rospy
+import rospy.core
+from paddock_common import signals
+signals.watch()
+def end(reason):
+    time.sleep(0.5)
+    print("unregistered", flush=True)
+rospy.core.add_shutdown_hook(end)
+print("ready", flush=True)
+while not rospy.is_shutdown():
+    time.sleep(0.01)
+"""
+# There is no master: the node is never made.
+STARTING = """
+from paddock_common import signals
+print("ready", flush=True)
+signals.init_node("n")
+"""
+
+
+def ended(script, number, wait=0.0):
+    """What a script prints that gets a signal when it is ready, and its exit status."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(wait)
+        process.send_signal(number)
+        process.send_signal(number)  # a second one does no harm
+        said, _ = process.communicate(timeout=LIMIT)
+    finally:
+        process.kill()
+        process.wait()
+    return said, process.returncode
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("script", [LOCKED, SLOW])
+def test_the_shutdown_is_done_to_its_end(script, number):
+    assert ended(script, number) == ("unregistered\n", 0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_that_is_not_made_yet_ends_at_once(monkeypatch, number):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:9")  # nobody listens
+    assert ended(STARTING, number, wait=0.5)[1] == -number
+
+
+def test_without_a_signal_nothing_is_waited_for():
+    script = "from paddock_common import signals\nsignals.watch()\nprint('ends')\n"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "ends\n", "")
