@@ -5,10 +5,10 @@ own. FILTER: unit, lint, ros, or part of a name (./run test circle). Five stages
 are asked for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning
 (trainings; it installs torch, Ray and Optuna), ./run test desk (the desk in Chromium, which it
 installs), ./run test tutorials (what the tutorials say to type) and ./run test long (more and
-longer drives of the truck). -j N runs N jobs side by side, by default as many as there are cores; --failed
-runs what failed when it last ran. Logs and JUnit files go to test-results/. At the end come the
-slowest tests, the flaky ones (failed and passed in their last ten runs) and what failed. The last
-line is the sum; the exit status is 0 only if nothing failed.
+longer drives of the truck). -j N runs N jobs side by side, by default as many as there are cores;
+--failed runs what failed when it last ran. Logs and JUnit files go to test-results/. At the end
+come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what failed.
+The last line is the sum; the exit status is 0 only if nothing failed.
 """
 
 import os
