@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import pytest
-from paddock_common.orphans import is_roslaunch
+from paddock_common.ending.orphans import is_roslaunch
 from paddock_common.testing import is_running, wait_ended
 
-NODE = "import signal; from paddock_common.orphans import end_with_roslaunch as end; end(); \
+NODE = "import signal; from paddock_common.ending.orphans import end_with_roslaunch as end; end(); \
 print('ready', flush=True); signal.pause()"
 PARENT = "import subprocess, sys, signal; \
 child = subprocess.Popen([sys.executable, '-c', sys.argv[1]], stdout=subprocess.PIPE); \

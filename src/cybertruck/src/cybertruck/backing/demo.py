@@ -16,6 +16,7 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.ending import signals
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.settings import settings_from
@@ -25,7 +26,6 @@ from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.report import summary, table, write_csv, write_picture
 from cybertruck.trailer.shapes import SHAPES, make_shape
-from paddock_common import signals
 
 START_LIMIT = 60.0  # wall time until truck and action are up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the demo fails [s]

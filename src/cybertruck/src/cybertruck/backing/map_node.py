@@ -5,6 +5,7 @@ import os
 import sys
 
 import rospy
+from paddock_common.ending import signals
 from paddock_common.settings import from_table, read
 
 from cybertruck.backing.commands import Driver
@@ -12,7 +13,6 @@ from cybertruck.backing.map_plan import MapSettings, measure, write_picture
 from cybertruck.backing.state import StateSource
 from cybertruck.trailer.geometry import Geometry, TrailerError, has_steady_towing
 from cybertruck.trailer.steering import MeasuredSteering, write_map
-from paddock_common import signals
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]

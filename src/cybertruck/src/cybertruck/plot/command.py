@@ -10,10 +10,10 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from paddock_common.angles import yaw_of
+from paddock_common.ending import signals
 
 from cybertruck.plot.picture import draw
 from cybertruck.plot.trajectory import Trajectory
-from paddock_common import signals
 
 SPACING = 0.01  # between stored poses [m]
 

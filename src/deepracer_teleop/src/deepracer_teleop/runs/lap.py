@@ -15,6 +15,7 @@ from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
+from paddock_common.ending import signals
 from paddock_common.settings import read
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
@@ -28,7 +29,6 @@ from deepracer_teleop.runs.judge import Judge
 from deepracer_teleop.runs.lap_film import LapFilm
 from deepracer_teleop.runs.recorder import Recorder
 from deepracer_teleop.runs.settings import LapSettings
-from paddock_common import signals
 from track_model.msg import LapStatus
 
 FILES = ("lap.mp4", "lap.png", "path.png", "path.csv")

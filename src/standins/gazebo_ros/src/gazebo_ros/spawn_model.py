@@ -5,10 +5,11 @@ import sys
 import rospy
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfiguration, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
+from paddock_common.ending import signals
 from std_srvs.srv import Empty
 
 from gazebo_ros import model_text, options
-from paddock_common import signals, waiting
+from paddock_common import waiting
 
 
 class SpawnError(Exception):

@@ -4,9 +4,10 @@ import os
 import sys
 
 import rospy
+from paddock_common.ending import signals
 from std_srvs.srv import Trigger
 
-from paddock_common import signals, waiting
+from paddock_common import waiting
 
 SERVICE = "/gazebo/open_viewer"
 TIMEOUT = 60.0  # [s] wall clock

@@ -1,0 +1,1 @@
+"""Processes end: by signals, and with the one that started them."""
