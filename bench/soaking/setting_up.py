@@ -11,7 +11,7 @@ from figures import BenchError
 from processes import arguments_of
 
 from soaking.crowd import Crowd
-from soaking.marked import marked
+from soaking.marked import marked, wait_none
 from soaking.session import BENCH
 
 ROOT = BENCH.parent
@@ -92,7 +92,8 @@ def attempt(world, clone, seconds, number):
     Raises:
         BenchError: It failed, or did not end.
     """
-    before = set(marked(world.mark))  # at work still, of one that was killed
+    if number != signal.SIGKILL:  # what a killed one has left at work is not this one's
+        wait_none(world.mark, LIMIT)
     process, crowd, begin = world.popen(str(clone / "run"), "setup"), Crowd(), time.monotonic()
     while process.poll() is None and time.monotonic() - begin < seconds * crowd.slowdown():
         crowd.look(marked(world.mark))
@@ -103,7 +104,7 @@ def attempt(world, clone, seconds, number):
             process.wait()
             return False
         end = time.monotonic() + END_LIMIT * crowd.slowdown()
-        while left := set(marked(world.mark)) - before:
+        while left := marked(world.mark):
             if time.monotonic() > end:
                 names = [" ".join(arguments_of(pid))[:160] for pid in left]
                 raise BenchError(f"{number.name} after {seconds:g} s: left {names}")
