@@ -72,7 +72,7 @@ class Lidar:
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
             own_body: the engine's number of the body that carries the sensor.
-            too_near: whether to look for what is nearer than range_min, with as many rays again.
+            too_near: whether to look for what is nearer than range_min.
 
         Returns:
             (n,) float32 [m], min_angle first; +inf: nothing up to range_max; -inf: something
@@ -99,7 +99,7 @@ class Lidar:
             noise = spec.noise_mean
             if spec.noise_stddev > 0.0:
                 noise = noise + rng.normal(0.0, spec.noise_stddev, len(ranges))
-            noisy = np.clip(ranges + noise, spec.range_min, spec.range_max)
+            noisy = np.minimum(np.maximum(ranges + noise, spec.range_min), spec.range_max)
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
 

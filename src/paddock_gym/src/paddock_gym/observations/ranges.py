@@ -20,8 +20,9 @@ def ranges(measured):
     Returns:
         (64,) float32, 0 to 1 of FARTHEST.
     """
-    measured = np.nan_to_num(np.asarray(measured, dtype=float), nan=FARTHEST)
-    return (np.clip(measured, 0.0, FARTHEST) / FARTHEST).astype(np.float32)
+    # np.clip and np.nan_to_num take several times as long; fmin turns NaN into FARTHEST
+    near = np.maximum(np.fmin(np.asarray(measured, dtype=float), FARTHEST), 0.0)
+    return (near / FARTHEST).astype(np.float32)
 
 
 def pick_rays(angle_min, angle_increment, count):
