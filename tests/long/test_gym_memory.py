@@ -1,0 +1,37 @@
+"""Memory stays where it is over 200,000 actions of the state environment, with its resets."""
+
+import gymnasium
+import psutil
+
+import paddock_gym
+
+WARM_UP, ACTIONS, SAMPLES = 20_000, 180_000, 9
+MOST = 1e6  # [bytes] of growth after the warm-up: 6 for an action, 70 for a run
+
+
+def drive(env, actions):
+    """Take random actions; returns how many runs ended."""
+    runs = 0
+    for _ in range(actions):
+        *_, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            env.reset()
+            runs += 1
+    return runs
+
+
+def test_200000_actions_leave_no_memory_behind():
+    env = gymnasium.make(paddock_gym.IDS[0])
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    drive(env, WARM_UP)
+    memory = [psutil.Process().memory_info().rss]
+    runs = 0
+    for _ in range(SAMPLES):
+        runs += drive(env, ACTIONS // SAMPLES)
+        memory.append(psutil.Process().memory_info().rss)
+    env.close()
+    told = ", ".join(f"{one / 1e6:.2f}" for one in memory)
+    print(f"{WARM_UP + ACTIONS} actions, {runs} runs, memory [MB]: {told}")
+    assert runs > 5000
+    assert memory[-1] - memory[0] < MOST, f"memory [MB] after {WARM_UP} actions and on: {told}"
