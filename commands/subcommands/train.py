@@ -5,8 +5,9 @@ take), report.json, the film of the best lap, the learning curve, a map of where
 and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of the same
 name empties the folder. The first time, Debian's torch and stable-baselines3 get installed (330
 MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as they
-are. docs/learning.md tells more. With --ray the workers are actors of Ray, on this machine or on
-several (./run cluster), as they are where more than two for each core are asked for.
+are. --env backing teaches the Cyber Truck to back its trailer instead. docs/learning.md tells
+more. With --ray the workers are actors of Ray, on this machine or on several (./run cluster), as
+they are where more than two for each core are asked for.
 """
 
 import json
@@ -22,13 +23,22 @@ USAGE = "[NAME] [--track T] [--observation O] [OPTIONS]"
 OBSERVATIONS = ("state", "lidar", "camera")
 RACES = ("time_trial", "object_avoidance", "head_to_bot")
 RANDOM = ("start", "friction", "mass", "latency", "camera", "light", "colours")
-STEPS = {"state": 60_000, "lidar": 200_000, "camera": 300_000}
+STEPS = {"state": 60_000, "lidar": 200_000, "camera": 300_000, "backing": 200_000}
+ENVS = ("deepracer", "backing")
+OF_THE_CAR = ("track", "observation", "reward", "metadata", "race", "randomize", "walls")
 
 
 def add_arguments(parser):
     """Declares what can be chosen; what is not given is the default, or as before (--resume)."""
     add = parser.add_argument
     add("name", nargs="?", default="first", metavar="NAME", type=_name, help="the folder (first)")
+    env = add(
+        "--env",
+        metavar="ENV",
+        type=_one_of("env", ENVS),
+        help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
+    )
+    env.complete = lambda: ENVS
     track = add("--track", type=tracks.resolve, help="as of ./run lap (default)")
     track.complete = tracks.names
     observation = add(
@@ -51,7 +61,12 @@ def add_arguments(parser):
         help=f"of {', '.join(RANDOM)}, separated by commas; all; nothing (default: start)",
     )
     add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
-    add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
+    add(
+        "--steps",
+        metavar="N",
+        type=_number("steps", 1),
+        help="actions in all (60000 for state)",
+    )
     add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
     add(
         "--ray",
@@ -78,6 +93,10 @@ def run(options, _rest):
 def wanted(options):
     """Gives what the command line asks for: the Settings of the training, folder and resume."""
     table = {key: value for key, value in vars(options).items() if value is not None}
+    if table.get("env") == "backing":
+        for key in OF_THE_CAR:
+            if key in table:
+                raise UsageError(f"--{key} is an option of the DeepRacer; --env backing has none")
     for key in ("observation", "race"):
         if key in table:
             table[key] = table[key] if key == "observation" else table[key][0]
@@ -89,7 +108,9 @@ def wanted(options):
         table.setdefault("ray", "auto")
     if not options.resume:
         observation = table.setdefault("observation", ["state"])
-        table.setdefault("steps", max(STEPS[name] for name in observation))
+        backing = table.get("env") == "backing"
+        kinds = ["backing"] if backing else observation
+        table.setdefault("steps", max(STEPS[name] for name in kinds))
         table.setdefault("workers", 0 if "ray" in table else most_processes())
     table["folder"] = os.path.join(OUT, "train", options.name)
     return table
@@ -125,6 +146,15 @@ def _listed(what, valid):
             if name not in valid:
                 raise UsageError(f"{what} is {name!r}; there are {', '.join(valid)}")
         return chosen
+
+    return read
+
+
+def _one_of(what, valid):
+    def read(value):
+        if value not in valid:
+            raise UsageError(f"{what} is {value!r}; there are {', '.join(valid)}")
+        return value
 
     return read
 

@@ -170,3 +170,13 @@ def test_updates_come_after_as_many_runs_as_the_hyperparameters_say(training, tm
     later = [int(row.split(",")[0]) for row in rows[1:]]
     runs = sum(step > first for step in later) / (updates - 1)
     assert 20 < runs < 45
+
+
+def test_backing_trains_and_goes_on(training):
+    report = training.run(env="backing", steps=1024, workers=2)
+    assert report["steps"] == 1024 and len(report["ends"]) == report["evaluated_starts"] == 10
+    assert report["arrived"] == report["ends"].count("arrived")
+    about = OnnxPolicy(str(training.folder / "policy.onnx"), env="backing").description
+    assert about.env == "backing" and about.actions.speed == (-0.4, 0.4)
+    assert (training.folder / "learning_curve.png").is_file()
+    assert training.run(resume=True, steps=2048)["steps"] == 2048

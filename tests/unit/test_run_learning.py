@@ -178,3 +178,13 @@ def test_wrong_arguments_of_cluster(words):
     with pytest.raises(UsageError) as error:
         cluster.wanted(parsed(cluster, "cluster", *words))
     assert f"cluster is {' '.join(words)!r}; it must be head" in str(error.value)
+
+
+def test_a_training_of_backing_has_no_options_of_the_car():
+    table = train.wanted(parsed(train, "train", "rig", "--env", "backing"))
+    assert (table["env"], table["steps"]) == ("backing", train.STEPS["backing"])
+    for words in (["--track", "easy"], ["--walls"], ["--observation", "lidar"]):
+        with pytest.raises(UsageError, match=f"{words[0]} is an option of the DeepRacer"):
+            train.wanted(parsed(train, "train", "rig", "--env", "backing", *words))
+    with pytest.raises(UsageError, match="env is 'boat'; there are deepracer, backing"):
+        parsed(train, "train", "--env", "boat")

@@ -16,13 +16,14 @@ def describe(observation="state", chosen=None, **others):
     return PolicyDescription((observation,), False, chosen or actions.Continuous(), **values)
 
 
-def write(path, weights, bias, description):
+def write(path, weights, bias, description, size=None):
     """Write a policy whose action is tanh(weights @ observation + bias).
 
     Args:
         path: of the file.
         weights: (A, N); bias: (A,).
         description: PolicyDescription of one observation.
+        size: of the observation, where it is not a DeepRacer's: (N,).
 
     Returns:
         The path as text.
@@ -39,7 +40,7 @@ def write(path, weights, bias, description):
     graph = helper.make_graph(
         nodes,
         "policy",
-        [helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", *SIZES[name]])],
+        [helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", *(size or SIZES[name])])],
         [helper.make_tensor_value_info(OUTPUT, kind, shape)],
         [
             numpy_helper.from_array(np.asarray(value, np.float32), label)

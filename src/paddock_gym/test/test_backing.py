@@ -7,8 +7,12 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from networks import describe, write
+from paddock_gym.contract.actions import Continuous
 from paddock_gym.errors import GymError
+from paddock_gym.evaluation import backing_runs
 from paddock_gym.evaluation.backing import TrackerDriver
+from paddock_gym.evaluation.cli import evaluate
 
 import paddock_gym
 
@@ -83,3 +87,18 @@ def test_an_angle_too_far_ends_a_run(env):
 def test_wrong_options():
     with pytest.raises(GymError, match="path is 'loop'; there are line, arc"):
         gymnasium.make(ID, path="loop")
+
+
+def test_a_policy_and_the_tracker_from_the_same_unseen_starts(tmp_path):
+    about = describe(chosen=Continuous((-35.0, 35.0), (-0.4, 0.4)), env="backing")
+    policy = write(tmp_path / "policy.onnx", np.zeros((2, 11)), (2.0, -2.0), about, (11,))
+    rows = evaluate(policy, [], 2, None, str(tmp_path / "out"))
+    assert [row["driver"] for row in rows] == ["policy", "tracker"]
+    turning, tracker = rows
+    assert turning["arrived"] == 0 and set(turning["other_ends"]) <= {"jackknifed", "lost"}
+    assert tracker["arrived"] == tracker["starts"] == 2 and not tracker["other_ends"]
+    assert max(tracker["end_lateral"]) < 0.03 and min(tracker["times"]) > 5.0  # [m], [s]
+    cells = backing_runs.lines(rows)
+    assert cells[1][:3] == ("policy", "0 of 2", "-") and cells[2][1] == "2 of 2"
+    with pytest.raises(GymError, match="track is 'easy'; a policy for backing has no track"):
+        evaluate(policy, ["easy"], 2, None, str(tmp_path / "out"))

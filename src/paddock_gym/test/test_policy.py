@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from networks import describe, lane_keeper, write
-from paddock_gym.contract.actions import Discrete
+from paddock_gym.contract.actions import Continuous, Discrete
 from paddock_gym.errors import GymError
 from paddock_gym.evaluation import laps
 from paddock_gym.evaluation.drivers import PolicyDriver, PursuitDriver
@@ -95,3 +95,12 @@ def test_starts_are_the_same_for_every_driver():
 
 def test_the_registered_limit_of_steps():
     assert gymnasium.spec(paddock_gym.IDS[0]).max_episode_steps == paddock_gym.MAX_STEPS
+
+
+def test_a_policy_of_another_environment_is_refused(tmp_path):
+    about = describe(chosen=Continuous((-35.0, 35.0), (-0.4, 0.4)), env="backing")
+    assert PolicyDescription.of_text(about.text()) == about
+    path = write(tmp_path / "policy.onnx", np.zeros((2, 11)), (0.0, -1.0), about, (11,))
+    with pytest.raises(GymError, match="was trained on backing; it must be of deepracer"):
+        OnnxPolicy(path)
+    assert OnnxPolicy(path, "backing").command(np.zeros(11, np.float32))[0] < -0.3  # [m/s]

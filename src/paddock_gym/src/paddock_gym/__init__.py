@@ -8,6 +8,7 @@ import importlib.util
 from paddock_gym.errors import GymError
 
 IDS = ("Paddock/DeepRacer-v0", "Paddock/CyberTruckBacking-v0")
+ENVS = dict(zip(("deepracer", "backing"), IDS))  # names for commands and policies
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
 

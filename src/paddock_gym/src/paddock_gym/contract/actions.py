@@ -112,6 +112,18 @@ def table(actions):
     return {"action_space": ends, "action_space_type": "continuous"}
 
 
+def ranges(content):
+    """Continuous actions of what table() made of them, whatever the ranges: not only a DeepRacer's.
+
+    Raises:
+        KeyError, TypeError: content is none.
+    """
+    space = content["action_space"]
+    return Continuous(
+        *((space[key]["low"], space[key]["high"]) for key in ("steering_angle", "speed"))
+    )
+
+
 def _parse(path, data):
     if "action_space" not in data:
         raise GymError(f"{path}: action_space is missing; it must be a list, or two ranges")

@@ -108,6 +108,7 @@ class BackingEnv(gymnasium.Env):
     def _look(self):
         """Where the trailer is now."""
         x, y, heading = self.rig.trailer()
+        self._place = float(x), float(y)
         self.arc = float(self.path.nearest(x, y, self.arc))
         lateral, error = self.path.errors(x, y, heading + math.pi, self.arc)
         self.lateral, self.heading_error = float(lateral), float(error)
@@ -140,6 +141,9 @@ class BackingEnv(gymnasium.Env):
             "lateral": self.lateral,
             "heading": self.heading_error,
             "hitch": self.hitch,
+            "x": self._place[0],
+            "y": self._place[1],
+            "time": self._steps * self.rig.period,
             "progress": 100.0 * min(1.0, max(0.0, self.arc / self.path.length)),
         }
 

@@ -10,9 +10,10 @@ import numpy as np
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.errors import GymError
-from paddock_gym.evaluation import plots
+from paddock_gym.evaluation import backing_runs, plots
 from paddock_gym.evaluation.drivers import DRIVERS, PolicyDriver
 from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.policy.description import BACKING
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
 HEAD = ("track", "driver", "laps", "lap time [s]", "off the centreline [cm]", "other ends")
@@ -26,7 +27,7 @@ def main(arguments=None):
     except (GymError, ValueError) as error:
         print(f"evaluate: {error}", file=sys.stderr)
         return 1
-    print(text_table(rows))
+    print(aligned(backing_runs.lines(rows) if "arrived" in rows[0] else lines(rows)))
     print(
         f"in {os.path.relpath(table['folder'])}/: {' '.join(sorted(os.listdir(table['folder'])))}"
     )
@@ -46,12 +47,17 @@ def evaluate(policy, tracks, starts, walls, folder):
     Returns:
         Rows (dicts), one a track and driver.
     """
-    about = OnnxPolicy(policy).description
+    about = OnnxPolicy(policy, env=None).description
+    if about.env == BACKING and tracks:
+        raise GymError(f"track is {tracks[0]!r}; a policy for backing has no track")
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     rows = []
-    for track in tracks or [about.track]:
-        rows += on_track(policy, about, track, starts, walls, folder)
+    if about.env == BACKING:
+        rows = backing_runs.compare(policy, starts)
+    else:
+        for track in tracks or [about.track]:
+            rows += on_track(policy, about, track, starts, walls, folder)
     with open(os.path.join(folder, "report.json"), "w", encoding="utf-8") as stream:
         json.dump(rows, stream, indent=2)
         stream.write("\n")
@@ -100,13 +106,13 @@ def row_of(track, driver, laps):
     }
 
 
-def text_table(rows):
-    """The rows as lines of text."""
-    lines = [HEAD]
+def lines(rows):
+    """Cells of the table of rows, with its head."""
+    table = [HEAD]
     for row in rows:
         times = row["lap_times"]
         spread = f"{np.mean(times):.2f} ({min(times):.2f} to {max(times):.2f})" if times else "-"
-        lines.append(
+        table.append(
             (
                 row["track"],
                 row["driver"],
@@ -116,8 +122,13 @@ def text_table(rows):
                 ", ".join(sorted(set(row["other_ends"]))) or "-",
             )
         )
-    widths = [max(len(line[k]) for line in lines) for k in range(len(HEAD))]
-    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(line, widths)) for line in lines)
+    return table
+
+
+def aligned(table):
+    """Text of a table: rows of cells, columns aligned."""
+    widths = [max(map(len, column)) for column in zip(*table)]
+    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths)) for row in table)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import math
 from deepracer_control.drivers.pursuit import Path, Pursuit
 from track_model.referee.rules import Car
 
+from paddock_gym.policy.description import DEEPRACER
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 from paddock_gym.simulation.car import GEOMETRY
 
@@ -16,10 +17,11 @@ class PolicyDriver:
 
     Args:
         path: of its ONNX file.
+        env: as of OnnxPolicy.
     """
 
-    def __init__(self, path):
-        self.policy = OnnxPolicy(path)
+    def __init__(self, path, env=DEEPRACER):
+        self.policy = OnnxPolicy(path, env)
 
     def restart(self):
         """Nothing to forget."""

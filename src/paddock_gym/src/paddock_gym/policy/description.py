@@ -8,6 +8,7 @@ from paddock_gym.errors import GymError
 
 KEY = "paddock"  # of the ONNX file's metadata
 OUTPUT = "action"
+DEEPRACER, BACKING = "deepracer", "backing"
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,7 @@ class PolicyDescription:
         control_rate: actions a second [Hz].
         track: that it was trained on.
         race: as the environment's option.
+        env: deepracer or backing.
     """
 
     observations: tuple
@@ -29,6 +31,7 @@ class PolicyDescription:
     control_rate: float
     track: str
     race: str = "time_trial"
+    env: str = DEEPRACER
 
     def text(self):
         """JSON text for the file."""
@@ -44,7 +47,8 @@ class PolicyDescription:
         """
         try:
             table = json.loads(text)
-            table["actions"] = actions.parse(table["actions"])
+            read = actions.ranges if table.get("env") == BACKING else actions.parse
+            table["actions"] = read(table["actions"])
             table["observations"] = tuple(table["observations"])
             return cls(**table)
         except (ValueError, TypeError, KeyError) as error:

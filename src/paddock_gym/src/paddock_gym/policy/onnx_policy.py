@@ -6,7 +6,7 @@ import numpy as np
 
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.errors import GymError
-from paddock_gym.policy.description import KEY, OUTPUT, PolicyDescription
+from paddock_gym.policy.description import DEEPRACER, KEY, OUTPUT, PolicyDescription
 
 
 class OnnxPolicy:
@@ -14,15 +14,16 @@ class OnnxPolicy:
 
     Args:
         path: of a policy.onnx.
+        env: that it must have been trained on: deepracer, backing; None: either.
 
     Attributes:
         description: PolicyDescription.
 
     Raises:
-        GymError: there is no such file, or it is no policy of ours.
+        GymError: there is no such file, or it is no policy of ours, or one of another env.
     """
 
-    def __init__(self, path):
+    def __init__(self, path, env=DEEPRACER):
         if not os.path.isfile(path):
             raise GymError(f"policy is {path!r}; there is no such file")
         import onnxruntime
@@ -40,6 +41,8 @@ class OnnxPolicy:
         if text is None:
             raise GymError(f"{path} has no description {KEY!r}; it must be of ./run train")
         self.description = PolicyDescription.of_text(text)
+        if env not in (None, self.description.env):
+            raise GymError(f"{path} was trained on {self.description.env}; it must be of {env}")
         self._inputs = [item.name for item in self._session.get_inputs()]
         if tuple(self._inputs) != self.description.observations:
             raise GymError(

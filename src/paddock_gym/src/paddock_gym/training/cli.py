@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 
+from paddock_gym import ENVS
 from paddock_gym.contract import actions, hyperparameters
 from paddock_gym.contract.reward_file import RewardFile
 from paddock_gym.errors import GymError, RewardError
@@ -73,6 +74,8 @@ def _plain(value):
 
 def check(settings):
     """Check the users' files before anything long begins."""
+    if settings.env not in ENVS:
+        raise GymError(f"env is {settings.env!r}; there are {', '.join(ENVS)}")
     actions.parse(settings.metadata or "continuous")
     if settings.hyperparameters:
         hyperparameters.load(settings.hyperparameters)
@@ -82,13 +85,14 @@ def check(settings):
 
 def summary(report, folder):
     """The last words: how it drives, what is in the folder."""
-    mean = report["mean_lap_time"]
-    words = f", {mean:.2f} s a lap" if mean else ""
+    if "arrived" in report:
+        result = f"arrived from {report['arrived']} of {report['evaluated_starts']} unseen starts"
+    else:
+        mean = report["mean_lap_time"]
+        result = f"{report['laps']} laps of {report['evaluated_starts']} unseen starts"
+        result += f", {mean:.2f} s a lap" if mean else ""
     files = " ".join(sorted(name for name in os.listdir(folder) if name != FILE))
-    return (
-        f"train: {report['laps']} laps of {report['evaluated_starts']} unseen starts{words}\n"
-        f"in {os.path.relpath(folder)}/: {files}"
-    )
+    return f"train: {result}\nin {os.path.relpath(folder)}/: {files}"
 
 
 if __name__ == "__main__":

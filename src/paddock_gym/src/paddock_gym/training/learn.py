@@ -6,25 +6,16 @@ import os
 import signal
 import time
 
-import numpy as np
 import torch
-from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 
-from paddock_gym.envs.deepracer import DeepRacerEnv
-from paddock_gym.evaluation import plots
-from paddock_gym.evaluation.drivers import PolicyDriver
-from paddock_gym.evaluation.film import film_lap
-from paddock_gym.evaluation.laps import drive, starts
-from paddock_gym.policy.description import PolicyDescription
-from paddock_gym.policy.export import export
-from paddock_gym.training import algorithm, checkpoint, pictures
+from paddock_gym.training import algorithm, checkpoint
+from paddock_gym.training.finish import STARTS, finish, success
 from paddock_gym.training.network import Features
 from paddock_gym.training.watch import Watch
 from paddock_gym.training.workers import Workers, factory
 
-STARTS = 10  # of the evaluation at the end
-POLICY, REPORT, FILM = "policy.onnx", "report.json", "best_lap.mp4"
+REPORT = "report.json"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
 
 
@@ -50,7 +41,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
         model = _model(settings, folder, workers, resume)
         already = model.num_timesteps
         model.set_logger(configure(folder, ["csv"]))
-        watch = Watch(folder, settings.steps, say, stop.asked)
+        watch = Watch(folder, settings.steps, say, stop.asked, *success(settings))
         with stop:
             model.learn(
                 max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
@@ -60,7 +51,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
         lost = workers.lost
     finally:
         workers.close()
-    say(f"train: {model.num_timesteps} steps done, now {STARTS} laps from unseen starts")
+    say(f"train: {model.num_timesteps} steps done, now runs from {STARTS} unseen starts")
     report = {
         "settings": vars(settings),
         "steps": model.num_timesteps,
@@ -68,7 +59,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
         "seconds_this_time": round(seconds, 1),
         "interrupted": stop.asked(),
         "workers_lost": lost,
-        **_finish(settings, folder, model),
+        **finish(settings, folder, model),
     }
     with open(os.path.join(folder, REPORT), "w", encoding="utf-8") as stream:
         json.dump(report, stream, indent=2)
@@ -113,57 +104,6 @@ def _model(settings, folder, workers, resume):
     return algorithm.of(settings, workers)(
         policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
     )
-
-
-def _finish(settings, folder, model):
-    """Choose the policy, write it, judge and film it, draw; returns its part of the report."""
-    env = DeepRacerEnv(**settings.environment())
-    description = PolicyDescription(
-        settings.observation,
-        settings.colour,
-        env.options.actions,
-        1.0 / env.scene.period,
-        settings.track,
-        settings.race,
-    )
-    chosen = None
-    for name, found in (("last", model), ("best", _best(folder))):
-        if found is None:
-            continue
-        path = os.path.join(folder, f"{name}.onnx")
-        export(found.policy, env.observation_space, description, path)
-        driver = PolicyDriver(path)
-        laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(STARTS))]
-        score = sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])
-        if chosen is None or score > chosen[0]:
-            chosen = score, path, driver, laps
-    _, path, driver, laps = chosen
-    os.replace(path, os.path.join(folder, POLICY))
-    for name in ("last.onnx", "best.onnx"):
-        if os.path.exists(os.path.join(folder, name)):
-            os.remove(os.path.join(folder, name))
-    rows = pictures.episodes(folder)
-    pictures.learning_curve(rows, os.path.join(folder, "learning_curve.png"))
-    pictures.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
-    plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
-    whole = [lap for lap in laps if lap.is_lap]
-    best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
-    filmed = starts(STARTS)[laps.index(best)]
-    film_lap(env, driver, filmed, os.path.join(folder, FILM))
-    env.close()
-    return {
-        "track_length": round(float(env.scene.projector.length), 3),
-        "evaluated_starts": STARTS,
-        "laps": len(whole),
-        "lap_times": [round(lap.time, 3) for lap in whole],
-        "mean_lap_time": round(float(np.mean([lap.time for lap in whole])), 3) if whole else None,
-        "ends": [lap.end for lap in laps],
-    }
-
-
-def _best(folder):
-    path = os.path.join(folder, "best.zip")
-    return PPO.load(path, device="cpu") if os.path.exists(path) else None
 
 
 class _Stop:

@@ -21,16 +21,18 @@ def episodes(folder):
         return list(csv.DictReader(stream))
 
 
-def learning_curve(rows, path):
-    """Draw progress, laps and lap times over the steps.
+def learning_curve(rows, path, good=LAP, word="laps"):
+    """Draw progress, laps or other successes and their times over the steps.
 
     Args:
         rows: of episodes().
         path: of the PNG.
+        good: end of a run that made it.
+        word: for several of those.
     """
     steps = np.array([float(row["step"]) for row in rows])
     progress = np.array([float(row["progress"]) for row in rows])
-    laps = np.array([row["end"] == LAP for row in rows])
+    laps = np.array([row["end"] == good for row in rows])
     times = np.array([float(row["time"]) for row in rows])
     figure, (upper, lower) = pyplot.subplots(2, 1, sharex=True, figsize=(9, 6), dpi=110)
     upper.plot(steps, progress, ".", color="0.8", markersize=3, label="progress of a run [%]")
@@ -44,12 +46,12 @@ def learning_curve(rows, path):
         upper.plot(
             steps[RECENT - 1 :],
             100.0 * np.convolve(laps, window, "valid"),
-            label="laps among them [%]",
+            label=f"{word} among them [%]",
         )
     upper.set_ylim(0, 102)
     upper.legend(loc="lower right")
     lower.plot(steps[laps], times[laps], ".", markersize=3)
-    lower.set(xlabel="steps", ylabel="lap time [s]")
+    lower.set(xlabel="steps", ylabel=f"time of {word} [s]")
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)

@@ -4,10 +4,13 @@ import json
 import os
 from dataclasses import asdict, dataclass
 
+from paddock_gym import ENVS
 from paddock_gym.contract import hyperparameters
 from paddock_gym.errors import GymError
+from paddock_gym.policy.description import BACKING
 
 FILE = "settings.json"
+
 MAY_CHANGE = ("steps", "workers")  # by --resume
 
 
@@ -17,6 +20,7 @@ class Settings:
 
     Attributes:
         name: of the folder in out/train/.
+        env: deepracer or backing; with backing the options up to metadata mean nothing.
         track, observation, race, walls, colour: as the environment's options.
         randomize: names of what is random, with start.
         reward: progress, or the absolute path of a file.
@@ -28,6 +32,7 @@ class Settings:
     """
 
     name: str
+    env: str = "deepracer"
     track: str = "default"
     observation: tuple = ("state",)
     race: str = "time_trial"
@@ -42,9 +47,12 @@ class Settings:
     seed: int = 0
 
     def environment(self):
-        """Keyword arguments of the environment."""
+        """Keyword arguments of the environment, with its Gymnasium id."""
+        if self.env == BACKING:
+            return {"id": ENVS[BACKING]}
         names = self.observation
         return {
+            "id": ENVS[self.env],
             "track": self.track,
             "observation": names[0] if len(names) == 1 else names,
             "action": self.metadata or "continuous",
@@ -63,7 +71,7 @@ class Settings:
             "batch_size": 256,
             "n_epochs": 4 if pictures else 10,
             "learning_rate": 5e-4 if pictures else 1e-3,
-            "gamma": 0.98,
+            "gamma": 0.99 if self.env == BACKING else 0.98,
             "gae_lambda": 0.95,
             "ent_coef": 0.0,
         }

@@ -27,13 +27,16 @@ class Watch(BaseCallback):
         steps: at which it ends.
         say: function of one line.
         stop: function without arguments: whether the user asked to stop.
+        good: end of a run that made it.
+        word: for several of those.
 
     Attributes:
-        best: (laps, -mean lap time) of the best RECENT runs so far.
+        best: (laps or arrivals, -their mean time) of the best RECENT runs so far.
     """
 
-    def __init__(self, folder, steps, say=print, stop=lambda: False):
+    def __init__(self, folder, steps, say=print, stop=lambda: False, good=LAP, word="laps"):
         super().__init__()
+        self._good, self._word = good, word
         self._folder, self._steps, self._say, self._stop = folder, steps, say, stop
         self._recent, self.best = deque(maxlen=RECENT), (0, 0.0)
         self._path = os.path.join(folder, EPISODES)
@@ -86,8 +89,8 @@ class Watch(BaseCallback):
         self._stream.close()
 
     def score(self):
-        """(laps, -mean lap time) of the last RECENT runs."""
-        laps = [seconds for end, seconds in self._recent if end == LAP]
+        """(laps or arrivals, -their mean time) of the last RECENT runs."""
+        laps = [seconds for end, seconds in self._recent if end == self._good]
         return len(laps), -sum(laps) / len(laps) if laps else 0.0
 
     def line(self):
@@ -96,7 +99,7 @@ class Watch(BaseCallback):
         rate = (self.num_timesteps - self._first) / max(seconds, 1e-3)
         left = max(0, self._steps - self.num_timesteps) / max(rate, 1e-3)
         laps, mean = self.score()
-        words = f"{laps} laps in the last {len(self._recent)} runs"
+        words = f"{laps} {self._word} in the last {len(self._recent)} runs"
         if laps:
             words += f" ({-mean:.1f} s)"
         return (

@@ -56,13 +56,13 @@ def environment(options):
     """One environment, in a process that leaves Ctrl-C to its parent.
 
     Args:
-        options: keyword arguments of the environment.
+        options: keyword arguments of the environment; id: its Gymnasium id (DeepRacer).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
-    import paddock_gym  # noqa: F401  (registers the environment)
+    from paddock_gym import IDS  # registers the environments
 
-    env = Reporting(gymnasium.make("Paddock/DeepRacer-v0", **options))
+    env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))
     return gymnasium.wrappers.RecordEpisodeStatistics(env, buffer_length=1)
 
 

@@ -1,0 +1,120 @@
+"""The end of a training: the better of two policies, its report and its pictures."""
+
+import os
+
+import numpy as np
+from stable_baselines3 import PPO
+
+from paddock_gym.contract.actions import Continuous
+from paddock_gym.course.judge import LAP
+from paddock_gym.envs.backing import ARRIVED, TOP_SPEED, BackingEnv
+from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.evaluation import backing_runs, plots
+from paddock_gym.evaluation.drivers import PolicyDriver
+from paddock_gym.evaluation.film import film_lap
+from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.policy.description import BACKING, PolicyDescription
+from paddock_gym.policy.export import export
+from paddock_gym.training import pictures
+
+STARTS = 10  # of the evaluation at the end
+POLICY, FILM = "policy.onnx", "best_lap.mp4"
+
+
+def success(settings):
+    """(end of a run that made it, word for several) of a training's environment."""
+    return (ARRIVED, "arrivals") if settings.env == BACKING else (LAP, "laps")
+
+
+def finish(settings, folder, model):
+    """Choose the policy, write it, judge it, draw; returns its part of the report.
+
+    Args:
+        settings: Settings.
+        folder: of the training.
+        model: PPO as it is after the last step; the best along the way is in best.zip.
+    """
+    work = _finish_backing if settings.env == BACKING else _finish_laps
+    rows = pictures.episodes(folder)
+    curve = os.path.join(folder, "learning_curve.png")
+    pictures.learning_curve(rows, curve, *success(settings))
+    return work(settings, folder, model, rows)
+
+
+def _finish_laps(settings, folder, model, rows):
+    options = settings.environment()
+    del options["id"]
+    env = DeepRacerEnv(**options)
+    description = PolicyDescription(
+        settings.observation,
+        settings.colour,
+        env.options.actions,
+        1.0 / env.scene.period,
+        settings.track,
+        settings.race,
+    )
+
+    def judge(path):
+        driver = PolicyDriver(path)
+        laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(STARTS))]
+        return (sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])), laps
+
+    laps = _choose(folder, model, env, description, judge)
+    pictures.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
+    plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
+    whole = [lap for lap in laps if lap.is_lap]
+    best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
+    filmed, driver = starts(STARTS)[laps.index(best)], PolicyDriver(os.path.join(folder, POLICY))
+    film_lap(env, driver, filmed, os.path.join(folder, FILM))
+    env.close()
+    return {
+        "track_length": round(float(env.scene.projector.length), 3),
+        "evaluated_starts": STARTS,
+        "laps": len(whole),
+        "lap_times": [round(lap.time, 3) for lap in whole],
+        "mean_lap_time": round(float(np.mean([lap.time for lap in whole])), 3) if whole else None,
+        "ends": [lap.end for lap in laps],
+    }
+
+
+def _finish_backing(settings, folder, model, _rows):
+    env = BackingEnv()
+    steering = float(np.degrees(env.rig.geometry.max_steering))
+    actions = Continuous((-steering, steering), (-TOP_SPEED, TOP_SPEED))
+    rate = 1.0 / env.rig.period
+    description = PolicyDescription(settings.observation, False, actions, rate, "", "", env=BACKING)
+
+    def judge(path):
+        runs = backing_runs.runs(env, PolicyDriver(path, BACKING), STARTS)
+        arrived = sum(run.end == ARRIVED for run in runs)
+        return (arrived, -np.mean([run.rms_lateral for run in runs])), runs
+
+    runs = _choose(folder, model, env, description, judge)
+    env.close()
+    row = backing_runs.row_of("policy", runs)
+    return {"evaluated_starts": row.pop("starts"), **row, "ends": [run.end for run in runs]}
+
+
+def _choose(folder, model, env, description, judge):
+    """Write the better of the last and the best policy as POLICY; returns its runs.
+
+    Args:
+        judge: function of a policy's path: (score, runs).
+    """
+    best = os.path.join(folder, "best.zip")
+    found = {"last": model}
+    if os.path.exists(best):
+        found["best"] = PPO.load(best, device="cpu")
+    chosen = None
+    for name, candidate in found.items():
+        path = os.path.join(folder, f"{name}.onnx")
+        export(candidate.policy, env.observation_space, description, path)
+        score, runs = judge(path)
+        if chosen is None or score > chosen[0]:
+            chosen = score, path, runs
+    os.replace(chosen[1], os.path.join(folder, POLICY))
+    for name in found:
+        path = os.path.join(folder, f"{name}.onnx")
+        if os.path.exists(path):
+            os.remove(path)
+    return chosen[2]
