@@ -35,8 +35,8 @@ SUBJECTS = {
 INSTALL = {
     "f1tenth": 'python3 -m venv V && V/bin/pip install "f1tenth_gym @ '
     'git+https://github.com/f1tenth/f1tenth_gym@v1.0.0", then --f1tenth V/bin/python',
-    "box2d": "python3 -m venv V && V/bin/pip install swig && PATH=$PWD/V/bin:$PATH pip install "
-    '"gymnasium[box2d]>=1.0", then --box2d V/bin/python',
+    "box2d": "python3 -m venv V && V/bin/pip install swig && PATH=$PWD/V/bin:$PATH V/bin/pip "
+    'install "gymnasium[box2d]>=1.0", then --box2d V/bin/python',
 }
 NEEDED = {"f1tenth": "f1tenth_gym", "box2d": "gymnasium.envs.box2d.car_racing, Box2D, pygame"}
 SECONDS = 1.0  # of a turn
