@@ -234,6 +234,7 @@ SUITES = {
     "deepracer_teleop": ("camera", "hand", "recording", "window", "drivers", "runs"),
     "paddock_gym": (
         "errors",
+        "ids",
         "contract",
         "course",
         "observations",

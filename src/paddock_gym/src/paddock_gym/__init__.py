@@ -6,9 +6,8 @@ Importing this package registers its environments where Gymnasium is installed.
 import importlib.util
 
 from paddock_gym.errors import GymError
+from paddock_gym.ids import IDS
 
-IDS = ("Paddock/DeepRacer-v0", "Paddock/CyberTruckBacking-v0")
-ENVS = dict(zip(("deepracer", "backing"), IDS))  # names for commands and policies
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from paddock_gym.envs.backing import ARRIVED, BackingEnv
 from paddock_gym.evaluation.backing import TrackerDriver
 from paddock_gym.evaluation.drivers import PolicyDriver
-from paddock_gym.policy.description import BACKING
+from paddock_gym.ids import BACKING
 
 FIRST_SEED = 10_000  # of the starts; training uses others
 HEAD = (

@@ -13,7 +13,7 @@ from paddock_gym.errors import GymError
 from paddock_gym.evaluation import backing_runs, plots
 from paddock_gym.evaluation.drivers import DRIVERS, PolicyDriver
 from paddock_gym.evaluation.laps import drive, starts
-from paddock_gym.policy.description import BACKING
+from paddock_gym.ids import BACKING
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
 HEAD = ("track", "driver", "laps", "lap time [s]", "off the centreline [cm]", "other ends")

@@ -5,7 +5,7 @@ import math
 from deepracer_control.drivers.pursuit import Path, Pursuit
 from track_model.referee.rules import Car
 
-from paddock_gym.policy.description import DEEPRACER
+from paddock_gym.ids import DEEPRACER
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 from paddock_gym.simulation.car import GEOMETRY
 

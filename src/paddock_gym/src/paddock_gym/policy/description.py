@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from paddock_gym.contract import actions
 from paddock_gym.errors import GymError
+from paddock_gym.ids import BACKING, DEEPRACER
 
 KEY = "paddock"  # of the ONNX file's metadata
 OUTPUT = "action"
-DEEPRACER, BACKING = "deepracer", "backing"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import numpy as np
 
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.errors import GymError
-from paddock_gym.policy.description import DEEPRACER, KEY, OUTPUT, PolicyDescription
+from paddock_gym.ids import DEEPRACER
+from paddock_gym.policy.description import KEY, OUTPUT, PolicyDescription
 
 
 class OnnxPolicy:

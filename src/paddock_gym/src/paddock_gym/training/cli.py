@@ -6,10 +6,10 @@ import os
 import shutil
 import sys
 
-from paddock_gym import ENVS
 from paddock_gym.contract import actions, hyperparameters
 from paddock_gym.contract.reward_file import RewardFile
 from paddock_gym.errors import GymError, RewardError
+from paddock_gym.ids import ENVS
 from paddock_gym.training.settings import FILE, MAY_CHANGE, Settings
 
 

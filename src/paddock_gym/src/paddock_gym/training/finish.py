@@ -13,7 +13,8 @@ from paddock_gym.evaluation import backing_runs, plots
 from paddock_gym.evaluation.drivers import PolicyDriver
 from paddock_gym.evaluation.film import film_lap
 from paddock_gym.evaluation.laps import drive, starts
-from paddock_gym.policy.description import BACKING, PolicyDescription
+from paddock_gym.ids import BACKING
+from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
 from paddock_gym.training import pictures
 

@@ -4,10 +4,9 @@ import json
 import os
 from dataclasses import asdict, dataclass
 
-from paddock_gym import ENVS
 from paddock_gym.contract import hyperparameters
 from paddock_gym.errors import GymError
-from paddock_gym.policy.description import BACKING
+from paddock_gym.ids import BACKING, ENVS
 
 FILE = "settings.json"
 

@@ -60,7 +60,7 @@ def environment(options):
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
-    from paddock_gym import IDS  # registers the environments
+    from paddock_gym.ids import IDS  # the package registers the environments
 
     env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))
     return gymnasium.wrappers.RecordEpisodeStatistics(env, buffer_length=1)
