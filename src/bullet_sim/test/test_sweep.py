@@ -157,6 +157,18 @@ def test_what_is_moved_deleted_reset_and_restored(world):
     assert_same(world)
 
 
+def test_a_model_in_the_place_of_a_deleted_one_is_another(world):
+    """PyBullet gives it the same number; tracks stand at the origin all of them."""
+    rays, place = directions(flat=True), Pose((2.0, 0.0, 0.5))
+    world.spawn_sdf("first", model([SHAPES["box"]]), place, str)
+    world.step()
+    first = assert_same(world, rays)
+    world.delete("first")
+    world.spawn_sdf("second", model(["<box><size>0.1 4 2</size></box>"]), place, str)
+    world.step()
+    assert (assert_same(world, rays) != first).any()
+
+
 def test_a_link_that_shares_no_bit_is_not_seen(world):
     for number, bits in enumerate((0, 4)):
         pose = Pose((1.5 + number, 0.0, 0.5))

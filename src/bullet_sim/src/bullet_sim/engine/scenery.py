@@ -28,7 +28,8 @@ class Scenery:
     def __init__(self, client):
         self._client = client
         self._shapes, self._poses, self._moves = {}, {}, {}
-        self._is_current = True
+        self._is_current = True  # no pose has changed since the last look at them
+        self._has_same = True  # no body has come or gone since
         self._scene = None
         self.planes, self.spheres = [], np.zeros((0, 4))
 
@@ -38,13 +39,17 @@ class Scenery:
     def add(self, body):
         """Take a body of which meshes collide as they are."""
         self._shapes[body], self._moves[body] = None, 0
-        self._is_current = False
+        self._is_current = self._has_same = False
 
     def discard(self, body):
         """Leave a body to PyBullet from now on, or forget one that is removed."""
         if body in self._shapes:
-            del self._shapes[body]
-            self._is_current = False
+            self._forget(body)
+            self._is_current = self._has_same = False
+
+    def _forget(self, body):
+        del self._shapes[body], self._moves[body]
+        self._poses.pop(body, None)  # another body may get its number
 
     def check_poses(self):
         """Bodies may stand elsewhere now."""
@@ -59,14 +64,15 @@ class Scenery:
             body: p.getBasePositionAndOrientation(body, physicsClientId=self._client)
             for body in self._shapes
         }
-        if poses == self._poses:
+        if self._has_same and poses == self._poses:
             return
+        self._has_same = True
         for body, pose in poses.items():
             if self._shapes[body] is None:
                 self._shapes[body] = read_shapes(self._client, body, _embree() is not None)
             self._moves[body] += self._poses.get(body, pose) != pose
             if self._shapes[body] is None or self._moves[body] > MOST_MOVES:
-                del self._shapes[body]
+                self._forget(body)
         self._poses = {body: poses[body] for body in self._shapes}
         self._build()
 

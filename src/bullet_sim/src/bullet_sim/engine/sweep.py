@@ -68,9 +68,9 @@ class Sweep(Client):
             if len(inside):
                 again = np.zeros(len(directions), bool)
                 again[inside], ranges[inside] = True, np.inf
+        middle, half = np.add(*box) / 2.0, np.subtract(box[1], box[0]) / 2.0
         for point, normal in self._scenery.planes:
             height = normal @ np.subtract(centre, point)
-            middle, half = np.add(*box) / 2.0, np.subtract(box[1], box[0]) / 2.0
             reach = np.abs(normal) @ half
             if abs(normal @ (middle - point)) > reach:  # the whole box is on one side
                 continue
