@@ -1,23 +1,18 @@
 """Memory stays where it is over 200,000 actions of the state environment, with its resets."""
 
+import sys
+from pathlib import Path
+
 import gymnasium
 import psutil
 
 import paddock_gym
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "test"))
+from test_memory import drive  # noqa: E402
+
 WARM_UP, ACTIONS, SAMPLES = 20_000, 180_000, 9
 MOST = 1e6  # [bytes] of growth after the warm-up: 6 for an action, 70 for a run
-
-
-def drive(env, actions):
-    """Take random actions; returns how many runs ended."""
-    runs = 0
-    for _ in range(actions):
-        *_, terminated, truncated, _ = env.step(env.action_space.sample())
-        if terminated or truncated:
-            env.reset()
-            runs += 1
-    return runs
 
 
 def test_200000_actions_leave_no_memory_behind():

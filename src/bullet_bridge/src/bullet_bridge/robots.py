@@ -33,11 +33,7 @@ class Robots:
     """Controls and sensor outputs of all models.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world: of the core.
-        cameras: Cameras.
-        seed: base of all noise seeds.
-        arrivals: Arrivals, which count the commands.
+        jobs, world, cameras, seed, arrivals: as Connector's.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
     one number; `refresh` updates them after jobs.
