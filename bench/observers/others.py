@@ -11,8 +11,7 @@ import sys
 import tempfile
 import time
 
-AT_ONCE = 10  # steps between two looks at the clock
-WARM_UP = 100  # steps before anything is measured; numba compiles in them
+WARM_UP = 2.0  # [s] before anything is measured, after the first step, in which numba compiles
 
 
 class Paddock:
@@ -137,18 +136,27 @@ def main(name):
     """Serve turns until stdin ends; what libraries print goes to stderr."""
     answers, sys.stdout = sys.stdout, sys.stderr
     subject = KINDS[name]()
-    for _ in range(WARM_UP):
-        subject.step()
+    subject.step()
+    rate(subject, WARM_UP)
     about = {key: getattr(subject, key) for key in ("period", "time_step", "cars")}
     print(json.dumps(about), file=answers, flush=True)
     for line in sys.stdin:
-        seconds, begin, done, passed = float(line), time.monotonic(), 0, 0.0
-        while passed < seconds:
-            for _ in range(AT_ONCE):
-                subject.step()
-            done += AT_ONCE
-            passed = time.monotonic() - begin
-        print(json.dumps({"rate": done / passed}), file=answers, flush=True)
+        print(json.dumps({"rate": rate(subject, float(line))}), file=answers, flush=True)
+
+
+def rate(subject, seconds):
+    """Steps a second over a turn of at least one step.
+
+    Args:
+        subject: of KINDS.
+        seconds: wall time of the turn.
+    """
+    begin, done, passed = time.monotonic(), 0, 0.0
+    while passed < seconds:
+        subject.step()
+        done += 1
+        passed = time.monotonic() - begin
+    return done / passed
 
 
 if __name__ == "__main__":
