@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
+from bullet_sim.engine.library import p
 from bullet_sim.errors import RenderError
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
@@ -180,3 +181,16 @@ def test_sky_replaces_only_what_was_not_drawn():
     empty = depth >= FAR_DEPTH
     np.testing.assert_array_equal(rgb[empty], sky[empty])
     assert (rgb[~empty] == 7).all()
+
+
+def test_looks_are_loaded_only_where_they_are_drawn(sources):
+    """An engine without a renderer does not read what its bodies look like."""
+    counts = []
+    for kind in (None, "tiny"):
+        engine = Engine()
+        if kind:
+            engine.start_renderer(kind)
+        body = engine.load(sources[1].path)
+        counts.append(len(p.getVisualShapeData(body, physicsClientId=engine._client)))
+        engine.close()
+    assert counts == [0, 1]

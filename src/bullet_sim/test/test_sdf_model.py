@@ -329,8 +329,8 @@ def test_picture_of_a_script_is_drawn(park, world, tmp_path):
     assert model.links["a"].visuals[0].texture == str(
         tmp_path / "materials" / "textures" / "grass.png"
     )
-    spawn(world, model)
     world.engine.start_renderer("tiny")
+    spawn(world, model)
     from bullet_sim.sensors import camera
 
     view = camera.view_matrix(

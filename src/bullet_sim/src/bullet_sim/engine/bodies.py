@@ -20,7 +20,13 @@ _FLAGS = (
 
 
 class Bodies(Motion, Motors, Saving):
-    """The bodies of a world, from URDF files."""
+    """The bodies of a world, from URDF files.
+
+    What they look like is loaded only where PyBullet draws them: an engine without a renderer would
+    decode the pictures of all meshes for nothing.
+    """
+
+    _renderer = None  # see Pictures
 
     def load(
         self,
@@ -47,6 +53,8 @@ class Bodies(Motion, Motors, Saving):
             ModelError: PyBullet refuses the file.
         """
         flags = _FLAGS | (p.URDF_USE_SELF_COLLISION if self_collide else 0)
+        if self._renderer is None:
+            flags |= p.URDF_IGNORE_VISUAL_SHAPES
         try:
             with silenced():
                 body = p.loadURDF(

@@ -20,6 +20,8 @@ class Pictures(Client):
     def start_renderer(self, kind="auto"):
         """Choose the renderer: 'egl' (GPU or Mesa), 'tiny' (in PyBullet), 'auto': EGL if it works.
 
+        Bodies that were loaded before are not drawn.
+
         Returns:
             'egl' or 'tiny'.
 
