@@ -13,6 +13,8 @@ import threading
 
 import rospy
 
+from paddock_common import starting
+
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
 PATIENCE = 10.0  # longest wait at exit for a shutdown that is under way [s]
 
@@ -28,7 +30,7 @@ def init_node(name, **options):
     """
     for number in NUMBERS:
         signal.signal(number, signal.SIG_DFL)
-    rospy.init_node(name, disable_signals=True, **options)
+    starting.init_node(name, disable_signals=True, **options)
     watch()
 
 

@@ -1,0 +1,55 @@
+"""The start of a node: short waits, and nodes that give way."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+import rospy.impl.init
+from paddock_common import starting
+
+GIVE_WAY = """
+import os
+from paddock_common import priority
+try:
+    group = lambda: open("/proc/self/autogroup").read().split()[-1]
+    before = group()
+except OSError:
+    group, before = (lambda: "none"), "none"
+priority.give_way({niceness})
+print(os.nice(0), before, group())
+"""
+
+
+def test_registration_is_looked_for_often_and_rospy_left_as_it_was(monkeypatch):
+    waits = []
+
+    def init_node(_name, **_options):
+        rospy.impl.init.time.sleep(0.1)
+        rospy.impl.init.time.sleep(0.00001)
+        raise rospy.ROSInitException("no master")
+
+    monkeypatch.setattr(starting.rospy, "init_node", init_node)
+    monkeypatch.setattr(time, "sleep", waits.append)
+    with pytest.raises(rospy.ROSInitException):
+        starting.init_node("n", anonymous=True)
+    assert waits == [starting.LOOK, 0.00001]
+    assert rospy.impl.init.time is time
+
+
+@pytest.mark.parametrize("own_session", [True, False])
+def test_a_node_gives_way_and_the_rest_of_a_terminal_does_not(own_session):
+    """Of a launch file it has a session, whose group of processes counts for Linux."""
+    output = subprocess.check_output(
+        [sys.executable, "-c", GIVE_WAY.format(niceness=4)],
+        start_new_session=own_session,
+        text=True,
+    )
+    niceness, before, after = output.split()
+    assert int(niceness) == min(19, os.nice(0) + 4)
+    if own_session and before != "none":
+        # Linux lets only one process do so within 0.1 s, unless it is root's.
+        assert after == "4" or (after == before and os.geteuid() != 0)
+    else:
+        assert after == before
