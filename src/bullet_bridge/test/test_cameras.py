@@ -1,10 +1,13 @@
 """Cameras between the simulation and the render worker."""
 
+import threading
 from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.outputs import cameras as module
 from bullet_bridge.outputs.cameras import Cameras
+
+LIMIT = 30.0  # [s]
 
 
 class Client:
@@ -12,13 +15,16 @@ class Client:
 
     def __init__(self, on_frame, on_error, zero_copy, quality):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
+        self.may_start, self.sources = threading.Event(), None
 
     def start(self, _kind):
-        """Always works."""
+        """Works as soon as a test lets it."""
+        assert self.may_start.wait(LIMIT)
         return SimpleNamespace(kind="tiny", reason="", details="a test")
 
-    def set_sources(self, _sources, _scene):
-        """Nothing to draw."""
+    def set_sources(self, sources, _scene):
+        """Keep them."""
+        self.sources = sources
 
     def submit(self, snapshot, requests):
         """Keep them."""
@@ -63,7 +69,27 @@ def _cameras(monkeypatch, request):
     cameras = Cameras("tiny", getattr(request, "param", False))
     cameras.restart()  # before the first camera there is nothing to forget
     cameras.start()
+    cameras._client.may_start.set()
+    cameras.wait_for_worker()
     return cameras
+
+
+def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
+    """Of what happens meanwhile only the pictures are missing."""
+    monkeypatch.setattr(module, "RenderClient", Client)
+    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
+    monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
+    cameras, camera = Cameras("gl", False), Camera("a")
+    cameras.start()
+    cameras.start()  # of the next model
+    cameras.add(camera)
+    cameras.set_sources(["a body"])
+    cameras.draw(SimpleNamespace(snapshot=lambda: 1.0), [camera])
+    cameras._client.may_start.set()
+    cameras.wait_for_worker()
+    cameras.draw(SimpleNamespace(snapshot=lambda: 2.0), [camera])
+    cameras._client.finish()
+    assert (cameras._client.sources, camera.times) == (["a body"], [2.0])
 
 
 def test_pictures_of_before_a_reset_do_not_come_after_it(cameras):

@@ -7,7 +7,7 @@ import rospy
 
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.outputs.sensors import CameraOutput
-from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.outputs.table import CAMERAS, OUTPUTS
 from bullet_bridge.transport.publishing import all_or_none
 
 
@@ -29,6 +29,8 @@ class Connector:
 
     def make_outputs(self, model, outputs):
         """Append the outputs of a model's sensors to a list, except those that fail."""
+        if any(type(spec) in CAMERAS for spec in model.description.sensors):
+            self._cameras.start()
         for number, spec in enumerate(model.description.sensors):
             seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
             try:
@@ -43,8 +45,6 @@ class Connector:
             outputs.append(output)
             if isinstance(output, CameraOutput):
                 self._cameras.add(output)
-        if any(isinstance(output, CameraOutput) for output in outputs):
-            self._cameras.start()
 
     def close(self, parts):
         """Close parts of a failed spawn; if one raises, the others are closed all the same."""

@@ -21,13 +21,16 @@ class Cameras:
             waits for the renderer.
         quality: Quality of the OpenGL renderer.
         scene: function without arguments that gives the world's Scene.
+
+    Attributes:
+        waits: wait.
     """
 
     def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
-        self._renderer, self._wait, self._quality = renderer, wait, quality
+        self._renderer, self.waits, self._quality = renderer, wait, quality
         self._scene = scene
         self._client, self._outputs = None, {}
-        self._starting = threading.Lock()
+        self._starter, self._starting, self._sending = None, threading.Lock(), threading.Lock()
         self._publishing = threading.Lock()
         self._ready = False
         self._sources = []
@@ -35,29 +38,41 @@ class Cameras:
         self._names = self._legend = None
 
     def start(self):
-        """Start the worker unless it runs; called outside the simulation thread."""
+        """Begin to start the worker unless it was; its first pictures come when it is up."""
         with self._starting:
-            if self._client is not None:
-                return
-            client = RenderClient(
-                on_frame=self._publish_late,
-                on_error=rospy.logerr,
-                zero_copy=True,
-                quality=self._quality,
-            )
-            self._client = client
-            try:
-                chosen = client.start(self._renderer)
-            except RenderError as error:
-                rospy.logerr("cameras stay dark: %s", error)
-                return
-            rospy.loginfo(
-                "cameras are rendered by '%s' (%s)%s",
-                chosen.kind,
-                chosen.details,
-                f", since {chosen.reason}" if chosen.reason else "",
-            )
-            client.set_sources(self._sources, self._scene())
+            if self._starter is None:
+                self._client = RenderClient(
+                    on_frame=self._publish_late,
+                    on_error=rospy.logerr,
+                    zero_copy=True,
+                    quality=self._quality,
+                )
+                self._starter = threading.Thread(
+                    target=self._start, name="render-start", daemon=True
+                )
+                self._starter.start()
+
+    def wait_for_worker(self):
+        """Return when the worker is up or has failed; called outside the simulation thread."""
+        with self._starting:
+            starter = self._starter
+        if starter is not None:
+            starter.join()
+
+    def _start(self):
+        try:
+            chosen = self._client.start(self._renderer)
+        except RenderError as error:
+            rospy.logerr("cameras stay dark: %s", error)
+            return
+        rospy.loginfo(
+            "cameras are rendered by '%s' (%s)%s",
+            chosen.kind,
+            chosen.details,
+            f", since {chosen.reason}" if chosen.reason else "",
+        )
+        with self._sending:
+            self._client.set_sources(self._sources, self._scene())
             self._ready = True
 
     def publish_labels(self, names):
@@ -83,11 +98,12 @@ class Cameras:
 
     def set_sources(self, sources):
         """Send the worker the present bodies."""
-        self._sources = sources
         if self._legend is not None:
             self._legend.publish(json.dumps(self._names()))
-        if self._ready:
-            self._client.set_sources(sources, self._scene())
+        with self._sending:
+            self._sources = sources
+            if self._ready:
+                self._client.set_sources(sources, self._scene())
 
     def restart(self):
         """Discard pictures ordered before a reset: none is published once this has returned."""
@@ -102,7 +118,7 @@ class Cameras:
             self._failures = ["there is no renderer, pictures are missing"]
             return
         requests = [output.request for output in outputs]
-        if not self._wait:
+        if not self.waits:
             self._client.submit(world.snapshot(), requests)
             return
         try:

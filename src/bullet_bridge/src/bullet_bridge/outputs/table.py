@@ -61,3 +61,4 @@ OUTPUTS = {
     JointTransformsSpec: JointTransformsOutput,
     RootTransformSpec: RootTransformOutput,
 }
+CAMERAS = (CameraSpec, DepthCameraSpec, RangeCameraSpec)  # their outputs need the renderer
