@@ -7,6 +7,7 @@ import time
 
 import pytest
 import rospy.impl.init
+
 from paddock_common import starting
 
 GIVE_WAY = """
