@@ -137,8 +137,9 @@ class Styles(unittest.TestCase):
     def test_paused_start_with_a_cart_from_a_file(self):
         launched = self.launch("paused_start.launch")
         self.wait_running(launched, "", ("joint_state_controller", "cart_drive"))
-        names = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().model_names
-        self.assertLessEqual({"third_bench", "bench_by_the_gate", "campus_sign"}, set(names))
+        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
+        wanted = {"third_bench", "bench_by_the_gate", "campus_sign"}
+        wait_until(lambda: wanted <= set(world().model_names), f"models {wanted}")
         bench = self.state("third_bench").pose.position
         self.assertAlmostEqual(bench.x, 4.0, places=3)
         self.assertAlmostEqual(bench.y, -3.0, places=3)

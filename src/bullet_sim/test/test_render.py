@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
-from bullet_sim.engine.library import p
 from bullet_sim.errors import RenderError
 from bullet_sim.render.mirror import Mirror
 from bullet_sim.render.request import CameraRequest
@@ -185,12 +184,16 @@ def test_sky_replaces_only_what_was_not_drawn():
 
 def test_looks_are_loaded_only_where_they_are_drawn(sources):
     """An engine without a renderer does not read what its bodies look like."""
-    counts = []
-    for kind in (None, "tiny"):
+    view = camera.view_matrix((-0.5, 0.0, 0.0), np.eye(3))
+    projection = camera.projection_matrix(1.0, 1.0, 0.1, 10.0)
+    seen = []
+    for chosen_first in (True, False):
         engine = Engine()
-        if kind:
-            engine.start_renderer(kind)
-        body = engine.load(sources[1].path)
-        counts.append(len(p.getVisualShapeData(body, physicsClientId=engine._client)))
+        if chosen_first:
+            engine.start_renderer("tiny")
+        engine.load(sources[1].path)
+        if not chosen_first:
+            engine.start_renderer("tiny")
+        seen.append(len(red_pixels(engine.render(32, 32, view, projection)[:, :, :3])) > 0)
         engine.close()
-    assert counts == [0, 1]
+    assert seen == [True, False]

@@ -5,11 +5,16 @@ import subprocess
 import sys
 
 import pytest
-from paddock_common.ending.orphans import is_roslaunch
+from paddock_common.process.orphans import is_roslaunch
 from paddock_common.testing import is_running, wait_ended
 
-NODE = "import signal; from paddock_common.ending.orphans import end_with_roslaunch as end; end(); \
-print('ready', flush=True); signal.pause()"
+NODE = """
+import signal
+from paddock_common.process.orphans import end_with_roslaunch
+end_with_roslaunch()
+print('ready', flush=True)
+signal.pause()
+"""
 PARENT = "import subprocess, sys, signal; \
 child = subprocess.Popen([sys.executable, '-c', sys.argv[1]], stdout=subprocess.PIPE); \
 child.stdout.readline(); print(child.pid, flush=True); signal.pause()"

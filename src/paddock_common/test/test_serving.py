@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from paddock_common.ending import serving
+from paddock_common.process import serving
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
 LIMIT, QUIET = 10.0, 0.8  # [s]; it polls for 0.5 s at a time

@@ -7,12 +7,11 @@ import time
 
 import pytest
 import rospy.impl.init
-
-from paddock_common import starting
+from paddock_common.process import starting
 
 GIVE_WAY = """
 import os
-from paddock_common import priority
+from paddock_common.process import priority
 try:
     group = lambda: open("/proc/self/autogroup").read().split()[-1]
     before = group()

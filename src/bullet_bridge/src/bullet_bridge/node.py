@@ -10,9 +10,9 @@ from bullet_sim.formats.xml_read import is_true
 from bullet_sim.render.request import Quality
 from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
-from paddock_common.ending import signals
-from paddock_common.ending.orphans import end_with_roslaunch
 from paddock_common.logs import bear_failures
+from paddock_common.process import signals
+from paddock_common.process.orphans import end_with_roslaunch
 
 from bullet_bridge.config import parse_config
 from bullet_bridge.loop.arrivals import Arrivals

@@ -77,8 +77,6 @@ class Robots:
             self._connector.make_outputs(model, outputs)
             control = self._connector.make_control(model, namespace)
             controls += [control] if control is not None else []
-            if self._cameras.waits:  # no picture may be missing
-                self._cameras.wait_for_worker()
             registered = run(register)  # False: the model was deleted in the meantime
         finally:
             if not registered:

@@ -4,9 +4,9 @@ import sys
 
 import rospy
 
-from paddock_common.ending import signals
-from paddock_common.ending.orphans import end_with_roslaunch
 from paddock_common.logs import bear_failures
+from paddock_common.process import signals
+from paddock_common.process.orphans import end_with_roslaunch
 
 
 def start(name, make, errors=ValueError):

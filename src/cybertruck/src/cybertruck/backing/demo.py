@@ -16,7 +16,7 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
-from paddock_common.ending import signals
+from paddock_common.process import signals
 
 from cybertruck.backing.commands import Driver
 from cybertruck.backing.settings import settings_from

@@ -5,7 +5,7 @@ import os
 import sys
 
 import rospy
-from paddock_common.ending import signals
+from paddock_common.process import signals
 from paddock_common.settings import from_table, read
 
 from cybertruck.backing.commands import Driver

@@ -10,7 +10,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from paddock_common.angles import yaw_of
-from paddock_common.ending import signals
+from paddock_common.process import signals
 
 from cybertruck.plot.picture import draw
 from cybertruck.plot.trajectory import Trajectory

@@ -13,7 +13,7 @@ import sys
 import termios
 import time
 
-from paddock_common.ending.orphans import signal_at_end_of
+from paddock_common.process.orphans import signal_at_end_of
 
 COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
 GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id

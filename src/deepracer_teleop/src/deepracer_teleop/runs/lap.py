@@ -15,7 +15,7 @@ from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
-from paddock_common.ending import signals
+from paddock_common.process import signals
 from paddock_common.settings import read
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image

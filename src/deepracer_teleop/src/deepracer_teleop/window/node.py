@@ -5,8 +5,8 @@ import sys
 
 import rosgraph
 import rospy
-from paddock_common.ending.orphans import end_with_roslaunch
 from paddock_common.logs import bear_failures
+from paddock_common.process.orphans import end_with_roslaunch
 from paddock_common.sending import flush
 from paddock_common.settings import read
 

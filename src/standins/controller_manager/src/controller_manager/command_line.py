@@ -3,9 +3,9 @@
 import sys
 
 import rospy
+from paddock_common.process import starting
 
 from controller_manager.client import ManagerClient, ManagerError
-from paddock_common import starting
 
 TIMEOUT = 30.0  # [s], wall clock; launch files start it beside the simulator
 

@@ -3,12 +3,13 @@
 import time
 
 import rospy
+from paddock_common.process import starting
 from std_msgs.msg import Bool
 
 from controller_manager import ending, options
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
-from paddock_common import starting, waiting
+from paddock_common import waiting
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 

@@ -3,10 +3,11 @@
 import time
 
 import rospy
+from paddock_common.process import starting
 
 from controller_manager import ending, options
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
-from paddock_common import starting, waiting
+from paddock_common import waiting
 
 SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 

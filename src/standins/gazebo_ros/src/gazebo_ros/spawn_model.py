@@ -5,7 +5,7 @@ import sys
 import rospy
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfiguration, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
-from paddock_common.ending import signals
+from paddock_common.process import signals
 from std_srvs.srv import Empty
 
 from gazebo_ros import model_text, options

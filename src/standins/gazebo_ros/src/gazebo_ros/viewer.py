@@ -4,7 +4,7 @@ import os
 import sys
 
 import rospy
-from paddock_common.ending import signals
+from paddock_common.process import signals
 from std_srvs.srv import Trigger
 
 from paddock_common import waiting

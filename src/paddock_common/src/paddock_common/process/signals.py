@@ -13,7 +13,7 @@ import threading
 
 import rospy
 
-from paddock_common import starting
+from paddock_common.process import starting
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
 PATIENCE = 10.0  # longest wait at exit for a shutdown that is under way [s]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import rospy
 import rospy.impl.init
 
-from paddock_common.ending import serving
+from paddock_common.process import serving
 
 LOOK = 0.003  # [s] between two looks whether the master has registered the node
 

@@ -1,1 +1,0 @@
-"""Processes end: by signals, and with the one that started them."""
