@@ -11,6 +11,7 @@ from urllib.parse import urlparse
 import rospy
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
+from paddock_common.process.starting import keep_freed_memory
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
@@ -51,6 +52,7 @@ def hear_json():
 
 def join():
     """Become a node, without a subscription to /clock of its own."""
+    keep_freed_memory()  # the worlds of bare.py left malloc like this while they loaded pictures
     address = urlparse(os.environ["ROS_MASTER_URI"])
     limit = time.monotonic() + START_LIMIT
     while True:

@@ -53,3 +53,26 @@ def test_a_node_gives_way_and_the_rest_of_a_terminal_does_not(own_session):
         assert after == "4" or (after == before and os.geteuid() != 0)
     else:
         assert after == before
+
+
+BLOCKS = """
+import ctypes
+from paddock_common.process import starting
+Numbers = ctypes.c_size_t * 10
+class Info(ctypes.Structure):
+    _fields_ = [("numbers", Numbers)]  # the fourth: blocks that the kernel has mapped
+libc = ctypes.CDLL(None)
+libc.mallinfo2.restype = Info
+def mapped():
+    before = libc.mallinfo2().numbers[3]
+    block = bytes(4 << 20)
+    return libc.mallinfo2().numbers[3] - before
+first = mapped()
+starting.keep_freed_memory()
+print(first, mapped())
+"""
+
+
+def test_large_blocks_are_kept_by_the_process():
+    output = subprocess.check_output([sys.executable, "-c", BLOCKS], text=True)
+    assert output.split() == ["1", "0"]
