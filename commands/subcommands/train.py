@@ -61,12 +61,7 @@ def add_arguments(parser):
         help=f"of {', '.join(RANDOM)}, separated by commas; all; nothing (default: start)",
     )
     add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
-    add(
-        "--steps",
-        metavar="N",
-        type=_number("steps", 1),
-        help="actions in all (60000 for state)",
-    )
+    add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
     add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
     add(
         "--ray",

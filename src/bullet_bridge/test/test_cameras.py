@@ -11,11 +11,13 @@ LIMIT = 30.0  # [s]
 
 
 class Client:
-    """Stands in for RenderClient: a test says when a picture is finished."""
+    """Stands in for RenderClient: a test says when it may start and when a picture is finished."""
+
+    may_start = threading.Event()
 
     def __init__(self, on_frame, on_error, zero_copy, quality):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
-        self.may_start, self.sources = threading.Event(), None
+        self.sources = None
 
     def start(self, _kind):
         """Works as soon as a test lets it."""
@@ -68,9 +70,9 @@ def _cameras(monkeypatch, request):
     monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
     cameras = Cameras("tiny", getattr(request, "param", False))
     cameras.restart()  # before the first camera there is nothing to forget
+    Client.may_start.set()
     cameras.start()
-    cameras._client.may_start.set()
-    cameras.wait_for_worker()
+    cameras._starter.join()
     return cameras
 
 
@@ -80,13 +82,14 @@ def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
     cameras, camera = Cameras("gl", False), Camera("a")
+    Client.may_start.clear()
     cameras.start()
     cameras.start()  # of the next model
     cameras.add(camera)
     cameras.set_sources(["a body"])
     cameras.draw(SimpleNamespace(snapshot=lambda: 1.0), [camera])
-    cameras._client.may_start.set()
-    cameras.wait_for_worker()
+    Client.may_start.set()
+    cameras._starter.join()
     cameras.draw(SimpleNamespace(snapshot=lambda: 2.0), [camera])
     cameras._client.finish()
     assert (cameras._client.sources, camera.times) == (["a body"], [2.0])

@@ -29,8 +29,7 @@ class Connector:
 
     def make_outputs(self, model, outputs):
         """Append the outputs of a model's sensors to a list, except those that fail."""
-        draws = any(type(spec) in CAMERAS for spec in model.description.sensors)
-        if draws:
+        if any(type(spec) in CAMERAS for spec in model.description.sensors):
             self._cameras.start()
         for number, spec in enumerate(model.description.sensors):
             seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
@@ -46,8 +45,6 @@ class Connector:
             outputs.append(output)
             if isinstance(output, CameraOutput):
                 self._cameras.add(output)
-        if draws and self._cameras.waits:
-            self._cameras.wait_for_worker()
 
     def close(self, parts):
         """Close parts of a failed spawn; if one raises, the others are closed all the same."""

@@ -21,13 +21,10 @@ class Cameras:
             waits for the renderer.
         quality: Quality of the OpenGL renderer.
         scene: function without arguments that gives the world's Scene.
-
-    Attributes:
-        waits: wait.
     """
 
     def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
-        self._renderer, self.waits, self._quality = renderer, wait, quality
+        self._renderer, self._wait, self._quality = renderer, wait, quality
         self._scene = scene
         self._client, self._outputs = None, {}
         self._starter, self._starting, self._sending = None, threading.Lock(), threading.Lock()
@@ -38,7 +35,11 @@ class Cameras:
         self._names = self._legend = None
 
     def start(self):
-        """Begin to start the worker unless it was; its first pictures come when it is up."""
+        """Begin to start the worker unless that was done; called outside the simulation thread.
+
+        Where each picture is waited for this returns when the worker is up or has failed;
+        elsewhere at once, and pictures come when it is up.
+        """
         with self._starting:
             if self._starter is None:
                 self._client = RenderClient(
@@ -51,13 +52,8 @@ class Cameras:
                     target=self._start, name="render-start", daemon=True
                 )
                 self._starter.start()
-
-    def wait_for_worker(self):
-        """Return when the worker is up or has failed; called outside the simulation thread."""
-        with self._starting:
-            starter = self._starter
-        if starter is not None:
-            starter.join()
+        if self._wait:
+            self._starter.join()
 
     def _start(self):
         try:
@@ -118,7 +114,7 @@ class Cameras:
             self._failures = ["there is no renderer, pictures are missing"]
             return
         requests = [output.request for output in outputs]
-        if not self.waits:
+        if not self._wait:
             self._client.submit(world.snapshot(), requests)
             return
         try:

@@ -26,8 +26,6 @@ class Bodies(Motion, Motors, Saving):
     decode the pictures of all meshes for nothing.
     """
 
-    _renderer = None  # see Pictures
-
     def load(
         self,
         path,

@@ -18,6 +18,8 @@ class Client:
         solver_iterations: of the constraint solver per step.
     """
 
+    _renderer = None  # of PyBullet, which draws here: 'egl', 'tiny' or None
+
     def __init__(self, time_step=0.001, gravity=(0.0, 0.0, -9.81), solver_iterations=50):
         self.time_step = float(time_step)
         self.gravity = tuple(float(g) for g in gravity)

@@ -14,7 +14,6 @@ from bullet_sim.system.output import silenced
 class Pictures(Client):
     """Colours and depth as a camera anywhere sees them."""
 
-    _renderer = None
     _plugin = -1
 
     def start_renderer(self, kind="auto"):

@@ -8,9 +8,9 @@ import numpy as np
 from paddock_gym.envs.backing import ARRIVED, BackingEnv
 from paddock_gym.evaluation.backing import TrackerDriver
 from paddock_gym.evaluation.drivers import PolicyDriver
+from paddock_gym.evaluation.laps import FIRST_SEED
 from paddock_gym.ids import BACKING
 
-FIRST_SEED = 10_000  # of the starts; training uses others
 HEAD = (
     "driver", "arrived", "time [s]", "beside the path, rms [cm]", "beside the end [cm]",
     "turned at the end [degrees]", "other ends",
