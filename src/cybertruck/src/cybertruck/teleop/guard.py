@@ -60,10 +60,11 @@ def send_zero(arguments):
         return
     import rospy
     from geometry_msgs.msg import Twist
+    from paddock_common.process import starting
     from paddock_common.sending import flush
 
     remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
-    rospy.init_node(
+    starting.init_node(
         "teleop_guard", argv=["guard", *remappings], anonymous=True, disable_signals=True
     )
     publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)

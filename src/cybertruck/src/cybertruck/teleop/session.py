@@ -13,6 +13,7 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.process import starting
 from paddock_common.rules import Number
 from paddock_common.sending import flush
 from paddock_common.settings import parameter, read
@@ -43,7 +44,7 @@ class Session:
         if not rosgraph.is_master_online():
             raise Ended(f"no ROS master at {rosgraph.get_master_uri()}")
         self.signal = None  # number of the signal that ends the session
-        rospy.init_node(name, disable_signals=True)
+        starting.init_node(name, disable_signals=True)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, self._on_signal)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck

@@ -6,6 +6,7 @@ import sys
 import rosgraph
 import rospy
 from paddock_common.logs import bear_failures
+from paddock_common.process import starting
 from paddock_common.process.orphans import end_with_roslaunch
 from paddock_common.sending import flush
 from paddock_common.settings import read
@@ -39,7 +40,7 @@ def connect(name, memory=None):
             "or set ROS_MASTER_URI"
         )
     bear_failures()
-    rospy.init_node(name, disable_signals=True)
+    starting.init_node(name, disable_signals=True)
     end_with_roslaunch()
     window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri), memory)
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -1,4 +1,4 @@
-"""The start of a node without what delays it."""
+"""The start of a node without what delays it, and with what mends rospy for its life."""
 
 import ctypes
 import time
@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import rospy
 import rospy.impl.init
 
-from paddock_common.process import serving
+from paddock_common.process import closing, serving
 
 LOOK = 0.003  # [s] between two looks whether the master has registered the node
 LARGEST_KEPT = 32 << 20  # [bytes] the most that glibc takes
@@ -17,11 +17,14 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 def init_node(name, **options):
     """Calls rospy.init_node, which looks for its registration every 0.1 s: here it does so sooner.
 
+    Every node of Paddock starts here: it ends without a word and without taking a processor.
+
     Args:
         name: Of the node.
         options: rospy.init_node's.
     """
     serving.end_with_node()
+    closing.end_silently()
     keep_freed_memory()
     clock = rospy.impl.init.time
     rospy.impl.init.time = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, LOOK)))

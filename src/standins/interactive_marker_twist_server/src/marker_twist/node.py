@@ -3,6 +3,7 @@
 import rospy
 from geometry_msgs.msg import Pose, Quaternion, Twist, Vector3
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
+from paddock_common.process import signals
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
 from marker_twist.drag import read
@@ -49,7 +50,7 @@ def _control(name, axis):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node("marker_server")
+    signals.init_node("marker_server")
     try:
         drag = read(rospy.get_param("~", {}))
     except ValueError as error:

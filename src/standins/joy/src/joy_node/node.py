@@ -3,6 +3,7 @@
 import time
 
 import rospy
+from paddock_common.process import signals
 from sensor_msgs.msg import Joy
 
 from joy_node.driver import Driver
@@ -47,7 +48,7 @@ def make_driver(pads, publisher):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node("joy_node")
+    signals.init_node("joy_node")
     try:
         pads = SdlPads(rospy.get_param("~dev", "/dev/input/js0"), rospy.get_param("~dev_name", ""))
         driver = make_driver(pads, rospy.Publisher("joy", Joy, queue_size=1))

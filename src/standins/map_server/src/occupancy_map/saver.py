@@ -5,6 +5,7 @@ import sys
 
 import rospy
 from nav_msgs.msg import OccupancyGrid
+from paddock_common.process import signals
 
 from occupancy_map.files import save
 from occupancy_map.messages import from_message
@@ -29,7 +30,7 @@ def parse(arguments):
 def main():
     """Runs the node; returns 1 when the files cannot be written."""
     options = parse(rospy.myargv(sys.argv)[1:])
-    rospy.init_node("map_saver")
+    signals.init_node("map_saver")
     rospy.loginfo("map_saver: waiting for %s", rospy.resolve_name("map"))
     try:
         message = rospy.wait_for_message("map", OccupancyGrid)

@@ -11,6 +11,7 @@ from nav_msgs.srv import (
     LoadMap,
     LoadMapResponse,
 )
+from paddock_common.process import signals
 
 from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, from_picture, load
 from occupancy_map.messages import to_message, valid_now
@@ -81,7 +82,7 @@ def main():
     if len(arguments) not in (1, 2):
         print(USAGE, file=sys.stderr)
         return 2
-    rospy.init_node("map_server", anonymous=True)
+    signals.init_node("map_server", anonymous=True)
     try:
         grid = _read(arguments)
     except ValueError as error:

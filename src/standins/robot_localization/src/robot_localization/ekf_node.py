@@ -11,6 +11,7 @@ from geometry_msgs.msg import (
     TwistWithCovarianceStamped,
 )
 from nav_msgs.msg import Odometry
+from paddock_common.process import signals
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty, EmptyResponse
 
@@ -229,7 +230,7 @@ class EkfNode:
 
 def main(name="ekf_localization_node"):
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node(name)
+    signals.init_node(name)
     if name.startswith("ukf"):
         rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
     try:

@@ -2,6 +2,7 @@
 
 import rospy
 from geometry_msgs.msg import Twist, Vector3
+from paddock_common.process import signals
 from sensor_msgs.msg import Joy
 
 from twist_joy.deadman import Deadman
@@ -10,7 +11,7 @@ from twist_joy.mapping import read
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node("teleop_twist_joy_node")
+    signals.init_node("teleop_twist_joy_node")
     try:
         mapping = read(rospy.get_param("~", {}))
     except ValueError as error:

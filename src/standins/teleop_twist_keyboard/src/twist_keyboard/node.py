@@ -3,6 +3,7 @@
 import sys
 
 import rospy
+from paddock_common.process import signals
 
 from twist_keyboard.keys import HELP, QUIT, SCALES, Keys
 from twist_keyboard.sender import Sender
@@ -55,7 +56,7 @@ def drive(terminal, keys, sender, key_timeout):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong or there is no terminal."""
-    rospy.init_node("teleop_twist_keyboard", disable_signals=False)
+    signals.init_node("teleop_twist_keyboard")
     try:
         keys = Keys(
             _number("speed", 0.5),

@@ -2,6 +2,7 @@
 
 import rospy
 from geometry_msgs.msg import Point, Twist
+from paddock_common.process import signals
 from visualization_msgs.msg import Marker
 
 FRAME = "base_footprint"
@@ -33,7 +34,7 @@ def arrow(twist):
 
 def main():
     """Runs the node."""
-    rospy.init_node("twist_marker")
+    signals.init_node("twist_marker")
     publisher = rospy.Publisher("marker", Marker, queue_size=1, latch=True)
     rospy.Subscriber("twist", Twist, lambda twist: publisher.publish(arrow(twist)), queue_size=1)
     rospy.spin()

@@ -6,6 +6,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 from geometry_msgs.msg import Twist
+from paddock_common.process import signals
 from std_msgs.msg import Bool
 
 from velocity_mux.entries import read
@@ -87,6 +88,6 @@ def _words(state, entry):
 
 def main():
     """Runs the node."""
-    rospy.init_node("twist_mux")
+    signals.init_node("twist_mux")
     MuxNode().spin()
     return 0

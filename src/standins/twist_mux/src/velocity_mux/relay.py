@@ -5,6 +5,7 @@ import threading
 import rospy
 from actionlib import SimpleActionServer
 from geometry_msgs.msg import Twist
+from paddock_common.process import signals
 from std_msgs.msg import Bool
 from twist_mux_msgs.msg import JoyPriorityAction, JoyPriorityResult, JoyTurboAction, JoyTurboResult
 from visualization_msgs.msg import Marker
@@ -85,7 +86,7 @@ class Relay:
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node("joystick_relay")
+    signals.init_node("joystick_relay")
     try:
         relay = Relay()
     except ValueError as error:

@@ -7,6 +7,7 @@ import numpy as np
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
+from paddock_common.process import signals
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
 from robot_localization.frames import Frames, to_message, to_transform
@@ -195,7 +196,7 @@ class NavsatNode:
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    rospy.init_node("navsat_transform_node")
+    signals.init_node("navsat_transform_node")
     try:
         NavsatNode()
     except ValueError as error:

@@ -1,0 +1,204 @@
+"""What a node publishes and raises while rospy closes it is not told; before, it is."""
+
+import subprocess
+import sys
+import threading
+
+import pytest
+import rospy
+import rospy.core
+from paddock_common.process import closing
+from rospy.impl.tcpros_service import ServiceImpl
+from rospy.topics import _PublisherImpl, _SubscriberImpl
+from std_msgs.msg import String
+
+LIMIT = 60.0  # [s]
+
+
+@pytest.fixture(autouse=True)
+def silent(monkeypatch):
+    """Nodes that end silently, in this test alone."""
+    for kind, name in (
+        (_PublisherImpl, "publish"),
+        (_SubscriberImpl, "_invoke_callback"),
+        (ServiceImpl, "error_handler"),
+        (threading, "excepthook"),
+        (sys, "excepthook"),
+    ):
+        monkeypatch.setattr(kind, name, getattr(kind, name))
+    monkeypatch.setattr(_PublisherImpl, "publock", None, raising=False)
+    closing.end_silently()
+    closing.end_silently()
+
+
+@pytest.fixture(params=[False, True], ids=["running", "ending"])
+def ends(request, monkeypatch):
+    """Whether the shutdown was requested; rospy does not say yet that the node is shut down."""
+    monkeypatch.setattr(rospy.core, "_in_shutdown", request.param)
+    assert not rospy.is_shutdown()
+    return request.param
+
+
+@pytest.fixture
+def topic():
+    """A publisher's topic with one connection that takes everything."""
+    made = _PublisherImpl("/t", String)
+    made.connections.append(type("", (), {"write_data": lambda *_: True, "close": lambda *_: None}))
+    return made
+
+
+def close_before(topic):
+    topic.close()
+    return String()
+
+
+def close_as_it_looks_for_connections(topic):
+    def has_connections():
+        topic.close()
+        return True
+
+    topic.has_connections = has_connections
+    return String()
+
+
+def close_as_it_packs(topic):
+    class Closing(String):
+        def serialize(self, buffer):
+            topic.close()
+            super().serialize(buffer)
+
+    return Closing("a")
+
+
+@pytest.mark.parametrize(
+    "close", [close_before, close_as_it_looks_for_connections, close_as_it_packs]
+)
+def test_publishing_to_a_topic_that_is_closed(topic, ends, close):
+    message = close(topic)
+    if ends:
+        assert topic.publish(message) is None
+    else:
+        with pytest.raises((rospy.ROSException, AttributeError)):
+            topic.publish(message)
+
+
+def test_what_is_wrong_with_a_message_is_told_to_the_end(topic, ends):
+    with pytest.raises(Exception, match="bytes|str|int"):
+        topic.publish(String(data=3))
+
+
+def test_a_topic_that_is_open_while_the_node_ends_still_sends(topic, monkeypatch):
+    """As hooks of a shutdown do: the last zero."""
+    sent = []
+    topic.connections[0].write_data = sent.append
+    monkeypatch.setattr(rospy.core, "_in_shutdown", True)
+    topic.publish(String("stop"))
+    assert len(sent) == 1
+
+
+def test_whoever_waits_to_publish_goes_on_when_the_topic_is_closed(topic):
+    topic.acquire()
+    waits, done = threading.Event(), threading.Event()
+
+    def publish():
+        waits.set()
+        topic.acquire()
+        topic.release()
+        done.set()
+
+    threading.Thread(target=publish, daemon=True).start()
+    assert waits.wait(LIMIT)
+    topic.close()
+    assert not done.is_set()
+    topic.release()
+    assert done.wait(LIMIT)
+
+
+def test_a_callback_that_fails(ends, caplog):
+    subscription = _SubscriberImpl("/t", String)
+    heard = []
+
+    def fail(message, *arguments):
+        heard.append((message, *arguments))
+        raise KeyError("wheel")
+
+    subscription._invoke_callback("a", fail, None)
+    subscription._invoke_callback("b", fail, 7)
+    assert heard == [("a",), ("b", 7)]
+    told = [record for record in caplog.records if record.name == "rosout"]
+    assert len(told) == (0 if ends else 2)
+    if not ends:
+        assert f"bad callback: {fail!r}" in told[0].getMessage()
+        assert "KeyError: 'wheel'" in told[0].getMessage()
+    else:
+        assert [record.name for record in caplog.records] == ["rospy.closing"] * 2
+
+
+def test_a_service_that_fails(ends, caplog):
+    try:
+        raise KeyError("wheel")
+    except KeyError as error:
+        ServiceImpl.error_handler(None, error, *sys.exc_info())
+    told = [record for record in caplog.records if record.name == "rosout"]
+    assert len(told) == (0 if ends else 1)
+
+
+def test_a_thread_that_fails(ends, monkeypatch):
+    told = []
+    monkeypatch.setattr(threading, "excepthook", closing._Hook(told.append, Exception))
+
+    def fail():
+        raise KeyError("wheel")
+
+    thread = threading.Thread(target=fail)
+    thread.start()
+    thread.join(LIMIT)
+    assert [args.exc_type for args in told] == ([] if ends else [KeyError])
+
+
+@pytest.mark.parametrize(
+    "error, told_at_the_end",
+    [(rospy.ROSInterruptException, False), (rospy.ServiceException, False), (KeyError, True)],
+)
+def test_a_main_thread_that_fails(ends, error, told_at_the_end):
+    told = []
+    hook = closing._Hook(lambda *args: told.append(args[0]), closing.INTERRUPTIONS)
+    hook(error, error("a"), None)
+    assert told == ([error] if told_at_the_end or not ends else [])
+
+
+# All of it in a process of its own: timer, thread and main loop at the end.
+NODE = """
+import threading, time
+import rospy, rospy.core
+from paddock_common.process import closing
+from std_msgs.msg import String
+closing.end_silently()
+rospy.core.set_initialized(True)
+rospy.rostime.set_rostime_initialized(True)
+topic = rospy.Publisher("/t", String, queue_size=1)
+def publish(_event=None):
+    topic.publish("a")
+    print("published", flush=True)
+def close(_reason):
+    print("closing", flush=True)
+    rospy.impl.registration.get_topic_manager().close_all()
+    for _ in range(20):
+        publish()
+        time.sleep(0.02)
+rospy.core.add_preshutdown_hook(close)
+rospy.Timer(rospy.Duration(0.01), publish)
+threading.Timer(0.3, lambda: rospy.signal_shutdown("test")).start()
+while not rospy.is_shutdown():
+    publish()
+    time.sleep(0.01)
+raise rospy.ROSInterruptException("in the main loop")
+"""
+
+
+def test_a_node_says_nothing_while_its_topics_are_closed():
+    done = subprocess.run(
+        [sys.executable, "-c", NODE], capture_output=True, text=True, timeout=LIMIT
+    )
+    assert done.stderr == ""
+    assert done.stdout.split("closing")[1].count("published") >= 20

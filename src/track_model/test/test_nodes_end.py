@@ -1,0 +1,29 @@
+"""Nodes of the track say nothing when they end while messages come."""
+
+import signal
+
+import pytest
+from paddock_common import testing_nodes
+
+NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}
+
+
+@pytest.fixture(scope="module")
+def environment():
+    with (
+        testing_nodes.ros_master() as environment,
+        testing_nodes.flood(environment, {"/odom": "nav_msgs/Odometry"}, "child_frame_id='b'"),
+    ):
+        yield environment
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("node", NODES)
+def test_nodes_end_silently(environment, tmp_path, node, number):
+    testing_nodes.assert_silent_end(
+        testing_nodes.slow_close(tmp_path, environment),
+        f"/{node}",
+        ["rosrun", "track_model", node],
+        NODES[node],
+        number,
+    )
