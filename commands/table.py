@@ -13,6 +13,7 @@ COMMANDS = {
     "sweep": "try many settings of a training, or many gains; table and plots go to out/sweep/",
     "cluster": "make this machine a node of a Ray cluster, for ./run train --ray",
     "test": "all tests, or: unit, lint, ros, or part of a test's name",
+    "bare": "run a command, such as the tests, on a Debian with nothing installed (as root)",
     "world": "the world and the car, without a window",
     "teleop": "the teleop window alone, for a world that runs already",
     "truck": "the Cyber Truck with its trailer in a yard, or backing its trailer",
