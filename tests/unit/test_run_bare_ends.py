@@ -1,0 +1,151 @@
+"""The end of a bare machine: by itself, by signals at each moment, by SIGKILL; nothing stays."""
+
+import errno
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+from bare_rig import HANGS, REFUSES, Bare, where_it_works
+from run_rig import PATIENCE
+
+HOLD = "echo here; sleep 1000"
+
+
+@pytest.fixture(params=["namespaces", "plain mounts"])
+def bare(request, tmp_path):
+    """A clone in whose machines namespaces are to be had, and one where they are refused."""
+    rig = Bare(tmp_path)
+    if request.param == "plain mounts":
+        rig.program("unshare", REFUSES)
+    return rig
+
+
+def begun(bare, *arguments, **options):
+    """Starts a machine and waits for the command's first line, which is `here`."""
+    process = bare.start(*arguments, **options)
+    while (line := process.stdout.readline()) != "here\n":
+        assert line, process.wait()
+    return process
+
+
+@where_it_works
+def test_interrupted_while_debootstrap_works(bare):
+    process = bare.start("true")
+    bare.marked(process)
+    status, said = bare.stopped(process)
+    assert status == 130 and "Traceback" not in said
+    assert bare.left() == [] and not (bare.cache / "bookworm.tar").exists()
+
+
+@where_it_works
+def test_interrupted_while_it_is_unpacked(bare):
+    tarball = bare.cache / "bookworm.tar"
+    os.mkfifo(tarball)
+    process = bare.start("true")
+    while True:
+        try:
+            writer = os.open(tarball, os.O_WRONLY | os.O_NONBLOCK)
+            break
+        except OSError as error:
+            assert error.errno == errno.ENXIO and process.poll() is None
+            time.sleep(0.01)
+    try:
+        assert bare.stopped(process)[0] == 130 and bare.left() == []
+    finally:
+        os.close(writer)
+
+
+@where_it_works
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_while_the_command_works(bare, number):
+    process = begun(bare.tarball(), HOLD)
+    status, said = bare.stopped(process, number)
+    assert (status, said) == (128 + number, "") and bare.left() == []
+
+
+@where_it_works
+def test_a_command_that_hears_no_signal_and_has_left_its_session(bare):
+    process = begun(bare.tarball(), "trap '' INT TERM HUP; sleep 1000 & echo here; wait")
+    assert bare.stopped(process)[0] == 130 and bare.left() == []
+
+
+@where_it_works
+def test_interrupted_while_results_are_copied(bare):
+    bare.tarball().program("cp", HANGS)
+    process = bare.start("mkdir test-results")
+    bare.marked(process)
+    assert bare.stopped(process)[0] == 130 and bare.left() == []
+    assert not (bare.root / "test-results").exists()
+
+
+@where_it_works
+def test_interrupted_at_any_time(bare):
+    """At times that are spread over a run: whatever it does then."""
+    bare.tarball()
+    begin = time.monotonic()
+    assert bare.run("true").returncode == 0
+    whole = time.monotonic() - begin
+    for part in range(5):
+        process = bare.start("true")
+        time.sleep(whole * part / 5)
+        status, said = bare.stopped(process)
+        assert status in (0, 130, -signal.SIGINT) and bare.left() == [], said
+
+
+@where_it_works
+def test_what_a_command_leaves_behind_ends_with_it(bare):
+    done = bare.tarball().run("sleep 1000 >/dev/null 2>&1 & exit 7")
+    assert done.returncode == 7 and bare.left() == []
+
+
+@where_it_works
+def test_a_killed_run_takes_its_processes_along(bare):
+    process = begun(bare.tarball(), HOLD)
+    process.kill()
+    process.communicate(timeout=PATIENCE)
+    end = time.monotonic() + PATIENCE
+    while bare.processes():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert set(bare.left()) <= set(map(str, bare.cache.glob("machine-*")))
+    assert bare.run("true").returncode == 0 and bare.left() == []
+
+
+@where_it_works
+def test_the_folder_that_a_killed_run_has_left_goes_with_the_next_start(tmp_path):
+    bare = Bare(tmp_path).tarball()
+    process = begun(bare, HOLD)
+    process.kill()
+    process.communicate(timeout=PATIENCE)
+    (folder,) = bare.cache.glob("machine-*")
+    done = bare.run("true")
+    assert f"bare: removing {folder}, which a killed run has left\n" in done.stdout
+    assert done.returncode == 0 and bare.left() == []
+
+
+@where_it_works
+def test_a_machine_that_is_in_use_stays(bare):
+    process = begun(bare.tarball(), "echo here; read line; echo $line", stdin=subprocess.PIPE)
+    (folder,) = bare.cache.glob("machine-*")
+    done = bare.run("true")
+    assert done.returncode == 0 and "removing" not in done.stdout
+    assert [folder] == list(bare.cache.glob("machine-*"))
+    assert process.communicate("goes on\n", timeout=PATIENCE)[0] == "goes on\n"
+    assert process.returncode == 0 and bare.left() == []
+
+
+def test_a_folder_with_a_mount_in_it_is_not_removed(tmp_path, monkeypatch):
+    """Whatever the reason: a mount that cannot be dropped keeps its folder."""
+    from commands.bare import removal
+    from commands.errors import CommandError
+
+    precious = tmp_path / "machine-x" / "root" / "proc"
+    precious.mkdir(parents=True)
+    (precious / "file").write_text("of this machine")
+    monkeypatch.setattr(removal, "PATIENCE", 0.0)
+    monkeypatch.setattr(removal, "mounts_below", lambda _: [str(precious)])
+    with pytest.raises(CommandError, match=f"mounted there: {precious}"):
+        removal.remove(str(tmp_path / "machine-x"))
+    assert (precious / "file").read_text() == "of this machine"
