@@ -5,6 +5,7 @@ was downloaded or compiled), and machine-*/ of the runs that are going on, each 
 All of it can be deleted while none is. A machine whose run was killed goes with the next start.
 """
 
+import contextlib
 import fcntl
 import glob
 import json
@@ -29,7 +30,7 @@ ISOLATED = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-pr
 PROJECT = "/project"  # in the machine
 ARCHIVES = "/var/cache/apt/archives"
 STAGED = os.path.join(CACHE, "bare-")  # results on their way, with the machine's name behind it
-GRACE = 10.0  # for a program to end after SIGINT, before everything is killed [s]
+GRACE = 3.0  # for a program to end after SIGINT, before everything is killed [s]
 POLL = 0.2  # between looks whether another run has made the Debian [s]
 TAIL = 15  # lines of debootstrap's log that are shown if it fails
 
@@ -121,6 +122,9 @@ class Machine:
     def __exit__(self, *_):
         try:
             try:
+                if self._signals.first is not None:
+                    with contextlib.suppress(OSError):  # the terminal may be gone
+                        say("bare: interrupted, removing the machine")
                 self._keep()
             finally:
                 shutil.rmtree(self._staged, ignore_errors=True)

@@ -63,7 +63,7 @@ class Bare:
             path.mkdir(parents=True)
         self.program("debootstrap", DEBOOTSTRAP)
         module = self.root / "commands" / "bare" / "machine.py"
-        text, count = re.subn(r"\nGRACE = 10.0 ", "\nGRACE = 0.5 ", module.read_text())
+        text, count = re.subn(r"\nGRACE = 3.0 ", "\nGRACE = 0.5 ", module.read_text())
         assert count == 1
         module.write_text(text)
         if shutil.which("git"):

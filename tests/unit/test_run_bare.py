@@ -197,7 +197,34 @@ def test_debian_is_made_once(tmp_path):
     assert bare.mark.read_text() == "called\n" and (bare.cache / "trixie.tar").exists()
 
 
-def test_ci_says_where_it_runs():
-    """.ci/run asks ./run bare --check, which makes nothing."""
-    text = (ROOT / ".ci" / "run").read_text()
-    assert "./run bare --check" in text and "./run bare bash -c" in text
+CI_RUN = """#!/bin/sh
+case "$1 $2" in
+  'bare --check') [ -z "$REFUSAL" ] && exit; echo "$REFUSAL" >&2; exit 2 ;;
+  'bare '*) echo on a bare Debian; shift; exec "$@" ;;
+esac
+echo "$@"
+[ "$*" != "$FAILS" ]
+"""
+
+
+@pytest.mark.parametrize(
+    "refusal, first", [("", "on a bare Debian"),
+                       ("run: no root", "not on a bare Debian but right here: no root")],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "fails, status, last", [("", 0, "test unit -j 1"), ("demo", 1, "demo"),
+                            ("test soak", 1, "test soak"), ("test unit -j 1", 1, "test unit -j 1")],
+)  # fmt: skip
+def test_ci_says_where_it_runs(tmp_path, refusal, first, fails, status, last):
+    """.ci/run with a ./run that only tells what it is asked for."""
+    (tmp_path / ".ci").mkdir()
+    shutil.copy(ROOT / ".ci" / "run", tmp_path / ".ci")
+    (tmp_path / "run").write_text(CI_RUN)
+    (tmp_path / "run").chmod(0o755)
+    done = subprocess.run(
+        [tmp_path / ".ci" / "run", "unit", "-j", "1"], capture_output=True, text=True,
+        env={**os.environ, "REFUSAL": refusal, "FAILS": fails}, timeout=PATIENCE,
+    )  # fmt: skip
+    steps = ["demo", "test soak", "test unit -j 1"]
+    said = [first, *steps[: steps.index(last) + 1]]
+    assert (done.returncode, done.stdout.splitlines(), done.stderr) == (status, said, "")

@@ -62,7 +62,18 @@ def test_interrupted_while_it_is_unpacked(bare):
 def test_interrupted_while_the_command_works(bare, number):
     process = begun(bare.tarball(), HOLD)
     status, said = bare.stopped(process, number)
-    assert (status, said) == (128 + number, "") and bare.left() == []
+    assert (status, said) == (128 + number, "bare: interrupted, removing the machine\n")
+    assert bare.left() == []
+
+
+@where_it_works
+def test_the_terminal_closes(bare):
+    process = begun(bare.tarball(), "trap 'echo still here' INT; echo here; sleep 1000; sleep 1000")
+    process.stdout.close()
+    while process.poll() is None:
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.05)
+    assert process.returncode not in (0, -signal.SIGHUP) and bare.left() == []
 
 
 @where_it_works
