@@ -4,6 +4,7 @@ import signal
 import subprocess
 
 import pytest
+
 from paddock_common import testing_nodes
 
 TOPICS = {

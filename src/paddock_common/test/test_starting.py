@@ -4,11 +4,15 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import rospy.impl.init
 from paddock_common.process import starting
 
+SRC = Path(__file__).resolve().parents[2]
+# It measures a subscriber as everybody's.
+PLAIN = {SRC / "bullet_bridge" / "scripts" / "sending_figures"}
 GIVE_WAY = """
 import os
 from paddock_common.process import priority
@@ -76,3 +80,16 @@ print(first, mapped())
 def test_large_blocks_are_kept_by_the_process():
     output = subprocess.check_output([sys.executable, "-c", BLOCKS], text=True)
     assert output.split() == ["1", "0"]
+
+
+def test_every_node_starts_here():
+    """What mends rospy for a node's life is installed in one place."""
+    scripts = [
+        path
+        for folder in ("src", "scripts", "nodes")
+        for path in SRC.glob(f"**/{folder}/**/*")
+        if path.is_file() and path.suffix in ("", ".py") and "test" not in path.parts
+    ]
+    own = [path for path in scripts if b"rospy.init_node(" in path.read_bytes()]
+    assert {path for path in own if path not in PLAIN} == {Path(starting.__file__).resolve()}
+    assert len(scripts) > 200

@@ -3,6 +3,7 @@
 import signal
 
 import pytest
+
 from paddock_common import testing_nodes
 
 NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 
 from paddock_common import rpc
@@ -17,6 +16,7 @@ NOISE = ("Traceback", "bad callback", "closed topic", "Exception", "Error")
 FLOOD = """
 import itertools, sys, time
 import roslib.message, rospy
+from paddock_common.process import starting
 def filled(kind):
     message = kind()
     for turned in ("pose.pose.orientation", "pose.orientation", "orientation"):
@@ -32,7 +32,7 @@ def filled(kind):
         if hasattr(message, path):
             setattr(message, path, eval(value))
     return message
-rospy.init_node("flood", disable_signals=True)
+starting.init_node("flood", disable_signals=True)
 topics = dict(item.split("=") for item in sys.argv[1].split(","))
 kinds = {topic: roslib.message.get_message_class(name) for topic, name in topics.items()}
 made = [(rospy.Publisher(t, k, queue_size=5), filled(k)) for t, k in kinds.items()]
@@ -179,7 +179,12 @@ def slow_close(folder, environment):
         folder: pathlib.Path, to write to.
         environment: Of ros_master.
     """
-    (folder / "sitecustomize.py").write_text(textwrap.dedent(SLOW_CLOSE))
+    (folder / "sitecustomize.py").write_text(SLOW_CLOSE)
+    return with_path(environment, folder)
+
+
+def with_path(environment, folder):
+    """Environment of Python processes that look for modules in a folder first."""
     paths = [str(folder), *filter(None, [environment.get("PYTHONPATH")])]
     return dict(environment, PYTHONPATH=os.pathsep.join(paths))
 

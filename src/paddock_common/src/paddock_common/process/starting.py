@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import rospy
 import rospy.impl.init
 
-from paddock_common.process import closing, serving
+from paddock_common.process import closing, serving, subscriptions
 
 LOOK = 0.003  # [s] between two looks whether the master has registered the node
 LARGEST_KEPT = 32 << 20  # [bytes] the most that glibc takes
@@ -17,7 +17,8 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 def init_node(name, **options):
     """Calls rospy.init_node, which looks for its registration every 0.1 s: here it does so sooner.
 
-    Every node of Paddock starts here: it ends without a word and without taking a processor.
+    Every node of Paddock starts here: its subscriptions keep their publishers, and it ends without
+    a word and without taking a processor.
 
     Args:
         name: Of the node.
@@ -25,6 +26,7 @@ def init_node(name, **options):
     """
     serving.end_with_node()
     closing.end_silently()
+    subscriptions.keep()
     keep_freed_memory()
     clock = rospy.impl.init.time
     rospy.impl.init.time = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, LOOK)))
