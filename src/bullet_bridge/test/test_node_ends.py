@@ -1,0 +1,48 @@
+"""The simulator says nothing when it ends while messages come and its own go out."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from paddock_common import testing_nodes
+
+TOPICS = {
+    "/gazebo/set_model_state": "gazebo_msgs/ModelState",
+    "/gazebo/set_link_state": "gazebo_msgs/LinkState",
+}
+LISTENER = """
+import rospy, sys
+from gazebo_msgs.msg import LinkStates, ModelStates
+from rosgraph_msgs.msg import Clock
+rospy.init_node("listener", disable_signals=True, disable_rostime=True)
+for topic, kind in (("/clock", Clock), ("/gazebo/model_states", ModelStates)):
+    rospy.Subscriber(topic, kind, lambda message: None)
+rospy.wait_for_message("/gazebo/link_states", LinkStates)
+rospy.spin()
+"""
+
+
+@pytest.fixture(scope="module")
+def environment():
+    with (
+        testing_nodes.ros_master() as environment,
+        testing_nodes.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"),
+        testing_nodes.running(environment, [sys.executable, "-c", LISTENER]),
+    ):
+        subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
+        yield environment
+
+
+@pytest.mark.parametrize(
+    "lockstep, number", [(False, signal.SIGINT), (True, signal.SIGTERM)], ids=["free", "lockstep"]
+)
+def test_simulator_ends_silently(environment, tmp_path, lockstep, number):
+    testing_nodes.assert_silent_end(
+        testing_nodes.slow_close(tmp_path, environment),
+        "/gazebo",
+        ["rosrun", "bullet_bridge", "bridge", f"_lockstep:={str(lockstep).lower()}"],
+        TOPICS,
+        number,
+    )
