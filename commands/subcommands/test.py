@@ -1,67 +1,128 @@
-"""Runs the tests: unit tests (pytest), linters, integration tests (rostest).
+"""Runs the tests with pytest: unit tests, linters, and nodes on ROS graphs of their own.
 
-Linters are catkin_lint, ruff, mypy and shellcheck; each integration test has a ROS master of its
-own. FILTER: unit, lint, ros, or part of a name (./run test circle). Five stages run only when they
-are asked for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning
-(trainings; it installs torch, Ray and Optuna), ./run test desk (the desk in Chromium, which it
-installs), ./run test tutorials (what the tutorials say to type) and ./run test long (more and
-longer drives of the truck). -j N runs N jobs side by side, by default as many as there are cores;
---failed runs what failed when it last ran. Logs and JUnit files go to test-results/. At the end
-come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what failed.
-The last line is the sum; the exit status is 0 only if nothing failed.
+FILTER is unit, lint, ros, or part of a file's name (./run test circle, ./run test bullet_sim). Five
+stages run only when they are asked for: ./run test soak (two minutes of ./run soak, as CI does),
+./run test learning (trainings; it installs torch, Ray and Optuna), ./run test desk (the desk in
+Chromium, which it installs), ./run test tutorials (what the tutorials say to type) and ./run test
+long (more and longer drives of the truck). What else starts with a dash goes to pytest, such as -x
+or --durations=50. JUnit's file, logs and the launch files of ROS tests are in test-results/. At the
+end come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what
+failed. The last line is the sum; the exit status is 0 only if nothing failed.
 """
 
 import os
 
 from commands import environment, processes
+from commands.errors import UsageError
 from commands.paths import ROOT, SOURCES, VENV_PYTHON
 
 USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
-RUNNER = os.path.join(ROOT, "tests", "runner.py")
-OPTIONS = os.path.join(ROOT, "tests", "runner", "main.py")
 STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long")
+RESULTS = os.path.join(ROOT, "test-results")
+CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
+# ROS tests wait for processes that start one after the other, and for simulated time: two for each
+# core keep it busy.
+PER_CORE = 2
 
 
 def add_arguments(parser):
-    """Declares the test runner's options, for help and completion."""
-    from commands import forwarded
-
-    forwarded.declare(parser, OPTIONS)
+    """Declares the options, for help and completion."""
+    parser.add_argument(
+        "-j", "--jobs", metavar="N", help="processes that run tests; by default two for each core"
+    )
+    parser.add_argument("--failed", action="store_true", help="run what failed when it last ran")
+    parser.add_argument("--list", action="store_true", help="only print the names")
 
 
 def run(arguments):
-    """Becomes the test runner."""
+    """Becomes pytest."""
+    words, filters = options(arguments)
     environ = environment.ready()
-    if "--list" not in arguments:
-        prepare_stages(arguments)
-    environ.pop("ROS_HOSTNAME", None)
-    environ.update(ROS_IP="127.0.0.1", QT_QPA_PLATFORM="offscreen", PYTHONDONTWRITEBYTECODE="1")
-    processes.become([VENV_PYTHON, RUNNER, *arguments], environ)
+    if "--collect-only" not in words:
+        prepare_stages(filters)
+        os.makedirs(RESULTS, exist_ok=True)
+        words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/junit.xml"]
+    words += [word for name in filters for word in ("--select", name)]
+    processes.become([VENV_PYTHON, "-m", "pytest", f"--rootdir={ROOT}", "-q", *words], environ)
 
 
-def prepare_stages(arguments):
+def options(arguments):
+    """Reads the command line.
+
+    Returns:
+        Words for pytest, filters.
+
+    Raises:
+        UsageError: N is no whole number above 0.
+    """
+    words, filters, jobs = [], [], PER_CORE * cores()
+    rest = iter(arguments)
+    for word in rest:
+        if word in ("-j", "--jobs"):
+            jobs = count(next(rest, ""))
+        elif word.startswith(("-j", "--jobs=")):
+            jobs = count(word.removeprefix("--jobs=").removeprefix("-j"))
+        elif word == "--failed":
+            words += ["--last-failed", "--last-failed-no-failures=none"]
+        elif word == "--list":
+            words.append("--collect-only")
+        elif word.startswith("-"):
+            words.append(word)
+        else:
+            filters.append(word)
+    if "--collect-only" not in words:
+        words.append(f"--numprocesses={jobs}")
+    return words, filters
+
+
+def count(text):
+    """Reads a number of processes.
+
+    Raises:
+        UsageError: It is no whole number above 0.
+    """
+    if not text.isdecimal() or int(text) == 0:
+        raise UsageError(
+            f"-j N: N is {text!r}; it must be a whole number above 0", "./run test -j 2"
+        )
+    return int(text)
+
+
+def cores(quota=CPU_QUOTA):
+    """Returns the number of cores that this process may use, at least 1.
+
+    Args:
+        quota: File with the control group's limit (cgroup v2), which a container may have.
+    """
+    number = len(os.sched_getaffinity(0))
+    try:
+        with open(quota, encoding="ascii") as stream:
+            limit, period = stream.read().split()
+        number = min(number, round(int(limit) / int(period)))
+    except (OSError, ValueError):  # no such file, or "max": no limit
+        pass
+    return max(1, number)
+
+
+def prepare_stages(filters):
     """Installs what the stages that have to be asked for need beyond ./run setup."""
     from commands.bootstrap import desk, learning
 
-    if "learning" in arguments:
+    if "learning" in filters:
         learning.prepare("learning", "ray", "sweep")
-    if "desk" in arguments:
+    if "desk" in filters:
         desk.prepare(tests=True)
 
 
 def complete(_words):
-    """Lists the stages, the integration tests and the folders with unit tests."""
+    """Lists the stages, the files of ROS tests and the packages with unit tests."""
     import glob
 
-    folders = glob.glob(f"{SOURCES}/**/test", recursive=True)
-    tests = [path for folder in (*folders, f"{ROOT}/tests/ros") for path in _tests(folder)]
-    packages = [os.path.dirname(path) for path in folders if glob.glob(f"{path}/test_*.py")]
-    names = {os.path.basename(path) for path in (*tests, *packages)}
+    files = glob.glob(f"{ROOT}/tests/ros/test_*.py")
+    names = {os.path.basename(path)[5:-3] for path in files}
+    folders = {
+        os.path.dirname(path) for path in glob.glob(f"{SOURCES}/**/test/test_*.py", recursive=True)
+    }
+    names |= {os.path.basename(os.path.dirname(folder)) for folder in folders}
     return [*STAGES, *sorted(names | {"project", "physics"})]
-
-
-def _tests(folder):
-    import glob
-
-    return [path.removesuffix(".test") for path in glob.glob(f"{folder}/*.test")]

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import rospy
-from conftest import CANVAS, LIMIT, SHOTS, Desk
+from desk_rig import CANVAS, LIMIT, SHOTS, Desk
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.testing import free_port

@@ -105,3 +105,8 @@ class Launched:
     def running(self):
         """Whether roslaunch still runs."""
         return self._process.poll() is None
+
+
+def master_port():
+    """Port of this file's own ROS master, which the launch file starts."""
+    return int(os.environ["ROS_MASTER_URI"].rpartition(":")[2])

@@ -4,8 +4,10 @@ The results do not depend on the machine's speed and load.
 """
 
 import rospy
+from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetWorldProperties
-from launching import wait_subscribed
+from launches import wait_subscribed
+from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, wait_until
 from std_srvs.srv import Empty
 
@@ -67,3 +69,21 @@ class Time:
         """Lets time go on by itself."""
         self._step.close()
         rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
+
+
+def wait_for_car_paused():
+    """wait_for_car waits for a running /clock; here it stands."""
+    name = "/racecar/controller_manager/list_controllers"
+    rospy.wait_for_service(name, timeout=START_LIMIT)
+    states = rospy.ServiceProxy(name, ListControllers)
+    wait_until(
+        lambda: [item.state for item in states().controller] == ["running"] * 7,
+        "seven controllers of the car running",
+        START_LIMIT,
+    )
+
+
+def place(raw):
+    """x and y [m] of a serialised Odometry."""
+    point = Odometry().deserialize(raw).pose.pose.position
+    return point.x, point.y

@@ -32,7 +32,7 @@ class Terminal:
         variables = {
             name: value
             for name, value in os.environ.items()
-            if name not in environment and name not in ("TMUX", "TMUX_PANE")
+            if name not in environment and name not in ("TMUX", "TMUX_PANE", "COLUMNS", "LINES")
         }
         variables.update({name: value for name, value in environment.items() if value is not None})
         subprocess.run(

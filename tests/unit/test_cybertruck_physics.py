@@ -168,7 +168,7 @@ def test_it_stops_from_full_speed_as_fast_as_its_limit_says(alone):
 
 
 def test_odometry_over_alternating_arcs(truck):
-    """10 m; a rostest drives 20 m, ./run test long 50 m."""
+    """10 m; test_truck_odometry.py drives 20 m, ./run test long 50 m."""
     check_odometry(truck, 10.0)
 
 

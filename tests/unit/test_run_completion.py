@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 
+import selection
 from run_rig import PATIENCE, ROOT, run
 
 from commands.completion.candidates import candidates
@@ -80,12 +81,18 @@ def test_another_program_called_run_is_left_alone(tmp_path):
 def test_every_filter_that_is_offered_selects_a_test():
     offered = candidates("./run test ")
     assert {"unit", "lint", "ros", "project", "circle", "track_model"} <= set(offered)
-    done = run("test", "--list", *offered)
-    assert done.returncode == 0
-    listed = done.stdout
-    stages = {line.split()[0] for line in listed.splitlines()}
-    assert stages == {"unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long"}
-    assert [word for word in offered if word not in stages and word not in listed] == []
+    files = [*ROOT.glob("src/**/test/test_*.py"), *ROOT.glob("tests/*/test_*.py")]
+    stages = {selection.stage_of(path, ROOT) for path in files}
+    assert stages == set(selection.STAGES)
+    names = {selection.name_of(path, ROOT) for path in files}
+    assert [w for w in offered if w not in stages and not any(w in name for name in names)] == []
+
+
+def test_filters_select_what_is_listed():
+    done = run("test", "--list", "circle", "mypy")
+    assert done.returncode == 0, done.stdout
+    listed = {line.partition("::")[0] for line in done.stdout.splitlines() if "::" in line}
+    assert listed == {"tests/ros/test_circle.py", "tests/lint/test_lint.py"}
 
 
 def test_without_word_breaks_the_whole_word_is_given():

@@ -1,12 +1,10 @@
-"""Makes the package importable from its source folder and keeps caches out of the home."""
+"""Keeps caches out of the home."""
 
 import pathlib
-import sys
 
 import pytest
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(PACKAGE / "src"))
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,7 @@
 """The expanded description has the published numbers."""
 
 import math
+import pathlib
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -8,6 +9,7 @@ import yaml
 
 xacro = pytest.importorskip("xacro")
 
+PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 WHEELS = ["left_rear_wheel", "right_rear_wheel", "left_front_wheel", "right_front_wheel"]
 HINGES = ["left_steering_hinge", "right_steering_hinge"]
 
@@ -19,8 +21,6 @@ def expand(package, **arguments):
 
 @pytest.fixture(scope="module")
 def robot():
-    from conftest import PACKAGE
-
     return expand(PACKAGE)
 
 

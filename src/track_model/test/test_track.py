@@ -1,6 +1,7 @@
 """Geometry, picture, SDF, cache and command line."""
 
 import os
+import pathlib
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -13,6 +14,7 @@ from track_model.files import writer as files
 from track_model import curves, geometry, source, spec, track, track_file
 
 cv2 = pytest.importorskip("cv2")
+PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 SMALL = "points: [[0, 0], [2, 0], [2, 1.6], [0, 1.6]]\nwidth: 0.5\n"
 
 
@@ -37,8 +39,6 @@ def small(tmp_path):
 
 def run(*arguments):
     """Run make_track as roslaunch does; returns (exit code, stdout, stderr)."""
-    from conftest import PACKAGE
-
     result = subprocess.run(
         [sys.executable, str(PACKAGE / "scripts" / "make_track"), *arguments],
         env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},

@@ -1,0 +1,21 @@
+"""Loads the tests' plugins and sets what every test finds in its environment."""
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+sys.path.insert(0, str(ROOT / "tests" / "plugins"))
+sys.pycache_prefix = str(ROOT / ".cache" / "pycache")  # compiled once, not in src
+
+pytest_plugins = ["selection", "isolation"]
+
+os.environ.pop("ROS_HOSTNAME", None)
+os.environ.update(
+    PYTHONPYCACHEPREFIX=sys.pycache_prefix,
+    QT_QPA_PLATFORM="offscreen",
+    ROS_IP="127.0.0.1",
+)
+_packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+if str(ROOT / "tests") not in _packages:
+    os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join([str(ROOT / "tests"), *_packages])

@@ -1,6 +1,0 @@
-"""Makes the package's module importable from a plain checkout."""
-
-import os
-import sys
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src"))

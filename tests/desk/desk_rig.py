@@ -1,0 +1,118 @@
+"""A desk as ./run desk starts it, and headless Chromium in front of it."""
+
+import base64
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+from paddock_common.testing import free_port
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+ROOT = Path(__file__).resolve().parents[2]
+LIMIT = 180.0  # longest wait for anything [s]
+SHOTS = ROOT / "test-results" / "desk"  # pictures for people
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",  # which root cannot have
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--window-size=1600,1000",
+)
+CANVAS = "document.querySelector('#noVNC_container canvas')"
+
+sys.path.append(str(ROOT / "tests" / "ros"))  # for vnc_client
+
+
+class Desk:
+    """./run desk.
+
+    Attributes:
+        url: The address that it has printed.
+        process: subprocess.Popen.
+    """
+
+    def __init__(self, *arguments, master, **environ):
+        """Starts it and reads the address.
+
+        Args:
+            *arguments: Words behind ./run desk.
+            master: Port of its ROS master.
+            **environ: More variables.
+        """
+        self.said = ""
+        self.process = subprocess.Popen(
+            [str(ROOT / "run"), "desk", "--port", str(free_port()), *arguments],
+            env={**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{master}", **environ},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        for line in self.process.stdout:
+            self.said += line
+            if found := re.search(r"http://\S+/", line):
+                self.url = found[0].replace(socket.gethostname(), "127.0.0.1")
+                break
+        else:
+            raise AssertionError(f"no address: {self.said}")
+
+    def end(self):
+        """Ends it as Ctrl-C does; gives its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        self.said += self.process.communicate(timeout=LIMIT)[0]
+        return self.process.returncode
+
+
+class Browser:
+    """A headless Chromium.
+
+    Attributes:
+        driver: selenium's.
+    """
+
+    def __init__(self):
+        options = webdriver.ChromeOptions()
+        for option in OPTIONS:
+            options.add_argument(option)
+        self.driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+        self.driver.set_script_timeout(LIMIT)
+
+    def picture(self):
+        """Gives the screen that the page shows, (H, W, 3) uint8 RGB; None while there is none."""
+        url = self.driver.execute_script(
+            f"const canvas = {CANVAS}; return canvas && canvas.width && canvas.toDataURL()"
+        )
+        if not url:
+            return None
+        data = np.frombuffer(base64.b64decode(url.split(",")[1]), np.uint8)
+        return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+
+    def click(self, x, y):
+        """Clicks a place of the screen [px], wherever the page shows it."""
+        left, top, scale = self.driver.execute_script(
+            f"const box = {CANVAS}.getBoundingClientRect();"
+            f"return [box.left, box.top, box.width / {CANVAS}.width]"
+        )
+        event = {"x": left + scale * x, "y": top + scale * y}
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            button = {} if kind == "mouseMoved" else {"button": "left", "clickCount": 1}
+            self.driver.execute_cdp_cmd(
+                "Input.dispatchMouseEvent", {"type": kind, **event, **button}
+            )
+
+    def shoot(self, name):
+        """Keeps a picture of the page for people."""
+        SHOTS.mkdir(parents=True, exist_ok=True)
+        self.driver.save_screenshot(str(SHOTS / f"{name}.png"))
+
+    def close(self):
+        """Ends it."""
+        self.driver.quit()

@@ -1,0 +1,155 @@
+"""Which tests run, in which order: `./run test FILTER`, the longest files first, flaky tests.
+
+Each folder of tests belongs to a stage, which is a marker, too. A filter is a stage or part of a
+file's name, such as circle, bullet_sim or bullet_sim/test_skid.
+"""
+
+import pytest
+
+STAGES = {  # stage -> what it holds
+    "unit": "one process, no ROS graph",
+    "lint": "linters",
+    "ros": "nodes on a ROS graph",
+    "soak": "two minutes of ./run soak",
+    "learning": "trainings",
+    "desk": "the desk in Chromium",
+    "tutorials": "the commands of docs/tutorials",
+    "long": "more and longer drives",
+}
+ASKED = {"soak", "learning", "desk", "tutorials", "long"}  # that run only when they are asked for
+SECONDS = "paddock/seconds"  # in pytest's cache: file -> wall time of its tests in the last run [s]
+OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passed, run by run
+RUNS = 10  # of a test that are kept
+# Files that take long on two cores [s], until a run has measured them.
+EXPECTED = {
+    "tests/ros/test_check.py": 42,
+    "tests/ros/test_keyboard.py": 44,
+    "tests/ros/test_keyboard_x.py": 40,
+    "tests/ros/test_lap_drivers.py": 44,
+    "tests/ros/test_goal_trailer.py": 46,
+    "tests/ros/test_goal.py": 42,
+    "tests/ros/test_back_action.py": 37,
+    "tests/ros/test_back_faults.py": 35,
+    "tests/ros/test_truck_drive.py": 37,
+    "tests/ros/test_goal_manoeuvres.py": 33,
+    "tests/ros/test_lap_run.py": 30,
+}
+
+
+def pytest_addoption(parser):
+    """Declares the filters."""
+    parser.addoption(
+        "--select", action="append", default=[], metavar="FILTER", help="see selection.py"
+    )
+
+
+def pytest_configure(config):
+    """Registers a marker for each stage, and what the last runs have told."""
+    for stage, text in STAGES.items():
+        config.addinivalue_line("markers", f"{stage}: {text}")
+    if hasattr(config, "cache") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Memory(config), "memory-of-runs")
+
+
+def stage_of(path, root):
+    """The stage of a test file or of a folder of them; None of other folders."""
+    parts = path.relative_to(root).parts
+    if parts[:1] == ("src",):
+        return "unit"
+    if parts[:1] != ("tests",) or len(parts) == 1:
+        return None
+    return "unit" if parts[1] == "physics" else parts[1] if parts[1] in STAGES else None
+
+
+def name_of(path, root):
+    """What a filter is looked for in: package and file, such as bullet_sim/test_skid."""
+    parts = path.relative_to(root).parts
+    if parts[0] == "src":
+        return f"{path.parent.parent.name}/{path.stem}"
+    stage = parts[1]
+    name = path.stem.removeprefix("test_")
+    return name if stage == "ros" else f"{ {'unit': 'project'}.get(stage, stage) }/{path.stem}"
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Leaves out files that no filter matches, and stages that are not asked for."""
+    root = config.rootpath
+    if not collection_path.is_relative_to(root) or collection_path in given_paths(config):
+        return None
+    stage, filters = stage_of(collection_path, root), config.option.select
+    if stage is None:
+        return None
+    if stage in ASKED and stage not in filters:
+        inside = any(
+            p.is_relative_to(collection_path) or collection_path.is_relative_to(p)
+            for p in given_paths(config)
+        )
+        return None if inside else True
+    if filters and collection_path.is_file() and stage not in filters and stage != "lint":
+        return None if any(word in name_of(collection_path, root) for word in filters) else True
+    return None
+
+
+def given_paths(config):
+    """Paths on the command line."""
+    if config.args_source is not pytest.Config.ArgsSource.ARGS:
+        return []
+    return [
+        (config.invocation_params.dir / str(word).split("::")[0]).resolve() for word in config.args
+    ]
+
+
+def pytest_collection_modifyitems(config, items):
+    """Marks tests with their stage, leaves out linters, puts the longest files first."""
+    filters = config.option.select
+    cached = config.cache.get(SECONDS, {}) if hasattr(config, "cache") else {}
+    seconds = {**EXPECTED, **cached}
+    left_out = []
+    for item in items:
+        stage = stage_of(item.path, config.rootpath)
+        if stage:
+            item.add_marker(stage)
+        if stage == "lint" and filters and not {"lint"} & set(filters):
+            if not any(word in item.name for word in filters):
+                left_out.append(item)
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
+    items.sort(key=lambda item: -expected(item.path, config.rootpath, seconds))
+
+
+def expected(path, root, seconds):
+    """Wall time of a file's tests [s]."""
+    default = 10.0 if stage_of(path, root) == "ros" else 1.0
+    return seconds.get(str(path.relative_to(root)), default) if path.is_relative_to(root) else 0.0
+
+
+class Memory:
+    """Remembers how long files took, and which tests have failed and passed."""
+
+    def __init__(self, config):
+        self._config = config
+        self._seconds, self._passed = {}, {}
+
+    def pytest_runtest_logreport(self, report):
+        """Counts a report."""
+        file = report.nodeid.split("::")[0]
+        self._seconds[file] = self._seconds.get(file, 0.0) + report.duration
+        self._passed[report.nodeid] = self._passed.get(report.nodeid, True) and not report.failed
+
+    def pytest_terminal_summary(self, terminalreporter):
+        """Stores it; prints the flaky tests."""
+        cache = self._config.cache
+        rounded = {file: round(seconds, 1) for file, seconds in self._seconds.items()}
+        cache.set(SECONDS, {**cache.get(SECONDS, {}), **rounded})
+        outcomes = cache.get(OUTCOMES, {})
+        for test, passed in self._passed.items():
+            if test in outcomes or not passed:
+                outcomes[test] = [*outcomes.get(test, []), passed][-RUNS:]
+        outcomes = {test: runs for test, runs in outcomes.items() if not all(runs)}
+        cache.set(OUTCOMES, outcomes)
+        for test, runs in outcomes.items():
+            if test in self._passed and any(runs):
+                terminalreporter.write_line(
+                    f"flaky: {test} failed in {runs.count(False)} of its last {len(runs)} runs"
+                )

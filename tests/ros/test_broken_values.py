@@ -1,0 +1,145 @@
+"""A world and a robot full of bad values: each costs itself and is said, the rest comes up."""
+
+import math
+import pathlib
+import unittest
+
+import rospkg
+import rospy
+from controller_manager_msgs.srv import ListControllers
+from gazebo_msgs.srv import GetModelState, GetPhysicsProperties, GetWorldProperties
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import Float64
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(find paddock_tests)/ros/broken.world"/>
+    <arg name="use_sim_time" value="True "/>
+    <arg name="gui" value="false"/>
+  </include>
+  <rosparam command="load" file="$(find paddock_tests)/ros/broken_bot.yaml" ns="bot"/>
+  <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -file $(find paddock_tests)/ros/broken_bot.urdf -model bot -y -3 -z 0.1"/>
+  <node name="spawner" pkg="controller_manager" type="spawner" ns="/bot" output="screen"
+        args="--timeout 90 joint_state_controller left right"/>
+</launch>
+"""
+
+SPEED = 2.0  # [rad/s] of the wheels
+RADIUS = 0.08  # [m]
+# Words of the lines that the simulator has to say, and how often.
+SAID = {
+    "broken.world is not well-formed XML": 1,
+    "2 included models cannot be used: 'model://castle', 'model://moat & bridge'": 1,
+    "world plugin 'libweather.so'": 1,
+    "3 meshes are missing and left out: model://castle/tower.dae": 1,
+    "model 'no_link' is left out": 1,
+    "joint 'j' of 'crate' has type 'glue'": 1,
+    "joint 'k' of 'crate' joins 'link' and 'nothing'": 1,
+    "'crate_1'": 1,
+    "2 meshes are missing and left out: package://no_such_package/hood.dae": 1,
+    "plugin 'libparty.so'": 1,
+    "<xacro:property>": 1,
+    "joint 'ghost'": 1,
+    "legacyModeNS": 0,
+    "maxVel": 0,
+    "drake": 0,
+    "RGB8": 0,
+}
+
+
+def logged(level, files="*.log"):
+    """The lines of a level in the log files of this run's nodes."""
+    folder = pathlib.Path(rospkg.get_log_dir(), rospy.get_param("/run_id"))
+    lines = [line for file in folder.glob(files) for line in file.read_text().splitlines()]
+    return [line for line in lines if line.startswith(level)]
+
+
+class BrokenValues(unittest.TestCase):
+    """Looks at everything that has to be there in spite of them."""
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.wait_for_service("/bot/controller_manager/list_controllers", START_LIMIT)
+        wait_until(cls.running, "the controllers", START_LIMIT)
+
+    @staticmethod
+    def running():
+        ask = rospy.ServiceProxy("/bot/controller_manager/list_controllers", ListControllers)
+        return [c.state for c in ask().controller] == ["running"] * 3
+
+    def state(self, model):
+        answer = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)(model, "world")
+        self.assertTrue(answer.success, answer.status_message)
+        return answer.pose.position
+
+    def record(self, topic, kind):
+        recorder = Recorder(topic, kind)
+        message = recorder.next(START_LIMIT)
+        recorder.close()
+        return message
+
+    def test_the_models_are_there(self):
+        names = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().model_names
+        expected = {"ground_plane", "weightless", "five_numbers", "crate", "crate_1", "bot"}
+        self.assertEqual(set(names), expected)
+
+    def test_where_they_are(self):
+        sleep_sim(2.0)
+        weightless, crate = self.state("weightless"), self.state("crate")
+        self.assertAlmostEqual(weightless.z, 0.2, delta=0.02)  # it fell and lies on the floor
+        self.assertAlmostEqual(crate.z, 0.25, delta=0.02)
+        five = self.state("five_numbers")
+        self.assertEqual((five.x, five.y, five.z), (0.0, 0.0, 0.0))  # '1,0' is no number
+
+    def test_physics_and_pace_are_the_worlds(self):
+        now = rospy.ServiceProxy("/gazebo/get_physics_properties", GetPhysicsProperties)()
+        self.assertAlmostEqual(now.time_step, 0.002)
+        self.assertAlmostEqual(now.max_update_rate, 500.0)
+        self.assertAlmostEqual(now.gravity.z, -9.81)
+        self.assertIs(rospy.get_param("/use_sim_time"), True)
+
+    def test_sensors_publish(self):
+        eye = self.record("/eye/image_raw", Image)
+        self.assertEqual((eye.encoding, eye.width, eye.height), ("rgb8", 32, 24))
+        fish = self.record("/fish/image_raw", Image)
+        self.assertEqual((fish.width, fish.height), (32, 24))
+        info = self.record("/fish/camera_info", CameraInfo)
+        angle = 2.0 * math.atan(info.width / (2.0 * info.K[0]))
+        self.assertTrue(math.radians(170) < angle < math.pi)
+        scan = self.record("/scan", LaserScan)
+        self.assertEqual(len(scan.ranges), 91)
+        self.assertAlmostEqual(scan.angle_min, -1.0, places=5)
+        truth = self.record("/truth", Odometry)
+        self.assertEqual(truth.child_frame_id, "base")
+
+    def test_the_wheels_turn_and_the_bot_drives(self):
+        states = Recorder("/bot/joint_states", JointState)
+        publishers = [
+            rospy.Publisher(f"/bot/{side}/command", Float64, queue_size=1)
+            for side in ("left", "right")
+        ]
+        for publisher in publishers:
+            wait_connected(publisher, "the controllers")
+        start = self.state("bot").x
+        for publisher in publishers:
+            publisher.publish(SPEED)
+        sleep_sim(2.0)
+        for side in ("left", "right"):
+            _, speed = joint(states.last, f"{side}_joint")
+            self.assertAlmostEqual(speed, SPEED, delta=0.1)
+        self.assertGreater(self.state("bot").x - start, 0.5 * 2.0 * SPEED * RADIUS)
+        for publisher in publishers:
+            publisher.publish(0.0)
+
+    def test_each_cause_is_one_line(self):
+        def warnings():
+            return logged("[rosout][WARNING]", "gazebo-*.log")
+
+        for words, count in SAID.items():
+            if count:
+                wait_until(lambda: any(words in line for line in warnings()), f"'{words}'")
+            self.assertEqual(sum(words in line for line in warnings()), count, words)
+        self.assertEqual(logged("[rosout][ERROR]") + logged("[rosout][CRITICAL]"), [])

@@ -1,0 +1,118 @@
+"""Steady circles in ackermann mode: the rear axle's centre follows the kinematic bicycle.
+
+Radius R = L / tan(steering) (kinematic bicycle without side slip at the rear axle).
+"""
+
+import math
+import unittest
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sim_client import CAR_COMMANDS, Recorder, wait_connected, wait_for_car, yaw_of
+from stepping import Time
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="lidar" value="false"/>
+    <arg name="real_time_factor" value="0"/>
+    <arg name="state_publisher" value="false"/>
+  </include>
+  <param name="/gazebo/pub_clock_frequency" value="20.0"/>
+  <include file="$(find deepracer_control)/launch/control.launch">
+    <arg name="mode" value="ackermann"/>
+  </include>
+</launch>
+"""
+
+WHEELBASE = 0.164  # [m]
+REAR_AXLE = -0.081663  # x in base_link [m]
+SPEED, FAST = 0.5, 1.0  # on circles up to WIDE and on larger ones [m/s]
+WIDE = 0.7  # radius [m]
+STEERING = (10, -20, 30)  # [deg], left is positive
+SETTLE = 1.0  # left out at the start, simulated time [s]
+LAPS = 2
+RADIUS_TOLERANCE = 0.03  # part of the radius
+DRIFT_TOLERANCE = 0.01  # part of the radius, per lap
+
+
+def fit_circle(points):
+    """Fits a circle to points (N, 2) by linear least squares (Kasa 1976).
+
+    Returns:
+        (centre (2,), radius), both [m].
+    """
+    matrix = np.column_stack([2.0 * points, np.ones(len(points))])
+    solution = np.linalg.lstsq(matrix, (points**2).sum(axis=1), rcond=None)[0]
+    centre = solution[:2]
+    return centre, math.sqrt(solution[2] + centre @ centre)
+
+
+def rear_axle_track(messages):
+    """Returns the rear axle's places (N, 2) [m] and unwrapped headings (N,) [rad]."""
+    yaw = np.unwrap([yaw_of(item.pose.pose.orientation) for item in messages])
+    base = np.array([[item.pose.pose.position.x, item.pose.pose.position.y] for item in messages])
+    return base + REAR_AXLE * np.column_stack([np.cos(yaw), np.sin(yaw)]), yaw
+
+
+class Circle(unittest.TestCase):
+    """Drives laps at each steering angle, some to each side."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
+        wait_connected(cls.publisher, "control")
+        cls.odometry = Recorder("/racecar/odom", Odometry)
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
+
+    def laps(self, steering):
+        """Drives LAPS laps at a steering angle [rad] and returns the fits, one a lap."""
+        command = Twist()
+        curvature = math.tan(steering) / WHEELBASE
+        command.linear.x = SPEED if abs(curvature) > 1.0 / WIDE else FAST
+        command.angular.z = command.linear.x * curvature
+        self.publisher.publish(command)
+        self.time.go(SETTLE, commands=1)
+        begin = self.time.now
+        self.odometry.clear()
+        self.time.go(1.05 * LAPS * 2.0 * math.pi / abs(command.angular.z))
+        self.time.latest(self.odometry)
+        steady = [item for item in self.odometry.messages if item.header.stamp.to_sec() > begin]
+        points, yaw = rear_axle_track(steady)
+        progress = (yaw - yaw[0]) * math.copysign(1.0, steering) / (2.0 * math.pi)
+        fits = []
+        for lap in range(LAPS):
+            part = points[(progress >= lap) & (progress < lap + 1)]
+            self.assertGreater(progress.max(), lap + 1, f"lap {lap} was not finished")
+            fits.append(fit_circle(part))
+        return fits
+
+    def check(self, degrees):
+        steering = math.radians(degrees)
+        expected = WHEELBASE / math.tan(abs(steering))
+        fits = self.laps(steering)
+        drift = np.linalg.norm(fits[1][0] - fits[0][0]) / expected
+        for _centre, radius in fits:
+            print(
+                f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
+                f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap"
+            )
+            self.assertAlmostEqual(radius / expected, 1.0, delta=RADIUS_TOLERANCE)
+        self.assertLess(drift, DRIFT_TOLERANCE)
+
+
+def add_tests():
+    """Adds one test for each angle; src/bullet_sim/test/test_drive_physics.py has more."""
+    for degrees in STEERING:
+        side = "left" if degrees > 0 else "right"
+        setattr(
+            Circle,
+            f"test_{abs(degrees):02d}_degrees_{side}",
+            lambda self, degrees=degrees: self.check(degrees),
+        )
+
+
+add_tests()

@@ -1,0 +1,109 @@
+"""Float64 commands reach wheels and hinges; NaN and infinity are refused."""
+
+import math
+import unittest
+
+from sensor_msgs.msg import JointState
+from sim_client import (
+    HINGES,
+    WHEELS,
+    Recorder,
+    command_publishers,
+    joint,
+    sleep_sim,
+    wait_for_car,
+    wait_until,
+)
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="lidar" value="false"/>
+  </include>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+WHEEL_SPEED = 5.0  # [rad/s]
+WHEEL_TOLERANCE = 0.05  # 1 % [rad/s]
+HINGE_ANGLE = 0.2  # [rad]
+HINGE_TOLERANCE = 0.01  # [rad]
+
+
+class Commands(unittest.TestCase):
+    """Publishes on the controllers' own topics and reads joint_states."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.publishers = command_publishers()
+        cls.joints = Recorder("/racecar/joint_states", JointState)
+        cls.joints.wait_count(1)
+
+    def tearDown(self):
+        for publisher in self.publishers.values():
+            publisher.publish(0.0)
+        self.wait_speed(0.0)
+
+    def wait_speed(self, speed):
+        for wheel in WHEELS:
+            wait_until(
+                lambda: abs(joint(self.joints.last, wheel + "_joint")[1] - speed) < WHEEL_TOLERANCE,
+                f"{wheel} at {speed} rad/s",
+            )
+
+    def drive(self, speed):
+        for wheel in WHEELS:
+            self.publishers[wheel].publish(speed)
+        self.wait_speed(speed)
+
+    def test_wheels_turn_as_commanded(self):
+        for speed in (WHEEL_SPEED, -WHEEL_SPEED):
+            self.drive(speed)
+            sleep_sim(0.2)
+            before = self.joints.next()
+            sleep_sim(0.5)
+            after = self.joints.next()
+            elapsed = (after.header.stamp - before.header.stamp).to_sec()
+            for wheel in WHEELS:
+                angle = joint(after, wheel + "_joint")[0] - joint(before, wheel + "_joint")[0]
+                self.assertAlmostEqual(angle / elapsed, speed, delta=WHEEL_TOLERANCE, msg=wheel)
+
+    def test_hinges_go_where_they_are_told_each_on_its_own(self):
+        for left, right in ((HINGE_ANGLE, HINGE_ANGLE), (-HINGE_ANGLE, HINGE_ANGLE), (0.0, 0.0)):
+            for hinge, angle in zip(HINGES, (left, right)):
+                self.publishers[hinge].publish(angle)
+            for hinge, angle in zip(HINGES, (left, right)):
+                wait_until(
+                    lambda: (
+                        abs(joint(self.joints.last, hinge + "_joint")[0] - angle) < HINGE_TOLERANCE
+                    ),
+                    f"{hinge} at {angle} rad",
+                )
+
+    def test_commands_that_are_no_numbers_change_nothing(self):
+        self.drive(WHEEL_SPEED)
+        for bad in (math.nan, math.inf, -math.inf):
+            for publisher in self.publishers.values():
+                publisher.publish(bad)
+            sleep_sim(0.3)  # fails if /clock stops
+            message = self.joints.next()
+            for wheel in WHEELS:
+                self.assertAlmostEqual(
+                    joint(message, wheel + "_joint")[1],
+                    WHEEL_SPEED,
+                    delta=WHEEL_TOLERANCE,
+                    msg=f"{wheel} after {bad}",
+                )
+            for hinge in HINGES:
+                self.assertAlmostEqual(
+                    joint(message, hinge + "_joint")[0],
+                    0.0,
+                    delta=HINGE_TOLERANCE,
+                    msg=f"{hinge} after {bad}",
+                )
+
+    def test_a_stopped_car_wakes_up_again(self):
+        sleep_sim(3.0)  # long enough for a body to fall asleep
+        self.drive(WHEEL_SPEED)

@@ -1,0 +1,122 @@
+"""What the car does when a node of its chain dies: the table of docs/reliability.md."""
+
+import os
+import signal
+import subprocess
+import sys
+import unittest
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from paddock_common.testing import wait_ended
+from sensor_msgs.msg import JointState
+from sim_client import Recorder, joint, sleep_sim, wait_connected, wait_for_car, wait_until
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="lidar" value="false"/>
+  </include>
+  <include file="$(find deepracer_control)/launch/control.launch">
+    <arg name="command_timeout" value="0.5"/>
+  </include>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+SPEED = 10.0  # [rad/s] of the wheels
+TIMEOUT = 0.5  # command_timeout [s]
+LATE = 0.3  # [s] of simulated time: the watchdog's period and the braking
+# What stands for the window: it repeats its command at 10 Hz of ROS time, as the window does.
+WINDOW = """
+import rospy
+from geometry_msgs.msg import Twist
+rospy.init_node("window", disable_signals=True)
+out = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
+message = Twist()
+message.linear.x = {speed}
+while True:
+    out.publish(message)
+    rospy.sleep(0.1)
+"""
+
+
+def pid_of(node):
+    """Process id of a node."""
+    uri = rosgraph.Master(rospy.get_name()).lookupNode(node)
+    return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
+
+
+class Deaths(unittest.TestCase):
+    """The car drives, then something dies."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.joints = Recorder("/racecar/joint_states", JointState)
+        cls.windows = []
+
+    @classmethod
+    def tearDownClass(cls):
+        for window in cls.windows:
+            window.kill()
+            window.wait()
+
+    def drive(self):
+        """A window holds its command; waits until the wheels turn."""
+        window = subprocess.Popen([sys.executable, "-c", WINDOW.format(speed=SPEED)])
+        self.windows.append(window)
+        wait_until(lambda: abs(self.speed() - SPEED) < 0.5, "the wheels turning")
+        return window
+
+    def speed(self):
+        """Speed of a rear wheel [rad/s]."""
+        return joint(self.joints.next(), "left_rear_wheel_joint")[1]
+
+    def test_1_a_held_command_drives_on(self):
+        self.window = self.drive()
+        for _ in range(10):
+            sleep_sim(0.2)
+            self.assertGreater(self.speed(), 0.9 * SPEED)
+        self.window.kill()
+
+    def test_2_a_killed_window_stops_the_car_within_the_timeout(self):
+        window = self.drive()
+        self.joints.clear()
+        window.kill()
+        window.wait()
+        died = rospy.get_time()
+        wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
+        moving = [
+            message.header.stamp.to_sec()
+            for message in self.joints.messages
+            if abs(joint(message, "left_rear_wheel_joint")[1]) > 0.05
+        ]
+        self.assertLess(max(moving) - died, TIMEOUT + LATE)
+
+    def test_3_a_control_that_is_asked_to_end_stops_the_car(self):
+        self.drive()
+        control = pid_of("/control")
+        os.kill(control, signal.SIGTERM)
+        wait_ended(control, 30.0)
+        wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
+        sleep_sim(0.5)  # nothing follows the zero
+        self.assertLess(abs(self.speed()), 0.05)
+
+    def test_4_without_control_the_wheels_keep_their_last_command(self):
+        """As with Gazebo and ros_control: a controller holds; drive.launch ends with control."""
+        control = subprocess.Popen(["rosrun", "deepracer_control", "control"])
+        publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
+        wait_connected(publisher, "control")
+        message = Twist()
+        message.linear.x = SPEED
+        wait_until(
+            lambda: publisher.publish(message) or self.speed() > 0.9 * SPEED, "the wheels turning"
+        )
+        os.kill(pid_of("/control"), signal.SIGKILL)
+        control.wait()
+        sleep_sim(2.0)
+        self.assertGreater(self.speed(), 0.9 * SPEED)

@@ -1,0 +1,144 @@
+"""The desk's screen and web server with the real window: token, picture, clicks, two viewers."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sim_client import Recorder, wait_for_car, wait_until
+from vnc_client import ROW, VncClient, wait_for_window
+from websocket import WebSocketBadStatusException
+
+from commands.desk import session
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="lidar" value="false"/>
+    <arg name="camera_width" value="160"/>
+    <arg name="camera_height" value="120"/>
+    <arg name="camera_rate" value="5"/>
+  </include>
+  <include file="$(find deepracer_control)/launch/control.launch"/>
+</launch>
+"""
+
+PAGE = "<!DOCTYPE html><title>a page</title>"
+# A second window, which says its place and size on the screen.
+SECOND = """
+from PyQt5.QtWidgets import QApplication, QLabel
+app = QApplication([])
+label = QLabel("second")
+label.setWindowTitle("second")
+label.show()
+app.exec_()
+"""
+
+
+def end(process):
+    process.terminate()
+    process.wait(60.0)
+
+
+class DeskTest(unittest.TestCase):
+    """One desk with the window on it for all tests."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        (Path(folder.name) / "vnc.html").write_text(PAGE)
+        session.PAGE = folder.name
+        cls.desk = session.Desk(os.environ, "1200x700")
+        cls.enterClassContext(cls.desk)
+        cls.window = subprocess.Popen(
+            ["rosrun", "deepracer_teleop", "teleop"], env=cls.desk.environ
+        )
+        cls.addClassCleanup(end, cls.window)
+        cls.address = cls.desk.url.replace("http:", "ws:") + "websockify"
+        cls.viewer = VncClient(cls.address)
+        cls.addClassCleanup(cls.viewer.close)
+        cls.stop = wait_for_window(cls.viewer)
+
+    def test_a_wrong_token_gets_nothing(self):
+        token = self.desk.url.split("/")[3]
+        for wrong in ("", "/", f"/{token[:-1]}/", f"/{token}x/websockify", f"/x/{token}/vnc.html"):
+            base = self.desk.url.replace(f"/{token}/", wrong)
+            with self.assertRaises(urllib.error.HTTPError, msg=wrong) as refused:
+                urllib.request.urlopen(base, timeout=60.0)
+            self.assertEqual(refused.exception.code, 403)
+            self.assertNotIn(token, refused.exception.read().decode())
+            with self.assertRaisesRegex(WebSocketBadStatusException, "403"):
+                VncClient(base.replace("http:", "ws:"))
+
+    def test_the_token_opens_the_page_and_names_the_web_socket(self):
+        with urllib.request.urlopen(self.desk.url, timeout=60.0) as answer:
+            self.assertEqual(answer.read().decode(), PAGE)
+            token = self.desk.url.split("/")[3]
+            self.assertIn(f"path=%2F{token}%2Fwebsockify", answer.url)
+            self.assertEqual(answer.headers["Referrer-Policy"], "no-referrer")
+
+    def test_only_this_machine_is_listened_to(self):
+        port = int(self.desk.url.split(":")[2].split("/")[0])
+        listening = [line.split()[1] for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+        self.assertIn(f"0100007F:{port:04X}", listening)
+        self.assertNotIn(f"00000000:{port:04X}", listening)
+
+    def test_a_click_on_forward_moves_the_car(self):
+        commands = Recorder("/cmd_vel", Twist)
+        odometry = Recorder("/racecar/odom", Odometry)
+        self.addCleanup(commands.close)
+        self.addCleanup(odometry.close)
+        begin = odometry.next().pose.pose.position.x
+        self.viewer.click(self.stop[0], self.stop[1] - ROW)
+        wait_until(lambda: commands.last is not None, "a command")
+        self.assertEqual(commands.messages[0].linear.x, 10.0)
+        self.assertEqual(commands.messages[0].angular.z, 0.0)
+        wait_until(lambda: odometry.last.pose.pose.position.x > begin + 0.1, "the car's move")
+
+    def test_windows_stand_side_by_side_and_two_viewers_see_the_same(self):
+        second = subprocess.Popen([sys.executable, "-c", SECOND], env=self.desk.environ)
+        self.addCleanup(end, second)
+        wait_until(lambda: len(self.places()) == 2, "the second window")
+        wait_until(self.side_by_side, "windows side by side")
+        other = VncClient(self.address)
+        self.addCleanup(other.close)
+        x, y = (int(number) for number in wait_for_window(other))
+        self.assertEqual((x, y), tuple(map(int, wait_for_window(self.viewer))))
+        buttons = np.s_[y - ROW - 10 : y + ROW + 10, x - 40 : x + 40]
+
+        def same():
+            mine, theirs = self.viewer.picture(), other.picture()
+            return np.array_equal(mine[buttons], theirs[buttons])
+
+        wait_until(same, "the same picture")
+
+    def places(self):
+        """Gives (x, y, width, height) of both windows, from left to right [px]."""
+        found = []
+        for name in ("^Teleop Interface$", "^second$"):
+            command = ["xdotool", "search", "--onlyvisible", "--name", name]
+            command += ["getwindowgeometry", "--shell"]
+            done = subprocess.run(command, env=self.desk.environ, capture_output=True, text=True)
+            values = dict(line.split("=") for line in done.stdout.splitlines() if "=" in line)
+            if values:
+                found.append(tuple(int(values[key]) for key in ("X", "Y", "WIDTH", "HEIGHT")))
+        return sorted(found)
+
+    def side_by_side(self):
+        (x1, y1, w1, h1), (x2, y2, w2, h2) = self.places()
+        return (
+            x1 + w1 <= x2
+            and (y1, h1) == (y2, h2)
+            and w1 + w2 > 0.95 * self.viewer.width
+            and h1 > 0.9 * self.viewer.height
+        )

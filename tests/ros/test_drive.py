@@ -1,0 +1,125 @@
+"""Drives through /cmd_vel in the original's units: wheel rad/s, and steps of 15 degrees."""
+
+import math
+import unittest
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sim_client import CAR_COMMANDS, Recorder, turned, wait_connected, wait_for_car, yaw_of
+from stepping import PHYSICS_STEP, Time
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="lidar" value="false"/>
+  </include>
+  <include file="$(find deepracer_control)/launch/control.launch">
+    <arg name="mode" value="original"/>
+  </include>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+WHEEL_RADIUS = 0.03  # [m]
+WHEEL_SPEED = 10.0  # [rad/s]
+DURATION = 1.0  # simulated time [s]
+STEADY_FROM, STEADY_TO = 0.4, 0.9  # part of a drive at full speed [s]
+
+
+class Drive(unittest.TestCase):
+    """Sends what the window's buttons send and measures on the ground truth."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
+        wait_connected(cls.publisher, "control")
+        cls.odometry = Recorder("/racecar/odom", Odometry)
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
+
+    def setUp(self):
+        self.command(0.0, 0.0)
+        self.wait_rest()
+
+    def tearDown(self):
+        self.command(0.0, 0.0)
+
+    def command(self, linear, angular):
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        self.publisher.publish(message)
+        self.time.go(PHYSICS_STEP, commands=1)
+
+    def wait_rest(self):
+        """Lets time go on until the car stands; gives its pose."""
+        for _ in range(10):
+            self.time.go(0.5)
+            message = self.time.latest(self.odometry)
+            speed = message.twist.twist.linear
+            if math.hypot(speed.x, speed.y) < 1e-3:
+                return message.pose.pose
+        raise AssertionError(f"no rest within 5 s: {speed}")
+
+    def timed_move(self, linear, angular):
+        """Drives for DURATION of simulated time, then on to rest.
+
+        Returns:
+            (pose before, pose after, odometry messages in between).
+        """
+        before = self.time.latest(self.odometry).pose.pose
+        self.odometry.clear()
+        self.command(linear, angular)
+        self.time.go(DURATION - PHYSICS_STEP)
+        self.command(0.0, 0.0)
+        after = self.wait_rest()
+        return before, after, self.odometry.messages
+
+    def test_straight_drives_go_as_far_as_the_wheels_turn(self):
+        expected = WHEEL_SPEED * WHEEL_RADIUS * DURATION  # [m]
+        for sign in (1.0, -1.0):
+            before, after, _ = self.timed_move(sign * WHEEL_SPEED, 0.0)
+            heading = yaw_of(before.orientation)
+            dx = after.position.x - before.position.x
+            dy = after.position.y - before.position.y
+            along = dx * math.cos(heading) + dy * math.sin(heading)
+            aside = dy * math.cos(heading) - dx * math.sin(heading)
+            drift = math.degrees(turned(heading, yaw_of(after.orientation)))
+            print(f"straight {sign:+g}: {along:.4f} m along, {aside:.5f} m aside, {drift:.3f} deg")
+            self.assertAlmostEqual(along, sign * expected, delta=0.05 * expected)
+            self.assertLess(abs(aside), 0.01)
+            self.assertLess(abs(drift), 1.0)
+
+    def test_steady_speed_is_wheel_speed_times_radius(self):
+        start = self.time.now
+        _, _, messages = self.timed_move(WHEEL_SPEED, 0.0)
+        steady = [
+            item
+            for item in messages
+            if STEADY_FROM <= item.header.stamp.to_sec() - start <= STEADY_TO
+        ]
+        first, last = steady[0], steady[-1]
+        distance = math.hypot(
+            last.pose.pose.position.x - first.pose.pose.position.x,
+            last.pose.pose.position.y - first.pose.pose.position.y,
+        )
+        speed = distance / (last.header.stamp - first.header.stamp).to_sec()
+        print(f"steady speed: {speed:.5f} m/s")
+        self.assertAlmostEqual(speed, WHEEL_SPEED * WHEEL_RADIUS, delta=0.003)
+        for item in steady:  # the twist is in the child frame: forward is x, whatever the heading
+            self.assertAlmostEqual(item.twist.twist.linear.x, speed, delta=0.01)
+            self.assertAlmostEqual(item.twist.twist.linear.y, 0.0, delta=0.01)
+
+    def test_left_is_negative_and_turns_left(self):
+        for angular, name in ((-1.0, "left"), (1.0, "right"), (-5.0, "left"), (5.0, "right")):
+            before, after, _ = self.timed_move(WHEEL_SPEED, angular)
+            turn = math.degrees(turned(yaw_of(before.orientation), yaw_of(after.orientation)))
+            print(f"angular {angular:+g}: turned {turn:.1f} deg")
+            self.assertGreater(turn * (1.0 if name == "left" else -1.0), 5.0, name)
+
+    def test_commands_that_are_no_numbers_stop_the_car(self):
+        self.command(WHEEL_SPEED, 0.0)
+        self.time.go(0.5)
+        self.command(math.nan, 0.0)
+        self.wait_rest()

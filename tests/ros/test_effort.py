@@ -1,0 +1,175 @@
+"""Effort controllers move known inertias as Newton says; gains can be tuned while they run."""
+
+import math
+import unittest
+
+import rospy
+from control_msgs.msg import JointControllerState
+from controller_manager_msgs.srv import (
+    ListControllers,
+    LoadController,
+    SwitchController,
+    SwitchControllerRequest,
+    UnloadController,
+)
+from dynamic_reconfigure.client import Client
+from sensor_msgs.msg import JointState
+from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import Float64
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="gui" value="false"/>
+    <arg name="headless" value="true"/>
+  </include>
+  <param name="robot_description" textfile="$(find paddock_tests)/ros/effort_bot.urdf"/>
+  <rosparam file="$(find paddock_tests)/ros/effort_controllers.yaml" command="load"/>
+  <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -param robot_description -model effort_bot -z 0.1"/>
+  <!-- One of them cannot load; the others start all the same. -->
+  <node name="controllers" pkg="controller_manager" type="spawner" ns="/effort_bot" output="screen"
+        args="--timeout 120 joint_state_controller arm_position slider_effort wheel_position
+              wheel_velocity"/>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+BOT = "/effort_bot"
+SLIDER_MASS = 2.0  # [kg]
+SLIDER_LIMIT = 3.0  # [N]
+WHEEL_INERTIA = 0.05  # [kg m^2]
+WHEEL_GAIN = 0.5  # [N m s/rad]
+STRICT = SwitchControllerRequest.STRICT
+
+
+class Effort(unittest.TestCase):
+    """Publishes commands, reads joint states and controller states, calls the services."""
+
+    @classmethod
+    def setUpClass(cls):
+        services = {"load": LoadController, "unload": UnloadController, "switch": SwitchController}
+        cls.call = {}
+        for name, kind in services.items():
+            topic = f"{BOT}/controller_manager/{name}_controller"
+            rospy.wait_for_service(topic, START_LIMIT)
+            cls.call[name] = rospy.ServiceProxy(topic, kind)
+        cls.list = rospy.ServiceProxy(f"{BOT}/controller_manager/list_controllers", ListControllers)
+        wait_until(
+            lambda: cls.states().get("wheel_velocity") == "running",
+            "controllers running",
+            START_LIMIT,
+        )
+        cls.joints = Recorder(f"{BOT}/joint_states", JointState)
+        cls.joints.wait_count(1)
+        cls.command = {}
+        for name in ("arm_position", "slider_effort", "wheel_velocity"):
+            cls.command[name] = rospy.Publisher(f"{BOT}/{name}/command", Float64, queue_size=1)
+            wait_connected(cls.command[name], name)
+
+    @classmethod
+    def states(cls):
+        return {item.name: item.state for item in cls.list().controller}
+
+    def switch(self, start=(), stop=()):
+        return self.call["switch"](
+            start_controllers=list(start),
+            stop_controllers=list(stop),
+            strictness=STRICT,
+            start_asap=False,
+            timeout=0.0,
+        ).ok
+
+    def test_one_that_cannot_load_leaves_the_others_running(self):
+        states = self.states()
+        self.assertNotIn("wheel_position", states)
+        for name in ("joint_state_controller", "arm_position", "slider_effort"):
+            self.assertEqual(states[name], "running", name)
+
+    def test_effort_accelerates_a_mass_within_its_limit(self):
+        for effort, acting in ((1.0, 1.0), (-50.0, -SLIDER_LIMIT)):
+            self.assertTrue(self.switch(start=["slider_effort"], stop=["slider_effort"]))
+            self.joints.next()
+            self.command["slider_effort"].publish(effort)
+            wait_until(
+                lambda: joint(self.joints.last, "slider_joint")[1] * effort > 0.02,
+                f"the slider moving with {effort} N",
+            )
+            before = self.joints.next()
+            sleep_sim(0.2)
+            after = self.joints.next()
+            seconds = (after.header.stamp - before.header.stamp).to_sec()
+            gained = joint(after, "slider_joint")[1] - joint(before, "slider_joint")[1]
+            self.assertAlmostEqual(gained / seconds, acting / SLIDER_MASS, delta=0.02 * abs(acting))
+            index = after.name.index("slider_joint")
+            self.assertAlmostEqual(after.effort[index], acting, delta=1e-6)
+        self.assertTrue(self.switch(stop=["slider_effort"]))
+        coasting = joint(self.joints.next(), "slider_joint")[1]
+        sleep_sim(0.1)
+        self.assertAlmostEqual(joint(self.joints.next(), "slider_joint")[1], coasting, delta=0.01)
+        self.assertTrue(self.switch(start=["slider_effort"]))
+
+    def test_position_controller_arrives_and_publishes_its_state(self):
+        states = Recorder(f"{BOT}/arm_position/state", JointControllerState)
+        for target in (1.0, -0.5, 9.0):
+            self.command["arm_position"].publish(target)
+            wanted = min(target, 1.5)
+            wait_until(
+                lambda: abs(joint(self.joints.last, "arm_joint")[0] - wanted) < 1e-3,
+                f"arm at {wanted} rad",
+            )
+            state = states.next()
+            self.assertEqual(state.set_point, wanted)
+            self.assertAlmostEqual(state.error, wanted - state.process_value, delta=1e-9)
+            self.assertAlmostEqual(state.process_value, wanted, delta=2e-3)
+        self.assertAlmostEqual(state.time_step, 0.001, delta=1e-9)
+        states.clear()
+        stamps = [message.header.stamp for message in states.wait_count(10)]
+        for earlier, later in zip(stamps, stamps[1:]):
+            self.assertEqual((later - earlier).to_nsec(), 10_000_000)  # every tenth update
+        states.close()
+
+    def test_gains_are_tuned_while_it_runs(self):
+        states = Recorder(f"{BOT}/arm_position/state", JointControllerState)
+        client = Client(f"{BOT}/arm_position/pid", timeout=START_LIMIT)
+        names = {row["name"] for row in client.get_parameter_descriptions(START_LIMIT)}
+        self.assertEqual(names, {"p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup"})
+        first = client.get_configuration(START_LIMIT)
+        self.assertEqual((first["p"], first["d"], first["i_clamp_max"]), (20.0, 4.0, 0.0))
+        answer = client.update_configuration({"p": 40.0, "d": 6.0, "i_clamp_min": -2.0})
+        self.assertEqual((answer["p"], answer["i"], answer["i_clamp_min"]), (40.0, 0.0, -2.0))
+        wait_until(lambda: states.last is not None and states.last.p == 40.0, "the new gain")
+        self.assertEqual((states.last.i, states.last.d), (0.0, 6.0))
+        self.assertEqual(rospy.get_param(f"{BOT}/arm_position/pid/p"), 40.0)
+        clipped = client.update_configuration({"i_clamp_min": 5.0, "p": 20.0, "d": 4.0})
+        self.assertEqual(clipped["i_clamp_min"], 0.0)
+        client.close()
+        states.close()
+
+    def test_gains_of_the_joint_itself_shape_its_velocity(self):
+        """With a pure gain the velocity approaches the command with the time constant I/p."""
+        client = Client(f"{BOT}/gazebo_ros_control/pid_gains/wheel_joint", timeout=START_LIMIT)
+        self.assertEqual(client.get_configuration(START_LIMIT)["p"], WHEEL_GAIN)
+        client.update_configuration({"p": WHEEL_GAIN / 5})
+        time_constant = 5 * WHEEL_INERTIA / WHEEL_GAIN
+        self.command["wheel_velocity"].publish(4.0)
+        wait_until(lambda: joint(self.joints.last, "wheel_joint")[1] > 0.4, "the wheel turning")
+        before = self.joints.last
+        sleep_sim(0.5)
+        after = self.joints.next()
+        seconds = (after.header.stamp - before.header.stamp).to_sec()
+        missing = 4.0 - joint(before, "wheel_joint")[1]
+        expected = 4.0 - missing * math.exp(-seconds / time_constant)
+        self.assertAlmostEqual(joint(after, "wheel_joint")[1], expected, delta=0.05)
+        client.close()
+
+    def test_conflicts_are_refused_and_a_swap_is_one_step(self):
+        self.assertTrue(self.call["load"]("arm_effort").ok)
+        self.assertFalse(self.switch(start=["arm_effort"]))
+        self.assertEqual(self.states()["arm_effort"], "initialized")
+        self.assertTrue(self.switch(start=["arm_effort"], stop=["arm_position"]))
+        states = self.states()
+        self.assertEqual((states["arm_effort"], states["arm_position"]), ("running", "stopped"))
+        self.assertFalse(self.call["unload"]("arm_effort").ok)
+        self.assertTrue(self.switch(start=["arm_position"], stop=["arm_effort"]))
+        self.assertTrue(self.call["unload"]("arm_effort").ok)
+        self.assertNotIn("arm_effort", self.states())

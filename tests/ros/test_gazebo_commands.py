@@ -1,0 +1,253 @@
+"""gzserver's command line, and spawn_model with each of its flags and exit codes."""
+
+import math
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+import roslib.packages
+import rospy
+from gazebo_msgs.srv import (
+    GetJointProperties,
+    GetModelState,
+    GetPhysicsProperties,
+    GetWorldProperties,
+    SetPhysicsProperties,
+)
+from gazebo_ros import gazebo_interface
+from geometry_msgs.msg import Point, Pose, Quaternion
+from rosgraph_msgs.msg import Clock, Log
+from sim_client import START_LIMIT, Recorder, wait_until, yaw_of
+
+LAUNCH = """<launch>
+  <param name="/use_sim_time" value="true"/>
+  <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
+  <node name="gazebo" pkg="gazebo_ros" type="gzserver" output="screen" respawn="false"
+        args="-u -e ode --verbose -s libgazebo_ros_paths_plugin.so -s libother.so --seed 7
+              $(find gazebo_ros)/worlds/shapes.world">
+    <env name="GAZEBO_MODEL_PATH" value="$(find paddock_tests)/ros/models"/>
+  </node>
+  <node name="gazebo_gui" pkg="gazebo_ros" type="gzclient" output="screen"/>
+</launch>
+"""
+
+SPAWN = tuple(roslib.packages.find_node("gazebo_ros", "spawn_model")[:1])
+LIMIT = 180.0  # of one command, wall time [s]
+
+
+def call(name, kind, *values):
+    """Calls a service below /gazebo."""
+    rospy.wait_for_service("/gazebo/" + name, timeout=START_LIMIT)
+    return rospy.ServiceProxy("/gazebo/" + name, kind)(*values)
+
+
+def models():
+    """Names of all models."""
+    return call("get_world_properties", GetWorldProperties).model_names
+
+
+def spawn(*arguments, text=None):
+    """Runs spawn_model to its end.
+
+    Returns:
+        (exit status, all that it printed).
+    """
+    done = subprocess.run(
+        SPAWN + arguments,
+        input=text,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    return done.returncode, done.stdout
+
+
+class GazeboCommands(unittest.TestCase):
+    """The tests run in the order of their names; the last ones let time run."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = os.path.join(os.path.dirname(__file__), "models")
+        wait_until(lambda: "sphere" in models(), "the world of gzserver", START_LIMIT)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def spawned(self, model, *arguments, text=None):
+        """Spawns, checks, and gives the model's state."""
+        status, output = spawn(*arguments, "-model", model, text=text)
+        self.assertEqual(status, 0, output)
+        state = call("get_model_state", GetModelState, model, "")
+        self.assertTrue(state.success, state.status_message)
+        return state
+
+    def fails(self, expected, word, *arguments, text=None):
+        status, output = spawn(*arguments, text=text)
+        self.assertEqual(status, expected, output)
+        self.assertIn(word, output)
+
+    def test_1_gzserver_took_its_arguments(self):
+        self.assertLessEqual({"ground_plane", "box", "sphere", "cylinder"}, set(models()))
+        self.assertTrue(call("get_physics_properties", GetPhysicsProperties).pause, "-u")
+        self.assertEqual(rospy.get_param("/gazebo/seed"), 7)
+
+    def test_1b_the_step_can_change_while_there_is_no_robot(self):
+        for step in (0.002, 0.001):
+            now = call("get_physics_properties", GetPhysicsProperties)
+            answer = call(
+                "set_physics_properties",
+                SetPhysicsProperties,
+                step,
+                1.0 / step,
+                now.gravity,
+                now.ode_config,
+            )
+            self.assertTrue(answer.success, answer.status_message)
+            self.assertEqual(call("get_physics_properties", GetPhysicsProperties).time_step, step)
+
+    def test_2_pose_and_frame(self):
+        state = self.spawned(
+            "placed",
+            "-urdf",
+            "-param",
+            "/robot_description",
+            "-x",
+            "1",
+            "-y",
+            "-2",
+            "-z",
+            "0.5",
+            "-Y",
+            "1.5",
+        )
+        place = state.pose.position
+        for value, expected in zip((place.x, place.y, place.z), (1.0, -2.0, 0.5), strict=True):
+            self.assertAlmostEqual(value, expected, delta=1e-12)
+        self.assertAlmostEqual(yaw_of(state.pose.orientation), 1.5, delta=1e-5)
+        state = self.spawned(
+            "beside", "-sdf", "-file", self.path("box.sdf"), "-reference_frame", "placed", "-x", "3"
+        )
+        self.assertAlmostEqual(state.pose.position.x, 1.0 + 3.0 * math.cos(1.5), delta=1e-5)
+        self.assertAlmostEqual(state.pose.position.y, -2.0 + 3.0 * math.sin(1.5), delta=1e-5)
+
+    def test_3_sources(self):
+        with open(self.path("small_car.urdf"), encoding="utf-8") as stream:
+            text = stream.read()
+        log = Recorder("/rosout", Log)
+        self.spawned("from_stdin", "-urdf", "-stdin", "-y", "9", text=text)
+        wait_until(
+            lambda: any(
+                "'placed' has its controller_manager in the namespace '/'" in line.msg
+                for line in log.messages
+            ),
+            "the warning of two robots in one namespace",
+        )
+        self.spawned("from_database", "-sdf", "-database", "crate", "-y", "12")
+        self.assertNotIn("crate", models())
+
+    def test_4_joints_and_namespace(self):
+        self.spawned(
+            "bent",
+            "-urdf",
+            "-file",
+            self.path("small_car.urdf"),
+            "-y",
+            "15",
+            "-robot_namespace",
+            "/fleet/bent",
+            "-gazebo_namespace",
+            "/gazebo/",
+            "-package_to_model",
+            "-J",
+            "rear_left_joint",
+            "0.25",
+            "-J",
+            "rear_right_joint",
+            "-0.5",
+        )
+        for joint, expected in (("rear_left_joint", 0.25), ("rear_right_joint", -0.5)):
+            properties = call("get_joint_properties", GetJointProperties, "bent::" + joint)
+            self.assertAlmostEqual(properties.position[0], expected, delta=1e-9)
+        rospy.wait_for_service("/fleet/bent/controller_manager/list_controllers", timeout=120.0)
+
+    def test_4b_nodes_spawn_by_the_python_module(self):
+        with open(self.path("small_car.urdf"), encoding="utf-8") as stream:
+            text = stream.read()
+        values = (
+            "by_module",
+            text,
+            "/by_module",
+            Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1)),
+            "world",
+            "/gazebo",
+        )
+        self.assertTrue(gazebo_interface.spawn_urdf_model_client(*values))
+        self.assertFalse(gazebo_interface.spawn_urdf_model_client(*values), "the name is taken")
+        self.assertTrue(
+            gazebo_interface.set_model_configuration_client(
+                "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
+            )
+        )
+        properties = call("get_joint_properties", GetJointProperties, "by_module::rear_left_joint")
+        self.assertAlmostEqual(properties.position[0], 0.5, delta=1e-9)
+
+    def test_5_exit_codes(self):
+        car = self.path("small_car.urdf")
+        self.fails(2, "usage", "-urdf", "-file", car)
+        self.fails(1, "/no/such/file", "-urdf", "-file", "/no/such/file", "-model", "a")
+        self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
+        self.fails(1, "not well-formed XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
+        self.fails(1, "exists already", "-urdf", "-file", car, "-model", "sphere")
+        self.fails(1, "nose", "-urdf", "-file", car, "-model", "with_nose", "-J", "nose", "1")
+        self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")
+        self.fails(
+            1,
+            "never_comes",
+            "-urdf",
+            "-file",
+            car,
+            "-model",
+            "a",
+            "-wait",
+            "never_comes",
+            "-timeout",
+            "1",
+        )
+        self.assertNotIn("a", models())
+
+    def test_6_bond_deletes_on_exit(self):
+        process = subprocess.Popen(
+            SPAWN + ("-sdf", "-file", self.path("box.sdf"), "-model", "bonded", "-y", "20", "-b")
+        )
+        try:
+            wait_until(lambda: "bonded" in models(), "the bonded model", START_LIMIT)
+            time.sleep(1.0)  # it stays while spawn_model does
+            self.assertIn("bonded", models())
+            self.assertIsNone(process.poll())
+        finally:
+            process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(LIMIT), 0)
+        self.assertNotIn("bonded", models())
+
+    def test_7_unpause(self):
+        clock = Recorder("/clock", Clock)
+        self.assertEqual(clock.wait_count(1)[0].clock.to_sec(), 0.0, "nothing has moved so far")
+        self.spawned(
+            "starter",
+            "-sdf",
+            "-file",
+            self.path("box.sdf"),
+            "-y",
+            "25",
+            "-z",
+            "1",
+            "-wait",
+            "sphere",
+            "-unpause",
+        )
+        wait_until(lambda: clock.last.clock.to_sec() > 0.1, "time to run")
+        self.assertFalse(call("get_physics_properties", GetPhysicsProperties).pause)

@@ -1,0 +1,116 @@
+"""Held keys of an X server, checked on /cmd_vel and the screen."""
+
+import os
+import signal
+import time
+
+from keyboard_rig import STOP, Rig
+from sim_client import wait_until
+from terminal_rig import XServer, parent_of
+
+LAUNCH = "<launch></launch>"  # a ROS master
+
+
+class WithX(Rig):
+    """Keys from an X server; what happens when it goes away."""
+
+    def setUp(self):
+        self.server = XServer()
+        self.addCleanup(self.server.close)
+        self.display = self.server.display
+        super().setUp()
+        self.terminal.wait_screen("Keys come from the X server", "Caps Lock")
+
+    def press(self, *names):
+        self.server.key("keydown", *names)
+
+    def release(self, *names):
+        self.server.key("keyup", *names)
+
+    def hold_up(self):
+        """Holds Up; pressed before the teleop listens to the server it counts for nothing."""
+
+        def driving():
+            self.press("Up")
+            for _ in range(200):
+                if self.last() == (0.5, 0.0):
+                    return True
+                time.sleep(0.01)
+            self.release("Up")
+            return False
+
+        wait_until(driving, "a command while Up is held")
+        self.hold_command(0.5, 0.0)
+
+    def test_held_keys_and_chords(self):
+        for keys, command in (
+            (["Up"], (0.5, 0.0)),
+            (["Down"], (-0.5, 0.0)),
+            (["Left"], STOP),
+            (["Right"], STOP),
+            (["Up", "Left"], (0.5, 0.5)),
+            (["Up", "Right"], (0.5, -0.5)),
+            (["Down", "Left"], (-0.5, -0.5)),
+            (["Down", "Right"], (-0.5, 0.5)),
+            (["Up", "Down"], STOP),
+        ):
+            with self.subTest(keys=keys):
+                self.press(*keys)
+                self.hold_command(*command, count=20)  # a second: longer than any key repeat
+                self.release(*keys)
+                self.hold_command(*STOP)
+
+    def test_letters_and_stop(self):
+        for key, words in (
+            ("q", "0.550 m/s"),
+            ("z", "0.495 m/s"),
+            ("w", "0.550 rad/s"),
+            ("x", "0.495 rad/s"),
+            ("r", "0.500 m/s"),
+        ):
+            self.server.key("key", key)
+            self.terminal.wait_screen(words)
+        self.press("Up", "Left")
+        self.hold_command(0.5, 0.5)
+        self.press("s")
+        self.release("s")
+        self.hold_command(*STOP)
+        self.release("Up", "Left")
+
+    def test_caps_lock(self):
+        self.server.key("key", "Caps_Lock")
+        self.terminal.wait_screen("continuous")
+        self.server.key("key", "Up")
+        self.hold_command(0.5, 0.0)
+        self.server.key("key", "Left")
+        self.hold_command(0.5, 0.5)
+        self.server.key("key", "q")  # a capital letter now
+        self.hold_command(0.55, 0.5)
+        self.server.key("key", "s")
+        self.hold_command(*STOP)
+        self.server.key("key", "Down")
+        self.hold_command(-0.55, 0.0)
+        self.server.key("key", "Caps_Lock")
+        self.terminal.wait_screen("held", "standing")
+        self.hold_command(*STOP)
+
+    def test_ends(self):
+        for number in (None, signal.SIGTERM, signal.SIGKILL):
+            with self.subTest(signal=number):
+                guard = parent_of(self.pid)
+                self.hold_up()
+                if number is None:
+                    self.terminal.keys("C-c")
+                else:
+                    os.kill(self.pid, number)
+                self.assert_ended(self.pid, guard)
+                self.release("Up")
+            self.commands.clear()
+            self.start()
+
+    def test_the_server_goes_away(self):
+        self.hold_up()
+        guard = parent_of(self.pid)
+        self.server.close()
+        self.assert_ended(self.pid, guard)
+        self.terminal.wait_screen("the X server is gone; the truck was stopped")

@@ -1,0 +1,77 @@
+"""The other drivers through ./run lap's launch file: by camera, by buttons, by a policy."""
+
+import math
+import os
+import sys
+from pathlib import Path
+
+from laps import LOOP, SMALL_LENGTH, LapCase, lap
+from paced import paced
+
+GYM_TESTS = Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "test"
+LEAD = 0.3  # before the line, where the lap's keeper puts the car [m]
+
+
+class LapDrivers(LapCase):
+    """Each test is one launch."""
+
+    def test_line(self):
+        result = lap(self.folder, paced(*LOOP, lag=0.1), driver="line", track=self.small_track())
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        self.assertLess(start["mean_lateral_error"], 0.05)
+        # 0.6 m/s on straights, slower in bends; corners are cut a little
+        self.assertGreater(start["lap_time"], 0.95 * SMALL_LENGTH / 0.62)
+        self.assertLess(start["lap_time"], 1.05 * SMALL_LENGTH / 0.4)
+        self.check_files(result["film_frames"])
+
+    def test_policy(self):
+        """The lap takes the time that it takes in the gym."""
+        sys.path.append(str(GYM_TESTS))
+        from networks import lane_keeper
+
+        track = self.small_track()
+        policy = lane_keeper(os.path.join(self.folder, "policy.onnx"), speed=-0.8)
+        result = lap(
+            self.folder,
+            paced(*LOOP, lag=0.08),  # it acts each 0.067 s
+            driver="policy",
+            policy=policy,
+            track=track,
+            camera_rate=5,
+        )
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        expected = gym_lap_time(policy, track)
+        self.assertAlmostEqual(start["lap_time"], expected, delta=0.05 * expected)
+        self.check_files(result["film_frames"])
+
+    def test_buttons(self):
+        result = lap(self.folder, (), driver="buttons", track="easy", roam=8.0, real_time_factor=2)
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual(start["outcome"], "roamed")
+        self.assertGreater(start["driven"], 0.5)
+        self.check_files(result["film_frames"])
+
+
+def gym_lap_time(policy, track):
+    """Time from the line to the line in the gym [s], after a start LEAD before it."""
+    from paddock_gym.envs.deepracer import DeepRacerEnv
+    from paddock_gym.evaluation.drivers import PolicyDriver
+    from paddock_gym.evaluation.laps import drive
+
+    env = DeepRacerEnv(track)
+    lap = drive(env, PolicyDriver(policy), {"start": -LEAD / env.scene.projector.length})
+    assert lap.is_lap, lap.end
+    steps, period = [(0.0, 0.0), *lap.way[:, :2]], env.scene.period
+    crossed = next(
+        number
+        for number, ((before, _), (x, y)) in enumerate(zip(steps, steps[1:]))
+        if number and before < 0.0 <= x and math.hypot(x, y) < 0.5
+    )
+    env.close()
+    # the gym's lap ends where it began, LEAD before the line
+    return lap.time - crossed * period + LEAD / lap.way[-1, 2]

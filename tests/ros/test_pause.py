@@ -1,0 +1,112 @@
+"""pause_physics, unpause_physics, reset_simulation and reset_world."""
+
+import math
+import time
+import unittest
+
+import rospy
+from gazebo_msgs.srv import GetWorldProperties
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sim_client import WHEELS, Recorder, command_publishers, sleep_sim, wait_for_car, wait_until
+from std_srvs.srv import Empty
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="lidar" value="false"/>
+  </include>
+</launch>
+"""
+
+PLACE_TOLERANCE = 0.002  # [m]
+
+
+class Pause(unittest.TestCase):
+    """Calls the services and watches /clock and the car's place."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.clock = Recorder("/clock", Clock)
+        cls.odometry = Recorder("/racecar/odom", Odometry)
+        cls.odometry.wait_count(1)
+        cls.publishers = command_publishers()
+        sleep_sim(1.0)
+        cls.start = cls.odometry.next().pose.pose.position
+
+    def tearDown(self):
+        self.call("unpause_physics")
+        self.drive(0.0)
+
+    def call(self, name, kind=Empty):
+        rospy.wait_for_service("/gazebo/" + name, timeout=120.0)
+        return rospy.ServiceProxy("/gazebo/" + name, kind)()
+
+    def drive(self, speed):
+        for wheel in WHEELS:
+            self.publishers[wheel].publish(speed)
+
+    def distance_from_start(self):
+        place = self.odometry.last.pose.pose.position
+        return math.hypot(place.x - self.start.x, place.y - self.start.y)
+
+    def drive_away(self):
+        self.drive(10.0)
+        wait_until(lambda: self.distance_from_start() > 0.1, "the car 0.1 m from its start")
+
+    def test_pause_freezes_the_clock_and_unpause_goes_on(self):
+        self.call("pause_physics")
+        now = self.call("get_world_properties", GetWorldProperties).sim_time
+        wait_until(lambda: self.clock.last.clock.to_sec() > now - 1e-6, "/clock of the pause")
+        frozen = self.clock.last.clock
+        time.sleep(1.0)
+        self.assertEqual(self.clock.last.clock, frozen)
+        self.assertAlmostEqual(
+            self.call("get_world_properties", GetWorldProperties).sim_time,
+            frozen.to_sec(),
+            delta=1e-6,
+            msg="services answer while paused",
+        )
+        self.call("unpause_physics")
+        wait_until(lambda: self.clock.last.clock > frozen, "/clock going on")
+        first = next(message.clock for message in self.clock.messages if message.clock > frozen)
+        self.assertLess((first - frozen).to_sec(), 0.1, "/clock goes on where it stopped")
+
+    def test_pausing_twice_is_the_same_as_once(self):
+        for name in ("pause_physics", "pause_physics", "unpause_physics", "unpause_physics"):
+            self.call(name)
+        sleep_sim(0.2)
+
+    def test_a_command_sent_while_paused_counts_afterwards(self):
+        self.call("pause_physics")
+        before = self.distance_from_start()
+        self.drive(10.0)
+        time.sleep(0.5)
+        self.assertAlmostEqual(self.distance_from_start(), before, delta=1e-3)
+        self.call("unpause_physics")
+        wait_until(lambda: abs(self.distance_from_start() - before) > 0.05, "the car moving")
+
+    def test_reset_simulation_starts_time_and_car_over(self):
+        self.drive_away()
+        before = self.clock.last.clock
+        self.drive(0.0)
+        self.clock.clear()
+        self.call("reset_simulation")
+        wait_until(
+            lambda: self.clock.last and self.clock.last.clock < before, "/clock starting over"
+        )
+        earliest = min(message.clock for message in self.clock.messages)
+        self.assertLess(earliest.to_sec(), 1.0)
+        wait_until(lambda: self.distance_from_start() < PLACE_TOLERANCE, "the car at its start")
+        wait_for_car()
+        self.drive_away()
+
+    def test_reset_world_puts_the_car_back_and_lets_time_run(self):
+        self.drive_away()
+        self.drive(0.0)
+        before = rospy.get_rostime()
+        self.call("reset_world")
+        wait_until(lambda: self.distance_from_start() < PLACE_TOLERANCE, "the car at its start")
+        self.assertGreaterEqual(self.clock.last.clock, before)

@@ -1,0 +1,47 @@
+"""A car at rest stays where it is."""
+
+import math
+import unittest
+
+import rospy
+from nav_msgs.msg import Odometry
+from sim_client import Recorder, sleep_sim, turned, wait_for_car, wait_until, yaw_of
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="lidar" value="false"/>
+    <arg name="real_time_factor" value="0"/>
+    <arg name="state_publisher" value="false"/>
+  </include>
+  <param name="/gazebo/pub_clock_frequency" value="20.0"/>
+</launch>
+"""
+
+SETTLE = 2.0  # simulated time [s]
+DURATION = 20.0  # simulated time [s]
+CREEP = 0.001  # [m] a minute
+TURN = 0.1  # [deg] a minute
+
+
+class Rest(unittest.TestCase):
+    """Watches the car without any command."""
+
+    def test_it_creeps_less_than_a_millimetre_a_minute(self):
+        wait_for_car()
+        sleep_sim(SETTLE)
+        odometry = Recorder("/racecar/odom", Odometry)
+        before = odometry.next()
+        sleep_sim(DURATION)
+        end = before.header.stamp + rospy.Duration(DURATION)
+        wait_until(lambda: odometry.last.header.stamp >= end, "odometry of the end")
+        after = odometry.last
+        old, new = before.pose.pose, after.pose.pose
+        creep = math.dist(
+            (old.position.x, old.position.y, old.position.z),
+            (new.position.x, new.position.y, new.position.z),
+        )
+        turn = math.degrees(turned(yaw_of(old.orientation), yaw_of(new.orientation)))
+        print(f"creep {1000 * creep:.4f} mm, turn {turn:.5f} deg in {DURATION:g} s")
+        self.assertLess(creep, CREEP * DURATION / 60.0)
+        self.assertLess(abs(turn), TURN * DURATION / 60.0)

@@ -1,0 +1,185 @@
+"""Sensors as the gazebo_ros plugins publish them: names, rates, and what they measure."""
+
+import json
+import math
+import unittest
+
+import numpy as np
+import rospy
+from gazebo_msgs.msg import ContactsState, ModelState
+from gazebo_msgs.srv import ApplyBodyWrench, BodyRequest, SetModelState
+from geometry_msgs.msg import Vector3, Wrench
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2
+from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
+from std_msgs.msg import String
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(find paddock_tests)/ros/sensors.world"/>
+    <arg name="gui" value="false"/>
+    <arg name="labels" value="true"/>
+  </include>
+  <param name="robot_description" textfile="$(find paddock_tests)/ros/sensor_bot.urdf"/>
+  <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -param robot_description -model bot -z 0.1"/>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+WALL = 3.0 - 0.25  # from the mast to the wall's face [m]
+WEIGHT = 2.0 * 9.81  # of the bot [N]
+REST = 0.1  # height of its link frame at rest [m]
+
+
+def periods(messages):
+    """Simulated times between messages [s]."""
+    return np.diff([message.header.stamp.to_sec() for message in messages])
+
+
+class Sensors(unittest.TestCase):
+    """The bot faces a red wall; nothing moves unless a test moves it."""
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.wait_for_service("/gazebo/set_model_state", START_LIMIT)
+        cls.move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
+        cls.push = rospy.ServiceProxy("/gazebo/apply_body_wrench", ApplyBodyWrench)
+        cls.release = rospy.ServiceProxy("/gazebo/clear_body_wrenches", BodyRequest)
+        wait_until(
+            lambda: any(name == "/imu/data" for name, _ in rospy.get_published_topics()),
+            "the bot's topics",
+            START_LIMIT,
+        )
+        sleep_sim(0.5)
+
+    def place(self, x):
+        state = ModelState(model_name="bot")
+        state.pose.position.x, state.pose.position.z = x, REST
+        self.assertTrue(self.move(state).success)
+
+    def record(self, topic, kind, count):
+        recorder = Recorder(topic, kind)
+        messages = recorder.wait_count(count, START_LIMIT)[:count]
+        recorder.close()
+        return messages
+
+    def test_label_images_tell_the_model_of_each_pixel(self):
+        message = self.record("/kinect/rgb/labels/image_raw", Image, 3)[-1]
+        self.assertEqual((message.encoding, message.header.frame_id), ("32SC1", "kinect_optical"))
+        labels = np.frombuffer(message.data, np.int32).reshape(message.height, message.width)
+        names = json.loads(self.record("/gazebo/labels", String, 1)[0].data)
+        self.assertEqual(names[str(labels[60, 80])], "wall")
+        self.assertLessEqual({str(label) for label in np.unique(labels)}, {"0", *names})
+
+    def test_depth_picture_shows_the_wall(self):
+        message = self.record("/kinect/depth/image_raw", Image, 3)[-1]
+        self.assertEqual(
+            (message.encoding, message.width, message.height, message.step),
+            ("32FC1", 160, 120, 640),
+        )
+        self.assertEqual(message.header.frame_id, "kinect_optical")
+        depth = np.frombuffer(message.data, "<f4").reshape(120, 160)
+        np.testing.assert_allclose(depth[40:60, 40:120], WALL, atol=0.01)  # [m], along the axis
+        self.assertTrue(np.isnan(depth[0, :]).all())  # above the wall: beyond the cut-off
+
+    def test_depth_camera_keeps_its_rate(self):
+        messages = self.record("/kinect/depth/image_raw", Image, 6)
+        counts = periods(messages) / 0.1  # a slow renderer may leave some out
+        np.testing.assert_allclose(counts, np.rint(counts), atol=1e-6)
+        self.assertGreaterEqual(counts.min(), 0.999)
+
+    def test_points_lie_on_the_wall_and_are_red(self):
+        message = self.record("/kinect/depth/points", PointCloud2, 2)[-1]
+        self.assertEqual((message.width, message.height, message.point_step), (160, 120, 32))
+        self.assertEqual([field.name for field in message.fields], ["x", "y", "z", "rgb"])
+        self.assertFalse(message.is_dense)
+        points = np.frombuffer(
+            message.data,
+            np.dtype(
+                {
+                    "names": ["xyz", "bgr"],
+                    "formats": ["(3,)<f4", "(3,)u1"],
+                    "offsets": [0, 16],
+                    "itemsize": 32,
+                }
+            ),
+        ).reshape(120, 160)
+        centre = points[50, 80]
+        focal = 80.0 / math.tan(0.6)
+        np.testing.assert_allclose(
+            centre["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL), atol=0.01
+        )
+        blue, green, red = (int(value) for value in centre["bgr"])
+        self.assertGreater(red, 2 * max(blue, green))
+
+    def test_both_camera_infos_agree(self):
+        infos = [
+            self.record(f"/kinect/{part}/camera_info", CameraInfo, 1)[0]
+            for part in ("rgb", "depth")
+        ]
+        self.assertEqual(infos[0].K, infos[1].K)
+        self.assertAlmostEqual(infos[0].K[0], 80.0 / math.tan(0.6), places=6)
+        self.assertEqual({info.header.frame_id for info in infos}, {"kinect_optical"})
+
+    def test_lidar(self):
+        messages = self.record("/scan", LaserScan, 10)
+        np.testing.assert_allclose(periods(messages), 0.05, atol=1e-6)
+        scan = messages[-1]
+        self.assertEqual(
+            (scan.header.frame_id, len(scan.ranges), len(scan.intensities)), ("mast", 91, 91)
+        )
+        angles = scan.angle_min + scan.angle_increment * np.arange(91)
+        seen = np.abs(np.tan(angles) * WALL) < 1.9  # on the wall, away from its edges
+        np.testing.assert_allclose(
+            np.array(scan.ranges)[seen], (WALL / np.cos(angles))[seen], atol=0.01
+        )
+
+    def test_imu_takes_the_slower_rate_and_feels_gravity(self):
+        messages = self.record("/imu/data", Imu, 20)
+        np.testing.assert_allclose(periods(messages), 0.02, atol=1e-6)
+        self.assertEqual(messages[-1].header.frame_id, "mast")
+        force = messages[-1].linear_acceleration
+        np.testing.assert_allclose((force.x, force.y, force.z), (0, 0, 9.81), atol=0.05)
+
+    def test_belly_carries_the_weight(self):
+        messages = self.record("/belly", ContactsState, 10)
+        (state,) = messages[-1].states
+        self.assertEqual(state.collision1_name, "bot::base::base_collision")
+        self.assertTrue(state.collision2_name.startswith("ground_plane::"))
+        self.assertAlmostEqual(state.total_wrench.force.z, WEIGHT, delta=0.05 * WEIGHT)
+        self.assertEqual(len(state.depths), len(state.contact_positions))
+        self.assertEqual(messages[-1].header.frame_id, "world")
+        np.testing.assert_allclose(periods(messages), 0.04, atol=1e-6)
+
+    def test_front_bumper_feels_the_wall_only(self):
+        self.assertEqual(
+            [len(m.states) for m in self.record("/front", ContactsState, 3)], [0, 0, 0]
+        )
+        front = Recorder("/front", ContactsState)
+        self.place(3.0 - 0.25)
+        try:
+            self.push(
+                body_name="bot::base",
+                duration=rospy.Duration(5.0),
+                wrench=Wrench(force=Vector3(25.0, 0.0, 0.0)),
+            )
+            wait_until(lambda: front.last is not None and front.last.states, "a contact")
+            state = front.last.states[0]
+            self.assertEqual(state.collision1_name, "bot::bumper::bumper_collision")
+            self.assertEqual(state.collision2_name, "wall::link::c")
+            self.assertLess(state.contact_normals[0].x, -0.9)
+            self.assertAlmostEqual(state.contact_positions[0].x, 3.0, delta=0.02)
+        finally:
+            front.close()
+            self.release("bot::base")
+            self.place(0.0)
+            sleep_sim(0.3)
+
+    def test_a_robot_of_the_world_file_has_its_sensors(self):
+        scan = self.record("/post/scan", LaserScan, 2)[-1]
+        self.assertAlmostEqual(scan.ranges[0], 1.8, delta=0.01)
+        self.assertEqual(scan.header.frame_id, "post/link")  # the namespace is its tf prefix
+        odometry = self.record("/post/odom", Odometry, 4)
+        np.testing.assert_allclose(periods(odometry), 0.05, atol=1e-6)
+        self.assertAlmostEqual(odometry[-1].pose.pose.position.y, -3.0, delta=0.01)

@@ -1,0 +1,509 @@
+"""The services and topics of gazebo_ros: effects, and errors of bad input."""
+
+import math
+import unittest
+
+import rospy
+from dynamic_reconfigure.client import Client
+from gazebo_msgs import srv
+from gazebo_msgs.msg import (
+    LinkState,
+    LinkStates,
+    ModelState,
+    ModelStates,
+    ODEJointProperties,
+    PerformanceMetrics,
+)
+from geometry_msgs.msg import Point, Pose, Quaternion, Twist, Vector3, Wrench
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import ColorRGBA
+from std_srvs.srv import Empty
+from stepping import Time
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="gui" value="false"/>
+  </include>
+  <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
+  <node name="spawn_car" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -param robot_description -model car -z 0.06 -J front_left_joint 0.7"/>
+  <node name="spawn_box" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-sdf -file $(find paddock_tests)/ros/models/box.sdf -model box -wait car
+              -reference_frame car -y 3 -z 5"/>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+MASS = 2.0  # of the box [kg]
+UNTURNED = Quaternion(0, 0, 0, 1)
+HOME = Pose(Point(0, 3, 5), UNTURNED)
+
+
+def call(name, kind=Empty, *values, **fields):
+    """Calls a service below /gazebo."""
+    rospy.wait_for_service("/gazebo/" + name, timeout=START_LIMIT)
+    return rospy.ServiceProxy("/gazebo/" + name, kind)(*values, **fields)
+
+
+class Services(unittest.TestCase):
+    """Without gravity, so that the effect of a force is exact."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_until(
+            lambda: (
+                {"car", "box"}
+                <= set(call("get_world_properties", srv.GetWorldProperties).model_names)
+            ),
+            "car and box",
+            START_LIMIT,
+        )
+        cls.log = Recorder("/rosout", Log)
+        cls.spawned_at = wait_until(cls.placed_by_the_spawner, "spawn_model -J to do its work")
+        before = call("get_physics_properties", srv.GetPhysicsProperties)
+        answer = call(
+            "set_physics_properties",
+            srv.SetPhysicsProperties,
+            before.time_step,
+            before.max_update_rate,
+            Vector3(0, 0, 0),
+            before.ode_config,
+        )
+        if not answer.success:
+            raise AssertionError(answer.status_message)
+
+    @staticmethod
+    def placed_by_the_spawner():
+        angle = call("get_joint_properties", srv.GetJointProperties, "front_left_joint").position[0]
+        return angle if abs(angle) > 0.3 else None
+
+    def setUp(self):
+        self.put_box(HOME)
+        car = ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), "world")
+        self.ok(call("set_model_state", srv.SetModelState, car))  # what it did before: all gone
+
+    def put_box(self, pose, twist=None):
+        state = ModelState("box", pose, twist or Twist(), "world")
+        self.ok(call("set_model_state", srv.SetModelState, state))
+
+    def box(self, frame=""):
+        answer = call("get_link_state", srv.GetLinkState, "box::link", frame)
+        self.ok(answer)
+        return answer.link_state
+
+    def ok(self, answer):
+        self.assertTrue(answer.success, answer.status_message)
+        return answer
+
+    def refused(self, answer, *words):
+        self.assertFalse(answer.success)
+        for word in words:
+            self.assertIn(word, answer.status_message)
+        sleep_sim(0.02)  # and the world goes on
+
+    def vector(self, value, expected, delta):
+        for axis in "xyz":
+            self.assertAlmostEqual(
+                getattr(value, axis),
+                getattr(expected, axis),
+                delta=delta,
+                msg=f"{axis} of {value} against {expected}",
+            )
+
+    # physics ----------------------------------------------------------------------------------
+    def test_physics_properties_are_read_and_changed(self):
+        now = self.ok(call("get_physics_properties", srv.GetPhysicsProperties))
+        self.assertEqual((now.time_step, now.max_update_rate, now.pause), (0.001, 1000.0, False))
+        time = Time()
+        self.put_box(HOME)
+        self.ok(
+            call(
+                "set_physics_properties",
+                srv.SetPhysicsProperties,
+                0.001,
+                2000.0,
+                Vector3(0, 0, 1.0),
+                now.ode_config,
+            )
+        )
+        time.go(0.5)
+        self.assertAlmostEqual(self.box().twist.linear.z, 0.5, delta=0.01)
+        self.assertEqual(
+            call("get_physics_properties", srv.GetPhysicsProperties).max_update_rate, 2000.0
+        )
+        self.ok(
+            call(
+                "set_physics_properties",
+                srv.SetPhysicsProperties,
+                0.001,
+                1000.0,
+                Vector3(0, 0, 0),
+                now.ode_config,
+            )
+        )
+        time.close()
+
+    def test_impossible_physics_is_refused_and_changes_nothing(self):
+        before = call("get_physics_properties", srv.GetPhysicsProperties)
+        for step, rate, gravity, words in (
+            (0.002, 1000.0, 0.0, ("time_step cannot change", "car")),
+            (0.0, 1000.0, 0.0, ("time_step", "0")),
+            (0.001, -1.0, 0.0, ("max_update_rate is -1.0",)),
+            (0.001, math.nan, 0.0, ("max_update_rate is nan",)),
+            (0.001, 1000.0, math.nan, ("gravity", "nan")),
+        ):
+            self.refused(
+                call(
+                    "set_physics_properties",
+                    srv.SetPhysicsProperties,
+                    step,
+                    rate,
+                    Vector3(0, 0, gravity),
+                    before.ode_config,
+                ),
+                *words,
+            )
+        self.assertEqual(str(call("get_physics_properties", srv.GetPhysicsProperties)), str(before))
+
+    def test_physics_can_be_reconfigured(self):
+        client = Client("/gazebo", timeout=120.0)
+        before = client.get_configuration()
+        self.assertEqual((before["time_step"], before["sor_pgs_iters"]), (0.001, 50))
+        after = client.update_configuration({"gravity_z": -1.5, "sor_pgs_iters": 60})
+        self.assertEqual((after["gravity_z"], after["sor_pgs_iters"]), (-1.5, 60))
+        properties = call("get_physics_properties", srv.GetPhysicsProperties)
+        self.assertEqual((properties.gravity.z, properties.ode_config.sor_pgs_iters), (-1.5, 60))
+        after = client.update_configuration({"time_step": 0.002, "gravity_z": 0.0})
+        self.assertEqual(
+            (after["time_step"], after["gravity_z"]),
+            (0.001, -1.5),
+            "refused as a whole, with the old values",
+        )
+        client.update_configuration({"gravity_z": 0.0, "sor_pgs_iters": 50})
+        client.close()
+
+    def test_lights_are_read_changed_and_deleted(self):
+        seen = self.ok(call("get_light_properties", srv.GetLightProperties, "sun"))
+        self.assertGreater(seen.diffuse.r, 0.0)
+        request = srv.SetLightPropertiesRequest(light_name="sun", attenuation_constant=1.0)
+        request.diffuse = ColorRGBA(0.2, 0.3, 0.4, 1.0)
+        self.ok(call("set_light_properties", srv.SetLightProperties, request))
+        seen = self.ok(call("get_light_properties", srv.GetLightProperties, "sun"))
+        self.assertAlmostEqual(seen.diffuse.g, 0.3, places=6)
+        self.assertEqual(seen.attenuation_constant, 1.0)
+        request.light_name = "lamp"
+        for answer in (
+            call("get_light_properties", srv.GetLightProperties, "lamp"),
+            call("set_light_properties", srv.SetLightProperties, request),
+            call("delete_light", srv.DeleteLight, "lamp"),
+        ):
+            self.refused(answer, "light 'lamp'", "lights are sun")
+        self.ok(call("delete_light", srv.DeleteLight, "sun"))
+        self.refused(call("get_light_properties", srv.GetLightProperties, "sun"), "light 'sun'")
+
+    # states -----------------------------------------------------------------------------------
+    def test_states_go_through_frames(self):
+        turned = Pose(Point(1, 2, 3), Quaternion(0, 0, math.sqrt(0.5), math.sqrt(0.5)))
+        self.put_box(turned, Twist(linear=Vector3(0.1, 0, 0)))
+        self.vector(self.box().twist.linear, Vector3(0.1, 0, 0), 1e-6)
+        seen = self.box("box").pose
+        self.vector(seen.position, Point(0, 0, 0), 1e-9)
+        seen = call("get_model_state", srv.GetModelState, "car", "box::link")
+        self.assertAlmostEqual(seen.twist.linear.y, 0.1, delta=0.02)  # left along the box's axes
+        self.put_box(turned)
+        link = LinkState("box::link", Pose(Point(1, 0, 0), UNTURNED), Twist(), "box::link")
+        self.ok(call("set_link_state", srv.SetLinkState, link))
+        self.vector(self.box().pose.position, Point(1, 3, 3), 1e-6)
+
+    def test_state_topics_move_things(self):
+        for name, kind, message in (
+            (
+                "set_model_state",
+                ModelState,
+                ModelState("box", Pose(Point(4, 4, 4), UNTURNED), Twist(), ""),
+            ),
+            (
+                "set_link_state",
+                LinkState,
+                LinkState("box::link", Pose(Point(5, 5, 5), UNTURNED), Twist(), "world"),
+            ),
+        ):
+            publisher = rospy.Publisher("/gazebo/" + name, kind, queue_size=1)
+            wait_connected(publisher, name)
+            publisher.publish(message)
+            wait_until(
+                lambda message=message: (
+                    abs(self.box().pose.position.x - message.pose.position.x) < 1e-6
+                ),
+                f"the box moved by {name}",
+            )
+
+    def test_bad_states_are_refused_by_name(self):
+        bad = Pose(Point(math.nan, 0, 0), UNTURNED)
+        for link, words in (
+            (LinkState("box::nose", HOME, Twist(), ""), ("box::nose", "box::link")),
+            (LinkState("car::front_left", HOME, Twist(), ""), ("hangs on a joint",)),
+            (LinkState("box::link", bad, Twist(), ""), ("nan",)),
+            (LinkState("box::link", HOME, Twist(linear=Vector3(math.inf, 0, 0)), ""), ("inf",)),
+            (LinkState("box::link", HOME, Twist(), "moon"), ("moon",)),
+        ):
+            self.refused(call("set_link_state", srv.SetLinkState, link), *words)
+        self.refused(call("get_link_state", srv.GetLinkState, "nose", ""), "nose")
+        self.refused(call("get_link_state", srv.GetLinkState, "box::link", "moon"), "moon")
+        self.refused(call("get_model_state", srv.GetModelState, "box", "moon"), "moon")
+        self.vector(self.box().pose.position, HOME.position, 1e-6)
+
+    def test_states_are_published_for_subscribers(self):
+        models, links = (
+            Recorder("/gazebo/model_states", ModelStates),
+            Recorder("/gazebo/link_states", LinkStates),
+        )
+        message = models.next()
+        self.assertLessEqual({"car", "box", "ground_plane"}, set(message.name))
+        place = message.pose[message.name.index("box")].position
+        self.vector(place, HOME.position, 1e-6)
+        names = links.next().name
+        self.assertLessEqual({"box::link", "car::base_link", "car::rear_left"}, set(names))
+        self.assertNotIn("car::laser", names, "fixed joints are merged, as in Gazebo")
+        time = Time(topics=[models.topic])
+        models.clear()
+        time.go(1.0)
+        self.assertAlmostEqual(len(models.wait_count(99)), 100, delta=1)
+        time.close()
+        models.close()
+        links.close()
+
+    def test_performance_is_published(self):
+        odometry = Recorder("/odom", Odometry)
+        metrics = Recorder("/gazebo/performance_metrics", PerformanceMetrics)
+        message = metrics.wait_count(6)[-1]
+        self.assertGreater(message.real_time_factor, 0.05)
+        self.assertLess(message.real_time_factor, 1.5)
+        rates = {sensor.name: sensor.sim_update_rate for sensor in message.sensors}
+        name = next((name for name in rates if "odom" in name or "ground_truth" in name), None)
+        self.assertIsNotNone(name, f"the sensor on /odom among {sorted(rates)}")
+        self.assertAlmostEqual(rates[name], 50.0, delta=15.0)
+        odometry.close()
+        metrics.close()
+
+    # forces -----------------------------------------------------------------------------------
+    def wrench(
+        self,
+        force=(0, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.1,
+        frame="",
+        point=(0, 0, 0),
+        start=0.0,
+        body="box::link",
+    ):
+        return call(
+            "apply_body_wrench",
+            srv.ApplyBodyWrench,
+            body,
+            frame,
+            Point(*point),
+            Wrench(Vector3(*force), Vector3(*torque)),
+            rospy.Time(start),
+            rospy.Duration(duration),
+        )
+
+    def test_wrench_is_force_times_duration(self):
+        self.ok(self.wrench(force=(3, -2, 1)))
+        sleep_sim(0.3)
+        self.vector(self.box().twist.linear, Vector3(0.15, -0.1, 0.05), 1e-4)
+        self.vector(self.box().twist.angular, Vector3(0, 0, 0), 1e-6)
+
+    def test_wrench_at_a_point_turns(self):
+        self.ok(self.wrench(force=(0, 1, 0), point=(0.02, 0, 0)))
+        sleep_sim(0.3)
+        self.vector(self.box().twist.angular, Vector3(0, 0, 0.02 * 0.1 / 0.04), 1e-4)
+
+    def test_wrench_in_the_frame_of_a_turned_body(self):
+        self.put_box(Pose(HOME.position, Quaternion(0, 0, math.sqrt(0.5), math.sqrt(0.5))))
+        self.ok(self.wrench(force=(2, 0, 0), frame="box::link"))
+        sleep_sim(0.3)
+        self.vector(self.box().twist.linear, Vector3(0, 0.1, 0), 1e-4)
+
+    def test_wrench_until_it_is_cleared(self):
+        self.ok(self.wrench(force=(0, 0, 1), duration=-1))
+        wait_until(lambda: self.box().twist.linear.z > 0.1, "the box to rise")
+        call("clear_body_wrenches", srv.BodyRequest, "box::link")
+        speed = self.box().twist.linear.z
+        sleep_sim(0.2)
+        self.assertAlmostEqual(self.box().twist.linear.z, speed, delta=1e-6)
+
+    def test_wrench_in_the_future(self):
+        start = rospy.get_time() + 1.0
+        self.ok(self.wrench(force=(2, 0, 0), start=start))
+        sleep_sim(0.3)
+        if rospy.get_time() < start - 0.1:
+            self.assertEqual(self.box().twist.linear.x, 0.0)
+        sleep_sim(1.2)
+        self.assertAlmostEqual(self.box().twist.linear.x, 0.1, delta=1e-4)
+
+    def test_bad_wrenches_are_refused_by_name(self):
+        self.refused(self.wrench(body="nose"), "nose", "box::link")
+        self.refused(self.wrench(body="ground_plane::link"), "static")
+        self.refused(self.wrench(force=(math.nan, 0, 0)), "nan")
+        self.refused(self.wrench(frame="moon"), "moon")
+        call("clear_body_wrenches", srv.BodyRequest, "nose")  # answers, as upstream
+        wait_until(
+            lambda: any("body 'nose'" in line.msg for line in self.log.messages),
+            "the reason in the log",
+        )
+
+    # joints -----------------------------------------------------------------------------------
+    def joint(self, name="front_left_joint"):
+        return self.ok(call("get_joint_properties", srv.GetJointProperties, name))
+
+    def test_joints_are_placed_by_spawn_model_and_configuration(self):
+        def place(angle):
+            self.ok(
+                call(
+                    "set_model_configuration",
+                    srv.SetModelConfiguration,
+                    "car",
+                    "",
+                    ["front_right_joint"],
+                    [angle],
+                )
+            )
+            return self.joint("front_right_joint")
+
+        self.assertAlmostEqual(self.spawned_at, 0.7, delta=0.2, msg="spawn_model -J")
+        properties = place(0.4)
+        self.assertAlmostEqual(properties.position[0], 0.4, delta=0.05)
+        self.assertEqual(properties.type, properties.CONTINUOUS)
+        self.assertEqual(self.joint("car::laser_joint").type, properties.FIXED)
+        self.assertEqual(len(self.joint().rate), 1)
+        for names, positions, words in (
+            (["nose"], [1.0], ("nose", "front_left_joint")),
+            (["front_left_joint"], [], ("1 entries", "0")),
+            (["front_left_joint"], [math.nan], ("nan",)),
+        ):
+            self.refused(
+                call(
+                    "set_model_configuration",
+                    srv.SetModelConfiguration,
+                    "car",
+                    "",
+                    names,
+                    positions,
+                ),
+                *words,
+            )
+        self.refused(
+            call("set_model_configuration", srv.SetModelConfiguration, "ghost", "", [], []), "ghost"
+        )
+
+    def test_effort_spins_a_wheel_until_cleared(self):
+        # in the air, so that only its own friction holds the wheel
+        self.ok(
+            call(
+                "set_model_state",
+                srv.SetModelState,
+                ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), ""),
+            )
+        )
+        answer = self.ok(
+            call(
+                "apply_joint_effort",
+                srv.ApplyJointEffort,
+                "front_left_joint",
+                5.0,
+                rospy.Time(0),
+                rospy.Duration(-1),
+            )
+        )
+        self.assertIn("clipped to 2", answer.status_message)
+        wait_until(lambda: self.joint().rate[0] > 5.0, "the wheel at 5 rad/s")
+        call("clear_joint_forces", srv.JointRequest, "front_left_joint")
+        fastest = self.joint().rate[0]
+        wait_until(
+            lambda: abs(self.joint().rate[0]) < 0.9 * fastest, "the wheel slowing by its friction"
+        )
+        for name, effort, word in (
+            ("nose", 1.0, "nose"),
+            ("front_left_joint", math.nan, "nan"),
+            ("laser_joint", 1.0, "laser_joint"),
+        ):
+            self.refused(
+                call(
+                    "apply_joint_effort",
+                    srv.ApplyJointEffort,
+                    name,
+                    effort,
+                    rospy.Time(0),
+                    rospy.Duration(1),
+                ),
+                word,
+            )
+
+    def test_joint_properties_change_what_can_change(self):
+        def change(name="front_left_joint", **values):
+            return call(
+                "set_joint_properties", srv.SetJointProperties, name, ODEJointProperties(**values)
+            )
+
+        self.ok(change(damping=[0.25]))
+        self.assertEqual(list(self.joint().damping), [0.25])
+        self.ok(change(damping=[0.0]))
+        for answer, words in (
+            (change(fmax=[1.0]), ("fmax", "damping")),
+            (change(damping=[1.0, 2.0]), ("2 values",)),
+            (change(damping=[-1.0]), ("-1",)),
+            (change(hiStop=[1.0]), ("no stops",)),
+            (change(), ("nothing to change",)),
+            (change("nose", damping=[1.0]), ("nose",)),
+        ):
+            self.refused(answer, *words)
+        self.refused(call("get_joint_properties", srv.GetJointProperties, "nose"), "nose")
+
+    # properties -------------------------------------------------------------------------------
+    def test_link_properties_are_read_and_changed(self):
+        properties = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
+        self.assertEqual(
+            (
+                properties.mass,
+                properties.ixx,
+                properties.iyy,
+                properties.izz,
+                properties.gravity_mode,
+            ),
+            (MASS, 0.02, 0.03, 0.04, True),
+        )
+
+        def change(mass, gravity=True):
+            return call(
+                "set_link_properties",
+                srv.SetLinkProperties,
+                "box::link",
+                properties.com,
+                gravity,
+                mass,
+                properties.ixx,
+                0,
+                0,
+                properties.iyy,
+                0,
+                properties.izz,
+            )
+
+        self.ok(change(2 * MASS))
+        self.ok(self.wrench(force=(4, 0, 0)))
+        sleep_sim(0.3)
+        self.assertAlmostEqual(self.box().twist.linear.x, 0.1, delta=1e-4)
+        self.ok(change(MASS))
+        self.refused(change(0.0), "mass is 0.0")
+        self.refused(change(MASS, gravity=False), "gravity_mode")
+        self.refused(call("get_link_properties", srv.GetLinkProperties, "nose"), "nose")
+
+    def test_model_properties(self):
+        properties = self.ok(call("get_model_properties", srv.GetModelProperties, "car"))
+        self.assertIn("base_link", properties.body_names)
+        self.assertIn("rear_left_joint", properties.joint_names)
+        self.assertIn("base_link_collision", properties.geom_names)
+        self.refused(call("get_model_properties", srv.GetModelProperties, "ghost"), "ghost")

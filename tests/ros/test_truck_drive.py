@@ -1,0 +1,266 @@
+"""The drive node on the ROS graph: commands, outputs, and when it stops."""
+
+import math
+import unittest
+
+import rosgraph
+import rospy
+import tf2_ros
+from controller_manager_msgs.srv import SwitchController, SwitchControllerRequest
+from cybertruck.drive.model import CyberModel
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import JointState, Joy
+from sim_client import WALL_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import Float64MultiArray, Int32
+from std_srvs.srv import Empty
+from truck_client import TRUTH, Driver, pose_of, wait_for_truck
+
+LAUNCH = """<launch>
+  <include file="$(find cybertruck)/launch/truck.launch">
+    <arg name="headless" value="true"/>
+    <arg name="lockstep" value="true"/>
+    <arg name="x" value="1.0"/>
+    <arg name="y" value="-0.5"/>
+    <arg name="yaw" value="0.5"/>
+    <arg name="joy" value="true"/>
+  </include>
+  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
+  <include file="$(find paddock_tests)/ros/pacer.launch">
+    <arg name="topics" value="[/odom, /cmd_vel, /cmd_cyberdrive]"/>
+    <arg name="lag" value="0.1"/>
+    <arg name="patience" value="1.5"/>
+  </include>
+</launch>
+"""
+
+START = (1.0, -0.5, 0.5)  # x, y [m], yaw [rad] of LAUNCH
+STANDS = 0.01  # [m/s]
+HINGES = ("front_left_steer_joint", "front_right_steer_joint")
+PERIOD = 8_000_000  # [ns]
+
+
+class TruckDrive(unittest.TestCase):
+    """One truck for all tests; each leaves it standing."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_truck()
+        cls.odometry = Recorder("/odom", Odometry)
+        cls.truth = Recorder(TRUTH, Odometry)
+        cls.joints = Recorder("/joint_states", JointState)
+        cls.log = Recorder("/rosout", Log)
+        cls.driver = Driver()
+        cls.twist = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
+        wait_connected(cls.twist, "drive node")
+
+    def tearDown(self):
+        self.wait_standing()
+
+    def wait_standing(self):
+        """Waits until the truck stands and was silent for longer than the watchdog."""
+        sleep_sim(0.6)
+        wait_until(
+            lambda: abs(self.truth.next().twist.twist.linear.x) < STANDS, "the truck standing"
+        )
+        sleep_sim(0.3)
+
+    def send(self, linear, angular):
+        """Publishes one Twist."""
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        self.twist.publish(message)
+
+    def hold(self, linear, angular, seconds):
+        """Repeats a Twist for a simulated time [s]."""
+        end = rospy.get_time() + seconds
+        while rospy.get_time() < end:
+            self.send(linear, angular)
+            sleep_sim(0.04)
+
+    def reach(self, speed):
+        """Repeats a speed ahead until the truck has it [m/s]."""
+
+        def there():
+            self.send(speed, 0.0)
+            sleep_sim(0.04)
+            return abs(self.truth.last.twist.twist.linear.x - speed) < 0.02
+
+        wait_until(there, f"{speed} m/s")
+
+    def wait_log(self, *words):
+        """Waits for a line of the log with all the words."""
+        wait_until(
+            lambda: any(all(word in line.msg for word in words) for line in self.log.messages),
+            f"a log line with {words}",
+        )
+
+    def test_01_odometry_starts_at_the_spawn_pose(self):
+        for recorder in (self.odometry, self.truth):
+            for value, wanted in zip(pose_of(recorder.next()), START):
+                self.assertAlmostEqual(value, wanted, delta=0.002)
+
+    def test_02_topics_have_one_publisher(self):
+        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+        for topic in ("/joint_states", "/odom", "/pose", "/odo_fl", "/odo_fr"):
+            self.assertEqual(publishers[topic], ["/drive"], topic)
+
+    def test_03_every_8_ms(self):
+        poses = Recorder("/pose", PoseStamped)
+        poses.wait_count(100)
+        for recorder in (self.joints, self.odometry, poses):
+            stamps = [message.header.stamp.to_nsec() for message in recorder.messages[-100:]]
+            steps = [after - before for before, after in zip(stamps, stamps[1:])]
+            self.assertEqual(min(steps), PERIOD, recorder.topic)
+            self.assertTrue(all(step % PERIOD == 0 for step in steps), recorder.topic)
+        poses.close()
+
+    def test_04_frames(self):
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        for frame in ("base_footprint", "lidar_link", "front_left_wheel", "trailer_axle"):
+            wait_until(
+                lambda f=frame: buffer.can_transform("odom", f, rospy.Time(0)),
+                f"a transform from odom to {frame}",
+            )
+        moved = buffer.lookup_transform("odom", "base_footprint", rospy.Time(0)).transform
+        self.assertAlmostEqual(
+            moved.translation.x, self.odometry.last.pose.pose.position.x, delta=1e-3
+        )
+        axle = buffer.lookup_transform("base_footprint", "trailer_axle", rospy.Time(0)).transform
+        self.assertAlmostEqual(axle.translation.x, -1.0, delta=1e-3)
+        self.assertAlmostEqual(axle.translation.z, 0.0, delta=2e-3)
+        listener.unregister()
+
+    def test_05_a_twist_is_driven_and_published_in_the_child_frame(self):
+        self.hold(0.5, 0.4, 3.0)
+        for recorder in (self.odometry, self.truth):
+            twist = recorder.last.twist.twist
+            self.assertAlmostEqual(twist.linear.x, 0.5, delta=0.01, msg=recorder.topic)
+            self.assertAlmostEqual(twist.linear.y, 0.0, delta=0.01, msg=recorder.topic)
+            self.assertAlmostEqual(twist.angular.z, 0.4, delta=0.01, msg=recorder.topic)
+        message = self.odometry.last
+        self.assertEqual(
+            (message.header.frame_id, message.child_frame_id), ("odom", "base_footprint")
+        )
+        self.assertGreater(message.pose.covariance[35], 0.0)
+
+    def test_06_a_bicycle_command_turns_the_hinges(self):
+        self.driver.hold(-0.5, 0.4, 1.5)
+        wanted = CyberModel().wheels(-0.5, 0.4)
+        state = self.joints.last
+        for name, angle in zip(HINGES, (wanted.left_steering, wanted.right_steering)):
+            self.assertAlmostEqual(joint(state, name)[0], angle, delta=0.01 * abs(angle))
+        for name, spin in (
+            ("rear_left_wheel_joint", wanted.rear_left),
+            ("rear_right_wheel_joint", wanted.rear_right),
+        ):
+            self.assertAlmostEqual(joint(state, name)[1], spin, delta=0.02 * abs(spin))
+
+    def test_07_it_stops_after_half_a_second_without_a_command(self):
+        before = pose_of(self.truth.next())
+        axle = Recorder("/cybertruck/axle_controller/command", Float64MultiArray)
+        axle.next()
+        axle.clear()
+        self.send(1.0, 0.0)
+        wait_until(
+            lambda: max((m.data[0] for m in axle.messages), default=0.0) > 0.5,
+            "the truck pulling away",
+        )
+        wait_until(lambda: axle.last.data[0] == 0.0, "the wheels commanded to stand")
+        self.wait_standing()
+        after = pose_of(self.truth.next())
+        # 0.5 s at 2 m/s^2 to 1 m/s, and the same way back: 0.5 m; commands come 25 times a second
+        self.assertAlmostEqual(math.dist(before[:2], after[:2]), 0.5, delta=0.2)
+        self.wait_log("older than command_timeout")
+        axle.close()
+
+    def test_08_commands_that_are_not_finite_stop_it_with_a_reason(self):
+        self.hold(0.5, 0.2, 1.0)
+        self.send(0.5, math.nan)
+        self.wait_log("/cmd_vel refused", "angular.z is nan")
+        self.wait_standing()
+        self.driver.hold(math.inf, 0.5, 1.2)  # a reason is given once a second
+        self.wait_log("/cmd_cyberdrive refused", "steering_angle is inf")
+        self.reach(0.3)
+
+    def test_09_a_stale_command_is_not_driven(self):
+        before = pose_of(self.truth.next())
+        for _ in range(5):
+            self.driver.give(0.0, 1.0, rospy.Time.now() - rospy.Duration(2.0))
+            sleep_sim(0.1)
+        self.assertLess(math.dist(before[:2], pose_of(self.truth.next())[:2]), 0.001)
+
+    def test_10_encoders_count_42_a_turn(self):
+        encoders = {
+            "front_left_wheel_joint": Recorder("/odo_fl", Int32),
+            "front_right_wheel_joint": Recorder("/odo_fr", Int32),
+        }
+        self.hold(0.5, 0.3, 1.0)
+        self.wait_standing()
+        state = self.joints.next()
+        for name, recorder in encoders.items():
+            self.assertAlmostEqual(
+                recorder.next().data, joint(state, name)[0] * 42 / (2 * math.pi), delta=1.001
+            )
+            recorder.close()
+
+    def test_11_a_pad_drives_directly_when_it_may(self):
+        pad = rospy.Publisher("/joy", Joy, queue_size=1)
+        wait_connected(pad, "drive node")
+        end = rospy.get_time() + 1.5
+        while rospy.get_time() < end:
+            pad.publish(Joy(axes=[-0.5, 0.3]))
+            sleep_sim(0.04)
+        twist = self.odometry.last.twist.twist
+        self.assertAlmostEqual(twist.linear.x, 0.3, delta=0.01)
+        self.assertAlmostEqual(twist.angular.z, 0.3 * math.tan(-0.3927) / 0.508, delta=0.01)
+        pad.publish(Joy(axes=[0.0]))
+        self.wait_log("/joy refused", "1 axes")
+        pad.unregister()
+
+    def test_12_reset_starts_afresh(self):
+        self.hold(0.6, 0.5, 1.0)
+        rospy.wait_for_service("/gazebo/reset_simulation", WALL_LIMIT)
+        rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
+        self.odometry.clear()
+        wait_until(
+            lambda: (
+                self.odometry.last
+                and self.odometry.last.header.stamp.to_sec() > 0.3
+                and rospy.get_time() < 100
+            ),
+            "odometry after the reset",
+        )
+        for value, wanted in zip(pose_of(self.odometry.last), START):
+            self.assertAlmostEqual(value, wanted, delta=0.01)
+
+    def test_13_reset_world_starts_odometry_afresh_while_time_goes_on(self):
+        self.hold(1.0, 0.0, 1.5)
+        self.assertGreater(math.dist(pose_of(self.odometry.last)[:2], START[:2]), 0.7)
+        before = rospy.get_time()
+        rospy.wait_for_service("/gazebo/reset_world", WALL_LIMIT)
+        rospy.ServiceProxy("/gazebo/reset_world", Empty)()
+        self.wait_standing()
+        self.assertGreater(rospy.get_time(), before)
+        truth = pose_of(self.truth.next())
+        for value, wanted, true in zip(pose_of(self.odometry.next()), START, truth):
+            self.assertAlmostEqual(value, wanted, delta=0.05)
+            self.assertAlmostEqual(value, true, delta=0.02)
+        self.wait_log("the rear wheels jumped")
+
+    def test_14_silent_joint_states_stop_it_though_commands_come(self):
+        switch = rospy.ServiceProxy(
+            "/cybertruck/controller_manager/switch_controller", SwitchController
+        )
+        name, strict = ["joint_state_controller"], SwitchControllerRequest.STRICT
+        self.hold(0.5, 0.0, 1.0)
+        self.assertTrue(switch(stop_controllers=name, strictness=strict).ok)
+        try:
+            self.hold(0.5, 0.0, 1.5)
+            self.assertLess(abs(self.truth.last.twist.twist.linear.x), STANDS)
+            self.wait_log("joint_states has been silent for 0.5 s")
+        finally:
+            self.assertTrue(switch(start_controllers=name, strictness=strict).ok)
+        self.reach(0.3)

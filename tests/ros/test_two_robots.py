@@ -1,0 +1,125 @@
+"""Two robots in one world: each in its namespace, one drives alone, one goes, the other stays."""
+
+import unittest
+
+import rospy
+from controller_manager_msgs.srv import ListControllers
+from gazebo_msgs.srv import DeleteModel, GetWorldProperties
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState, LaserScan
+from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from std_msgs.msg import Float64
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="gui" value="false"/>
+  </include>
+  <group ns="car1">
+    <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
+    <rosparam file="$(find paddock_tests)/ros/models/small_car.yaml"/>
+    <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
+          args="-urdf -param robot_description -model car1 -y 1 -z 0.05"/>
+    <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
+          args="--timeout 120 joints rear_left rear_right"/>
+  </group>
+  <group ns="car2">
+    <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
+    <rosparam file="$(find paddock_tests)/ros/models/small_car.yaml"/>
+    <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
+          args="-urdf -param robot_description -model car2 -y -1 -z 0.05"/>
+    <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
+          args="--timeout 120 joints rear_left rear_right"/>
+  </group>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+CARS = ("car1", "car2")
+RADIUS, SPEED = 0.05, 10.0  # of the wheels [m], [rad/s]
+
+
+class TwoRobots(unittest.TestCase):
+    """The tests run in the order of their names; the last one deletes a car."""
+
+    @classmethod
+    def setUpClass(cls):
+        for car in CARS:
+            name = f"/{car}/controller_manager/list_controllers"
+            rospy.wait_for_service(name, timeout=START_LIMIT)
+            proxy = rospy.ServiceProxy(name, ListControllers)
+            wait_until(
+                lambda: [c.state for c in proxy().controller] == 3 * ["running"],
+                f"three controllers of {car}",
+                START_LIMIT,
+            )
+        cls.odometry = {car: Recorder(f"/{car}/odom", Odometry) for car in CARS}
+        cls.states = {car: Recorder(f"/{car}/joint_states", JointState) for car in CARS}
+        cls.commands = {
+            (car, side): rospy.Publisher(f"/{car}/rear_{side}/command", Float64, queue_size=1)
+            for car in CARS
+            for side in ("left", "right")
+        }
+        for key, publisher in cls.commands.items():
+            wait_connected(publisher, "/".join(key))
+
+    def drive(self, car, speed):
+        for side in ("left", "right"):
+            self.commands[car, side].publish(speed)
+
+    def place(self, car):
+        position = self.odometry[car].next().pose.pose.position
+        return position.x, position.y
+
+    def test_1_each_has_its_topics_and_services_and_no_others(self):
+        topics = {name for name, _ in rospy.get_published_topics()}
+        for car in CARS:
+            self.assertLessEqual(
+                {f"/{car}/{name}" for name in ("scan", "odom", "imu", "joint_states")}, topics
+            )
+            self.assertIn(self.odometry[car].next().child_frame_id, ("base_link",))
+        self.assertIn("/shared/odom", topics, "an absolute topic stays as it is")
+        self.assertFalse({"/scan", "/odom", "/imu", "/joint_states", "/car1/shared/odom"} & topics)
+
+    def test_2_one_drives_and_the_other_stands(self):
+        before = {car: self.place(car) for car in CARS}
+        self.drive("car1", SPEED)
+        sleep_sim(1.5)
+        start = self.odometry["car1"].next()
+        sleep_sim(1.0)
+        end = self.odometry["car1"].next()
+        way = end.pose.pose.position.x - start.pose.pose.position.x
+        seconds = (end.header.stamp - start.header.stamp).to_sec()
+        self.assertAlmostEqual(way / seconds, SPEED * RADIUS, delta=0.03 * SPEED * RADIUS)
+        self.assertAlmostEqual(
+            joint(self.states["car1"].next(), "rear_left_joint")[1], SPEED, delta=0.2
+        )
+        for axis in (0, 1):
+            self.assertAlmostEqual(self.place("car2")[axis], before["car2"][axis], delta=1e-3)
+        self.assertAlmostEqual(
+            joint(self.states["car2"].next(), "rear_left_joint")[1], 0.0, delta=0.05
+        )
+        self.drive("car1", 0.0)
+
+    def test_3_each_lidar_sees_from_its_own_car(self):
+        for car in CARS:
+            scan = Recorder(f"/{car}/scan", LaserScan)
+            message = scan.next()
+            self.assertTrue(message.header.frame_id.endswith("laser"))
+            self.assertEqual(len(message.ranges), 31)
+            scan.close()
+
+    def test_4_one_is_deleted_and_the_other_goes_on(self):
+        delete = rospy.ServiceProxy("/gazebo/delete_model", DeleteModel)
+        self.assertTrue(delete("car1").success)
+        models = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
+        self.assertNotIn("car1", models().model_names)
+        with self.assertRaises(rospy.ROSException):
+            rospy.wait_for_service("/car1/controller_manager/list_controllers", timeout=0.5)
+        wait_until(
+            lambda: "/car1/odom" not in {t for t, _ in rospy.get_published_topics()},
+            "the topics of car1 to go",
+        )
+        x, _ = self.place("car2")
+        self.drive("car2", SPEED)
+        wait_until(lambda: self.place("car2")[0] > x + 0.2, "car2 driving 0.2 m")
+        self.drive("car2", 0.0)

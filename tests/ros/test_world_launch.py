@@ -1,0 +1,135 @@
+"""world.launch as a user starts it: controllers, stamps, camera, transforms."""
+
+import math
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+import roslib.packages
+import rospy
+import tf2_ros
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, JointState
+from sim_client import CONTROLLERS, HINGES, START_LIMIT, WHEELS, Recorder, wait_for_car, wait_until
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="lidar" value="false"/>
+  </include>
+</launch>
+"""
+
+WIDTH, HEIGHT = 640, 480  # [px]
+FIELD_OF_VIEW = 1.13  # horizontal [rad]
+CAMERA_RATE = 30.0  # [Hz]
+KINDS = {
+    "joint_state_controller": "joint_state_controller/JointStateController",
+    "velocity": "velocity_controllers/JointVelocityController",
+    "position": "position_controllers/JointPositionController",
+}
+
+
+def stamps_of(messages):
+    """Returns the header stamps [s]."""
+    return np.array([message.header.stamp.to_sec() for message in messages])
+
+
+class WorldLaunch(unittest.TestCase):
+    """Each test looks at one output of the running world."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.states = wait_for_car()
+
+    def test_the_seven_controllers_have_their_types(self):
+        self.assertEqual(set(self.states), set(CONTROLLERS))
+        for name, state in self.states.items():
+            kind = next(kind for part, kind in KINDS.items() if part in name)
+            self.assertEqual(state.type, kind, name)
+
+    def test_clock_only_goes_forward(self):
+        ticks = [message.clock.to_sec() for message in Recorder("/clock", Clock).wait_count(100)]
+        self.assertTrue((np.diff(ticks) > 0).all(), ticks)
+
+    def test_joint_states_come_at_50_hz_of_simulated_time(self):
+        messages = Recorder("/racecar/joint_states", JointState).wait_count(60)
+        np.testing.assert_allclose(np.diff(stamps_of(messages)), 0.02, atol=1e-6)
+        expected = {name + "_joint" for name in WHEELS + HINGES}
+        self.assertEqual(set(messages[-1].name), expected)
+        for part in (messages[-1].position, messages[-1].velocity, messages[-1].effort):
+            self.assertEqual(len(part), len(expected))
+
+    def test_odometry_comes_at_50_hz_of_simulated_time(self):
+        messages = Recorder("/racecar/odom", Odometry).wait_count(60)
+        np.testing.assert_allclose(np.diff(stamps_of(messages)), 0.02, atol=1e-6)
+        self.assertEqual(messages[-1].header.frame_id, "odom")
+        self.assertEqual(messages[-1].child_frame_id, "base_link")
+
+    def test_rates_as_rostest_measures_them(self):
+        """By the clock at their arrival, so that the times must be long enough for a late one."""
+        [hztest] = roslib.packages.find_node("rostest", "hztest")
+        common = ("_hz:=50.0", "_hzerror:=2.5", "_test_duration:=10.0", "_wait_time:=120.0")
+        with tempfile.TemporaryDirectory() as folder:
+            running = {}
+            for topic in ("joint_states", "odom"):
+                arguments = (f"_topic:=/racecar/{topic}", f"__name:=hztest_{topic}")
+                report = f"--gtest_output=xml:{folder}/{topic}.xml"
+                running[topic] = subprocess.Popen(
+                    [sys.executable, hztest, *common, *arguments, report],
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                )
+            for topic, process in running.items():
+                output, _ = process.communicate(timeout=2.0 * START_LIMIT)
+                with self.subTest(topic):
+                    self.assertEqual(process.returncode, 0, output)
+
+    def test_camera_pictures_and_their_info_belong_together(self):
+        infos = Recorder("/camera/camera_info", CameraInfo)
+        images = Recorder("/camera/image", Image).wait_count(10, START_LIMIT)
+        image = images[-1]
+        self.assertEqual((image.width, image.height), (WIDTH, HEIGHT))
+        self.assertEqual((image.encoding, image.step), ("rgb8", 3 * WIDTH))
+        self.assertEqual(image.header.frame_id, "camera_optical_link")
+        pixels = np.frombuffer(image.data, np.uint8).reshape(HEIGHT, WIDTH, 3)
+        self.assertGreater(len(np.unique(pixels.reshape(-1, 3), axis=0)), 10, "an empty picture")
+        stamps = stamps_of(images)
+        periods = np.diff(stamps)
+        self.assertTrue((periods > 0).all(), stamps)
+        frames = periods * CAMERA_RATE  # a slow machine may drop frames, never shift them
+        np.testing.assert_allclose(frames, np.round(frames), atol=0.1)
+        wait_until(
+            lambda: any(info.header.stamp == image.header.stamp for info in infos.messages),
+            "a camera_info with the image's stamp",
+        )
+
+    def test_camera_info_holds_the_pinhole_of_the_description(self):
+        info = Recorder("/camera/camera_info", CameraInfo).wait_count(1, START_LIMIT)[-1]
+        focal = WIDTH / 2.0 / math.tan(FIELD_OF_VIEW / 2.0)  # square pixels [px]
+        self.assertEqual((info.width, info.height), (WIDTH, HEIGHT))
+        self.assertAlmostEqual(info.K[0], focal, delta=0.01)
+        self.assertAlmostEqual(info.K[4], focal, delta=0.01)
+        self.assertAlmostEqual(info.K[2], WIDTH / 2.0, delta=0.51)
+        self.assertAlmostEqual(info.K[5], HEIGHT / 2.0, delta=0.51)
+        self.assertEqual(info.K[8], 1.0)
+        self.assertAlmostEqual(info.P[0], focal, delta=0.01)
+        self.assertEqual(len(info.D), 5)
+        self.assertFalse(any(info.D), "an ideal camera has no distortion")
+
+    def test_transforms_reach_from_odom_to_every_part(self):
+        buffer = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(buffer)
+        for frame in ("base_link", "chassis", "camera_optical_link", "left_front_wheel"):
+            wait_until(
+                lambda: buffer.can_transform("odom", frame, rospy.Time(0)),
+                f"the transform odom -> {frame}",
+            )
+        camera = buffer.lookup_transform("base_link", "camera_optical_link", rospy.Time(0))
+        pitch = 0.2618  # of the camera's mast [rad]
+        forward = 0.091711 + 0.044755 * math.cos(pitch) + 0.04 * math.sin(pitch)  # [m]
+        self.assertAlmostEqual(camera.transform.translation.x, forward, delta=1e-3)
