@@ -14,6 +14,7 @@ os.environ.pop("ROS_HOSTNAME", None)
 os.environ.update(
     PYTHONPYCACHEPREFIX=sys.pycache_prefix,
     QT_QPA_PLATFORM="offscreen",
+    ROS_HOME=str(ROOT / "test-results" / "ros_home"),
     ROS_IP="127.0.0.1",
 )
 _packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)

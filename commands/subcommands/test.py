@@ -42,7 +42,8 @@ def run(arguments):
     if "--collect-only" not in words:
         prepare_stages(filters)
         os.makedirs(RESULTS, exist_ok=True)
-        words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/junit.xml"]
+        name = "-".join(["junit", *filters]).replace("/", "-")
+        words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/{name}.xml"]
     words += [word for name in filters for word in ("--select", name)]
     processes.become([VENV_PYTHON, "-m", "pytest", f"--rootdir={ROOT}", "-q", *words], environ)
 

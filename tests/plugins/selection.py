@@ -22,6 +22,8 @@ OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passe
 RUNS = 10  # of a test that are kept
 # Files that take long on two cores [s], until a run has measured them.
 EXPECTED = {
+    "src/standins/test/test_standin_nodes_end.py": 60,
+    "tests/unit/test_plugins.py": 60,
     "tests/ros/test_check.py": 42,
     "tests/ros/test_keyboard.py": 44,
     "tests/ros/test_keyboard_x.py": 40,

@@ -53,32 +53,38 @@ class Launch:
         return True
 
 
+def proxy(node):
+    """XML-RPC proxy of a node."""
+    return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node))
+
+
 def simulator():
     """XML-RPC proxy of the simulator's node."""
-    return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode("/gazebo"))
+    return proxy("/gazebo")
 
 
-def wait_subscribed(topics, node=None):
-    """Waits until the simulator has counted a node's subscriptions to its topics.
+def wait_subscribed(topics, node=None, publisher="/gazebo"):
+    """Waits until a publisher has counted a node's subscriptions to its topics.
 
     A subscriber sees its connection a moment before the publisher counts it.
 
     Args:
         topics: Their names.
         node: Name of the node; None: this one.
+        publisher: Name of the publisher's node; by default the simulator.
     """
     node = node or rospy.get_name()
     wanted = {rospy.resolve_name(topic) for topic in topics}
 
     def all_there():
         try:
-            _, _, links = simulator().getBusInfo(rospy.get_name())
+            _, _, links = proxy(publisher).getBusInfo(rospy.get_name())
         except (rosgraph.MasterException, OSError):
             return False
         there = {link[4] for link in links if link[1] == node and link[2] == "o" and link[5]}
         return wanted <= there
 
-    wait_until(all_there, f"the simulator sending {', '.join(sorted(wanted))} to {node}")
+    wait_until(all_there, f"{publisher} sending {', '.join(sorted(wanted))} to {node}")
 
 
 def simulator_pid():

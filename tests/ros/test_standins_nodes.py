@@ -13,6 +13,7 @@ import rospy
 from actionlib import SimpleActionClient
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
+from launches import wait_subscribed
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, LoadMap
 from sensor_msgs.msg import Image
@@ -116,6 +117,7 @@ class Nodes(unittest.TestCase):
         for recorder in (out, drives):
             self.addCleanup(recorder.close)
         stick = publisher("/mux/joy_vel_in", Twist)
+        wait_subscribed([out.topic, drives.topic], publisher="/mux/joystick_relay")
         stick.publish(twist(1.0))
         # Second of four steps from 0.5 to 1 m/s.
         self.assertAlmostEqual(out.wait_count(1)[-1].linear.x, 0.5 + 0.5 / 3)

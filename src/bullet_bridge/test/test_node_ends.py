@@ -42,7 +42,10 @@ def test_simulator_ends_silently(environment, tmp_path, lockstep, number):
     testing_nodes.assert_silent_end(
         testing_nodes.slow_close(tmp_path, environment),
         "/gazebo",
-        ["rosrun", "bullet_bridge", "bridge", f"_lockstep:={str(lockstep).lower()}"],
+        [
+            testing_nodes.executable("bullet_bridge", "bridge"),
+            f"_lockstep:={str(lockstep).lower()}",
+        ],
         TOPICS,
         number,
     )

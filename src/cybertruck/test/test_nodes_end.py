@@ -36,7 +36,10 @@ def test_nodes_end_silently(environment, tmp_path, node, number):
     testing_nodes.assert_silent_end(
         testing_nodes.slow_close(tmp_path, environment),
         f"/{node}",
-        ["rosrun", "cybertruck", node, *(["cmd_vel:=out"] if node != "drive" else ["odom:=out"])],
+        [
+            testing_nodes.executable("cybertruck", node),
+            *(["cmd_vel:=out"] if node != "drive" else ["odom:=out"]),
+        ],
         NODES[node],
         number,
         stdin=subprocess.DEVNULL,

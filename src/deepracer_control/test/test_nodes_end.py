@@ -46,7 +46,10 @@ def test_nodes_end_silently(environment, tmp_path, node, number):
     testing_nodes.assert_silent_end(
         testing_nodes.slow_close(tmp_path, environment),
         f"/{node}",
-        ["rosrun", "deepracer_control", node, *(["cmd_vel:=out"] if node != "control" else [])],
+        [
+            testing_nodes.executable("deepracer_control", node),
+            *(["cmd_vel:=out"] if node != "control" else []),
+        ],
         NODES[node],
         number,
     )

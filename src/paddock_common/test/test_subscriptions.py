@@ -11,7 +11,7 @@ import pytest
 from paddock_common import testing_nodes
 
 LIMIT = 40.0  # [s] for what comes at once; what is lost never comes
-TIMES = 50
+TIMES = 15
 # A node that prints what it hears. `delay` has rospy be late at one place.
 NODE = """
 import sys, threading, time

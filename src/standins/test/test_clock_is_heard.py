@@ -56,7 +56,7 @@ def test_marker_server_hears_a_clock_that_comes_as_it_subscribes(tmp_path):
     with testing_nodes.ros_master() as environment:
         subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
         late = testing_nodes.with_path(environment, tmp_path)
-        node = ["rosrun", "interactive_marker_twist_server", "marker_server"]
+        node = [testing_nodes.executable("interactive_marker_twist_server", "marker_server")]
         with testing_nodes.running(late, node) as process:
             assert process.stdout.readline() == "answered\n"
             clock = [sys.executable, "-c", CLOCK]

@@ -82,7 +82,7 @@ def test_nodes_end_silently(environment, tmp_path, terminal, node, number):
     testing_nodes.assert_silent_end(
         testing_nodes.slow_close(tmp_path, environment),
         f"/{name}",
-        ["rosrun", *node.split("/"), *arguments],
+        [testing_nodes.executable(*node.split("/")), *arguments],
         topics,
         number,
         stdin=terminal,

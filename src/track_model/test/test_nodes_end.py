@@ -24,7 +24,7 @@ def test_nodes_end_silently(environment, tmp_path, node, number):
     testing_nodes.assert_silent_end(
         testing_nodes.slow_close(tmp_path, environment),
         f"/{node}",
-        ["rosrun", "track_model", node],
+        [testing_nodes.executable("track_model", node)],
         NODES[node],
         number,
     )
