@@ -7,6 +7,8 @@ its start: the node never answers.
 import subprocess
 import sys
 
+import pytest
+
 from paddock_common import testing_nodes
 
 # The master's answer to the subscription is read after its word of the publisher; the thread that
@@ -31,6 +33,17 @@ class Late:
         return answer
 registration.xmlrpcapi = lambda uri, cache=True: Late(ask(uri, cache))
 """
+# The node goes on from its start when it has heard the clock.
+AFTER_CLOCK = """
+import time
+import rospy
+init_node = rospy.init_node
+def init_and_hear(*args, **options):
+    init_node(*args, **options)
+    while not rospy.get_time():
+        time.sleep(0.01)
+rospy.init_node = init_and_hear
+"""
 COMMAND = """
 import rospy
 from geometry_msgs.msg import Twist
@@ -51,19 +64,48 @@ FEEDBACK = {"/twist_marker_server/feedback": "visualization_msgs/InteractiveMark
 VALUES = ("client_id='rviz'", "marker_name='robot_twist_marker'", "event_type=1")
 
 
-def test_marker_server_hears_a_clock_that_comes_as_it_subscribes(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(LATE_ANSWER)
+NODE = ("interactive_marker_twist_server", "marker_server")
+STANDING = """
+import rospy, time
+from rosgraph_msgs.msg import Clock
+rospy.init_node("clock", disable_rostime=True)
+publisher = rospy.Publisher("/clock", Clock, queue_size=1)
+while True:
+    publisher.publish(Clock(rospy.Time(10)))
+    time.sleep(0.02)
+"""
+
+
+@pytest.fixture
+def environment():
     with testing_nodes.ros_master() as environment:
         subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
-        late = testing_nodes.with_path(environment, tmp_path)
-        node = [testing_nodes.executable("interactive_marker_twist_server", "marker_server")]
-        with testing_nodes.running(late, node) as process:
-            assert process.stdout.readline() == "answered\n"
-            clock = [sys.executable, "-c", CLOCK]
-            with (
-                testing_nodes.running(environment, clock),
-                testing_nodes.flood(environment, FEEDBACK, *VALUES),
-            ):
-                listener = [sys.executable, "-c", COMMAND.format(limit=30.0)]
-                done = subprocess.run(listener, env=environment, capture_output=True, text=True)
+        yield environment
+
+
+def assert_answers(environment):
+    """Moves the marker until the node answers."""
+    listener = [sys.executable, "-c", COMMAND.format(limit=30.0)]
+    with testing_nodes.flood(environment, FEEDBACK, *VALUES):
+        done = subprocess.run(listener, env=environment, capture_output=True, text=True)
     assert done.stdout == "heard\n", done.stderr
+
+
+def test_marker_server_hears_a_clock_that_comes_as_it_subscribes(environment, tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(LATE_ANSWER)
+    late = testing_nodes.with_path(environment, tmp_path)
+    with testing_nodes.running(late, [testing_nodes.executable(*NODE)]) as process:
+        assert process.stdout.readline() == "answered\n"
+        with testing_nodes.running(environment, [sys.executable, "-c", CLOCK]):
+            assert_answers(environment)
+
+
+def test_marker_server_answers_where_the_clock_stands(environment, tmp_path):
+    """As in a paused world: it hears the clock before it makes its marker."""
+    (tmp_path / "sitecustomize.py").write_text(AFTER_CLOCK)
+    later = testing_nodes.with_path(environment, tmp_path)
+    with (
+        testing_nodes.running(environment, [sys.executable, "-c", STANDING]),
+        testing_nodes.running(later, [testing_nodes.executable(*NODE)]),
+    ):
+        assert_answers(environment)
