@@ -7,10 +7,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "tests" / "plugins"))
 sys.pycache_prefix = str(ROOT / ".cache" / "pycache")  # compiled once, not in src
+sys.dont_write_bytecode = False
 
 pytest_plugins = ["selection", "isolation"]
 
-os.environ.pop("ROS_HOSTNAME", None)
+for _name in ("ROS_HOSTNAME", "PYTHONDONTWRITEBYTECODE"):
+    os.environ.pop(_name, None)
 os.environ.update(
     PYTHONPYCACHEPREFIX=sys.pycache_prefix,
     QT_QPA_PLATFORM="offscreen",

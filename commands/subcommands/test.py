@@ -45,6 +45,7 @@ def run(arguments):
         name = "-".join(["junit", *filters]).replace("/", "-")
         words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/{name}.xml"]
     words += [word for name in filters for word in ("--select", name)]
+    environ.pop("PYTHONDONTWRITEBYTECODE", None)  # see conftest.py
     processes.become([VENV_PYTHON, "-m", "pytest", f"--rootdir={ROOT}", "-q", *words], environ)
 
 

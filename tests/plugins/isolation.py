@@ -1,6 +1,7 @@
 """Runs each file of ROS tests in a process, a ROS graph and folders of its own.
 
-A file below tests/ros or tests/long may set two names:
+Files with the marker `isolated` have a process of their own, too: a process that forks must have no
+threads, and one that many files share has. A file below tests/ros or tests/long may set two names:
 
     LAUNCH  text of a launch file; it runs, on a ROS master of its own, while the file's tests do.
             Without it there is no master, but ROS_MASTER_URI names a free port.
@@ -65,7 +66,7 @@ class Group:
         self._temporary = tempfile.TemporaryDirectory(prefix="paddock_", ignore_cleanup_errors=True)
         self.port = free_port()
         self.environment = dict(os.environ)
-        for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST", "PYTHONDONTWRITEBYTECODE"):
+        for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST"):
             self.environment.pop(name, None)
         self.environment |= {
             MARK: os.path.basename(self._temporary.name),
@@ -84,8 +85,8 @@ class Group:
 
     def _start_launch(self, text):
         file = self.folder / "world.launch"
-        end = f'  <param name="{LAUNCHED}" value="true"/>\n</launch>'
-        file.write_text(text.replace("</launch>", end))
+        body, end, _ = text.rpartition("</launch>")
+        file.write_text(f'{body}  <param name="{LAUNCHED}" value="true"/>\n{end}\n')
         arguments = ["roslaunch", "--screen", "-p", str(self.port), str(file)]
         process = self._context.Process(
             target=run_launch, args=(arguments, self.environment, str(self.launch_log))
@@ -262,8 +263,10 @@ class Isolation:
         items = [item for item in session.items if self._is_isolated(item)]
         for item in items:
             item.add_marker(pytest.mark.timeout(0))
-        files = {item.path for item in items}
-        alone = len(files) == 1 and "PYTEST_XDIST_WORKER" not in os.environ
+        alone = (
+            len({item.path for item in session.items}) == 1
+            and "PYTEST_XDIST_WORKER" not in os.environ
+        )
         self._here = self._config.option.usepdb or alone
 
     @pytest.hookimpl(tryfirst=True)
@@ -283,6 +286,8 @@ class Isolation:
 
     def _is_isolated(self, item):
         """Whether a test belongs to a group with a process of its own."""
+        if item.get_closest_marker("isolated"):
+            return True
         root = self._config.rootpath
         return item.path.is_relative_to(root) and str(item.path.parent.relative_to(root)) in FOLDERS
 
@@ -350,6 +355,7 @@ class Isolation:
 
 def pytest_configure(config):
     """Registers the plugin, but not in a group's own process."""
+    config.addinivalue_line("markers", "isolated: the file's tests run in a process of their own")
     if MARK in os.environ:
         return
     if "PYTEST_XDIST_WORKER" not in os.environ:

@@ -88,7 +88,8 @@ def pytest_ignore_collect(collection_path, config):
         )
         return None if inside else True
     if filters and collection_path.is_file() and stage not in filters and stage != "lint":
-        return None if any(word in name_of(collection_path, root) for word in filters) else True
+        name = name_of(collection_path, root)
+        return None if any(word in name for word in filters if word not in STAGES) else True
     return None
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 import rospy
+from paddock_common.process import starting
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -14,6 +15,6 @@ def node(request):
         yield
         return
     name = getattr(request.module, "NODE", request.path.stem)
-    rospy.init_node(name, disable_signals=True)
+    starting.init_node(name, disable_signals=True)
     yield
     rospy.signal_shutdown("the tests of this file are over")

@@ -161,8 +161,13 @@ class DiffDrive(unittest.TestCase):
         moving = [
             m.header.stamp.to_sec() for m in self.odom.messages if m.twist.twist.linear.x > 0.49
         ]
-        stopped = self.odom.last.header.stamp.to_sec()
         self.assertTrue(moving, "it did not go on until the time-out")
+        stopped = next(
+            stamp
+            for message in self.odom.messages
+            if abs(message.twist.twist.linear.x) < 0.005
+            and (stamp := message.header.stamp.to_sec()) > moving[-1]
+        )
         self.assertAlmostEqual(stopped - moving[-1], 0.5 / ACCELERATION, delta=0.1)
         self.assertLess(stopped - moving[0], TIMEOUT + 0.5 / ACCELERATION + 0.15)
 

@@ -26,6 +26,8 @@ from track_model.spec import TrackError
 
 from track_model import geometry, source
 
+pytestmark = pytest.mark.isolated  # mutation_rig forks
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COUNT = int(os.environ.get("MUTATIONS", "40"))  # of the files of a kind
 SEED = os.environ.get("MUTATION_SEED", "1")

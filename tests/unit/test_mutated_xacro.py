@@ -12,6 +12,8 @@ import pytest
 import xacro  # noqa: F401  # here, so that no child takes the time
 from mutation_rig import problems
 
+pytestmark = pytest.mark.isolated  # mutation_rig forks
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCRIPT = str(ROOT / "src" / "standins" / "xacro" / "xacro")
 FILES = ("track_model/urdf/chassis", "track_model/urdf/racecar.urdf", "track_model/urdf/wheels")

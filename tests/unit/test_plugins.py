@@ -93,26 +93,27 @@ def project(tmp_path):
 # selection ------------------------------------------------------------------------------------
 
 SKID, CIRCLE = "src/car/test/test_skid.py", "tests/ros/test_circle.py"
-TWISTS = "tests/long/test_a.py"
+TWISTS, LONG = "tests/long/test_a.py", "tests/unit/test_long_drives.py"
 
 
 @pytest.mark.parametrize(
     ("filters", "expected"),
     [
-        ((), {SKID, CIRCLE, "tests/lint/test_lint.py"}),
-        (("unit",), {SKID}),
+        ((), {SKID, CIRCLE, LONG, "tests/lint/test_lint.py"}),
+        (("unit",), {SKID, LONG}),
+        (("project",), {LONG}),
         (("ros",), {CIRCLE}),
         (("circ",), {CIRCLE}),
         (("car",), {SKID}),
         (("car/test_sk", "circle"), {SKID, CIRCLE}),
-        (("long",), {TWISTS}),
+        (("long",), {TWISTS}),  # a stage, and no part of a name
         (("lint",), {"tests/lint/test_lint.py"}),
         (("mypy",), {"tests/lint/test_lint.py"}),
         (("no_such",), set()),
     ],
 )
 def test_filters(project, filters, expected):
-    for path in (SKID, CIRCLE, TWISTS):
+    for path in (SKID, CIRCLE, TWISTS, LONG):
         project.add(path)
     assert set(project.names(*filters)) == expected
 
@@ -187,6 +188,17 @@ def test_files_of_one_process_and_of_their_own_take_turns(project):
     assert status == 0 and "5 passed" in output, output
 
 
+def test_a_marked_file_has_a_process_of_its_own(project):
+    marked = f"import pytest\npytestmark = pytest.mark.isolated\n{write_pid(2)}"
+    project.add("tests/unit/test_a.py", marked.replace("['ROS_MASTER_URI']", ".get('A')"))
+    project.add(SKID, write_pid(1).replace("['ROS_MASTER_URI']", ".get('A')"))
+    process = project.start("tests/unit", "src")
+    output, _ = process.communicate(timeout=DEADLINE)
+    assert process.returncode == 0, output
+    pids = [line.split()[0] for line in project.notes.read_text().splitlines()]
+    assert len(pids) == 3 and len(set(pids)) == 2 and str(process.pid) in pids
+
+
 def test_one_file_alone_runs_in_the_process_of_pytest(project):
     project.add("tests/ros/test_a.py", write_pid(1))
     process = project.start("tests/ros")
@@ -214,7 +226,7 @@ def test_it():
 
 
 def test_a_launch_that_cannot_start_is_shown(project):
-    project.add("tests/ros/test_a.py", f"LAUNCH = '<launch><nod/></launch> <!--'\n\n{PASSES}")
+    project.add("tests/ros/test_a.py", f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}")
     project.add("tests/ros/test_b.py")
     status, output = project.run("tests/ros")
     assert status == 1 and "the launch does not come up" in output and "1 passed" in output

@@ -19,6 +19,8 @@ from bullet_sim.world import World
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
+pytestmark = pytest.mark.isolated  # it forks
+
 MOST = 500_000_000  # [bytes] of memory that one file may cost
 LONGEST = 5.0  # [s] of CPU time: 2 s on the machines that this was measured on
 FEW = settings(derandomize=True, deadline=None, max_examples=60, database=None)
