@@ -21,15 +21,13 @@ PASSES_ON = True
 STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long")
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
-# ROS tests wait for processes that start one after the other, and for simulated time: two for each
-# core keep it busy.
-PER_CORE = 2
+MORE = 1  # processes than cores: ROS tests wait for processes that start, and for simulated time
 
 
 def add_arguments(parser):
     """Declares the options, for help and completion."""
     parser.add_argument(
-        "-j", "--jobs", metavar="N", help="processes that run tests; by default two for each core"
+        "-j", "--jobs", metavar="N", help="processes that run tests; by default one more than cores"
     )
     parser.add_argument("--failed", action="store_true", help="run what failed when it last ran")
     parser.add_argument("--list", action="store_true", help="only print the names")
@@ -58,7 +56,7 @@ def options(arguments):
     Raises:
         UsageError: N is no whole number above 0.
     """
-    words, filters, jobs = [], [], PER_CORE * cores()
+    words, filters, jobs = [], [], cores() + MORE
     rest = iter(arguments)
     for word in rest:
         if word in ("-j", "--jobs"):

@@ -140,8 +140,14 @@ class Memory:
         self._seconds[file] = self._seconds.get(file, 0.0) + report.duration
         self._passed[report.nodeid] = self._passed.get(report.nodeid, True) and not report.failed
 
-    def pytest_terminal_summary(self, terminalreporter):
-        """Stores it; prints the flaky tests."""
+    def pytest_terminal_summary(self, terminalreporter, exitstatus):
+        """Stores it; prints the flaky tests, and what a filter can be where none matches."""
+        filters = self._config.option.select
+        if filters and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+            terminalreporter.write_line(
+                f"nothing matches {', '.join(map(repr, filters))}; there are the stages "
+                f"{', '.join(STAGES)}, and parts of files' names: ./run test --list"
+            )
         cache = self._config.cache
         rounded = {file: round(seconds, 1) for file, seconds in self._seconds.items()}
         cache.set(SECONDS, {**cache.get(SECONDS, {}), **rounded})

@@ -123,6 +123,13 @@ def test_a_linter_is_picked_by_its_name(project):
     assert "test_no_warnings[mypy]" in output and "ruff" not in output
 
 
+@pytest.mark.parametrize("options", [(), ("--numprocesses=2",)])
+def test_a_filter_that_matches_nothing_is_named(project, options):
+    project.add(SKID)
+    status, output = project.run(*options, "--select", "no_such")
+    assert status != 0 and "nothing matches 'no_such'; there are the stages unit, lint" in output
+
+
 def test_a_file_that_is_named_runs_whatever_its_stage(project):
     project.add(TWISTS)
     status, output = project.run(TWISTS)

@@ -77,7 +77,7 @@ def test_help_lists_commands_and_launch_arguments():
     assert "renderer:=auto" in world and "auto, gl or tiny" in world
     assert "slider, buttons, line, pursuit or policy" in run("lap", "--help").stdout  # of a comment
     assert "--quick" in run("bench", "--help").stdout  # of bench/bench.py
-    assert "--list" in run("test", "--help").stdout  # of tests/runner.py
+    assert "--list" in run("test", "--help").stdout
 
 
 def test_every_command_is_one_file():

@@ -1,0 +1,54 @@
+"""The command line of ./run test, and how many processes it takes."""
+
+import os
+
+import pytest
+from run_rig import run
+
+from commands.subcommands import test as command
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words", "filters"),
+    [
+        ((), ["--numprocesses=3"], []),
+        (("circle", "unit"), ["--numprocesses=3"], ["circle", "unit"]),
+        (("-j", "1", "circle"), ["--numprocesses=1"], ["circle"]),
+        (("-j5",), ["--numprocesses=5"], []),
+        (("--jobs=5", "-x"), ["-x", "--numprocesses=5"], []),
+        (("--list", "ros"), ["--collect-only"], ["ros"]),
+        (
+            ("--failed",),
+            ["--last-failed", "--last-failed-no-failures=none", "--numprocesses=3"],
+            [],
+        ),
+    ],
+)
+def test_options(monkeypatch, arguments, words, filters):
+    monkeypatch.setattr(command, "cores", lambda: 2)
+    assert command.options(arguments) == (words, filters)
+
+
+@pytest.mark.parametrize("text", ["0", "two", "-1", "1.5", ""])
+def test_a_number_of_processes_that_cannot_be(text):
+    done = run("test", f"--jobs={text}", "circle")
+    assert done.returncode == 2
+    assert f"N is {text!r}; it must be a whole number above 0" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("limit", "most"),
+    [
+        (None, None),
+        ("max 100000\n", None),
+        ("nonsense", None),
+        ("50000 100000\n", 1),
+        ("150000 100000\n", 2),
+    ],
+)
+def test_cores_heeds_the_limit_of_a_container(tmp_path, limit, most):
+    file = tmp_path / "cpu.max"
+    if limit is not None:
+        file.write_text(limit)
+    there = len(os.sched_getaffinity(0))
+    assert command.cores(file) == min(there, most or there)
