@@ -78,7 +78,7 @@ class Group:
         self.launch_log = self.folder / "launch.log"
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload(PRELOADED)
-        self._launch = self._child = self._connection = None
+        self._launch = self._child = self._connection = self._broken = None
         text = getattr(item.module, "LAUNCH", None)
         if text is not None:
             self._launch = self._start_launch(text)
@@ -105,7 +105,8 @@ class Group:
         deadline = time.monotonic() + START_LIMIT
         while not has_parameter(self.environment["ROS_MASTER_URI"], LAUNCHED):
             if not self._launch.is_alive() or time.monotonic() > deadline:
-                raise AssertionError(f"the launch does not come up:\n{self.log_since(0)}")
+                self._broken = f"the launch does not come up:\n{self.log_since(0)}"
+                raise AssertionError(self._broken)
             time.sleep(POLL)
 
     def start_child(self):
@@ -130,8 +131,10 @@ class Group:
             List of reports as pytest_report_to_serializable gives them.
 
         Raises:
-            AssertionError: The process has ended, or does not answer.
+            AssertionError: The process has ended, or does not answer, or has no launch.
         """
+        if self._broken:
+            raise AssertionError(self._broken)
         try:
             self._connection.send((item.nodeid, nextitem and nextitem.nodeid))
             if not self._connection.poll(self.timeout + END_GRACE):

@@ -233,10 +233,12 @@ def test_it():
 
 
 def test_a_launch_that_cannot_start_is_shown(project):
-    project.add("tests/ros/test_a.py", f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}")
+    text = f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n\n{PASSES.replace('it', 'more')}"
+    project.add("tests/ros/test_a.py", text)
     project.add("tests/ros/test_b.py")
     status, output = project.run("tests/ros")
-    assert status == 1 and "the launch does not come up" in output and "1 passed" in output
+    assert status == 1 and "the launch does not come up" in output
+    assert "2 failed, 1 passed" in output
 
 
 def test_a_failure_shows_what_the_launch_printed_during_the_test(project):
