@@ -21,6 +21,7 @@ PASSES_ON = True
 STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long")
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
+VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
 MORE = 1  # processes than cores: ROS tests wait for processes that start, and for simulated time
 
 
@@ -67,6 +68,8 @@ def options(arguments):
             words += ["--last-failed", "--last-failed-no-failures=none"]
         elif word == "--list":
             words.append("--collect-only")
+        elif word in VALUED:
+            words += [word, next(rest, "")]
         elif word.startswith("-"):
             words.append(word)
         else:

@@ -57,6 +57,8 @@ class Group:
     """
 
     def __init__(self, item, root, timeout):
+        from paddock_common.testing import free_port
+
         self.path = item.path
         self.name = item.path.stem.removeprefix("test_")
         self.timeout = timeout
@@ -381,13 +383,6 @@ def has_parameter(uri, name):
         return bool(xmlrpc.client.ServerProxy(uri).hasParam("/tests", name)[2])
     except (OSError, xmlrpc.client.Error):
         return False
-
-
-def free_port():
-    """An unused TCP port."""
-    from paddock_common.testing import free_port
-
-    return free_port()
 
 
 def marked(name, value):

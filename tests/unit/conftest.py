@@ -1,16 +1,9 @@
 """Fixtures of the project's own tests."""
 
 import os
-import pathlib
 import signal
-import sys
 
 import pytest
-
-# the test runner's package lies one directory up, the reader of tutorials beside this directory
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tutorials"))
-
 import run_rig  # puts the package commands on the path
 
 

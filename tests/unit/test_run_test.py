@@ -16,6 +16,7 @@ from commands.subcommands import test as command
         (("-j", "1", "circle"), ["--numprocesses=1"], ["circle"]),
         (("-j5",), ["--numprocesses=5"], []),
         (("--jobs=5", "-x"), ["-x", "--numprocesses=5"], []),
+        (("-k", "spot", "ros"), ["-k", "spot", "--numprocesses=3"], ["ros"]),
         (("--list", "ros"), ["--collect-only"], ["ros"]),
         (
             ("--failed",),
