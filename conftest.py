@@ -13,6 +13,7 @@ pytest_plugins = ["selection", "isolation"]
 
 for _name in ("ROS_HOSTNAME", "PYTHONDONTWRITEBYTECODE"):
     os.environ.pop(_name, None)
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as ./run sets it
 os.environ.update(
     PYTHONPYCACHEPREFIX=sys.pycache_prefix,
     QT_QPA_PLATFORM="offscreen",

@@ -7,13 +7,15 @@ for their end in place of working beside them.
 import errno
 import fcntl
 import os
+import sys
 
-from commands.errors import CommandError, say
+from commands.errors import CommandError
 from commands.paths import CACHE
 
 PATH = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no python3
 LONGEST = 1800.0  # [s]
-POLL = 0.2  # [s]
+SILENT = 2.0  # before it says that it waits: a ./run that finds all ready is through by then [s]
+POLL = 0.05  # [s]
 
 _held = []
 
@@ -29,7 +31,6 @@ class SetupLock:
     def __enter__(self):
         self._file = os.open(PATH, os.O_RDWR | os.O_CREAT, 0o666)
         if not self._taken():
-            say("another ./run is setting up, waiting for it")
             self._wait()
         _held.append(self._file)
         return self
@@ -41,9 +42,14 @@ class SetupLock:
     def _wait(self):
         import time
 
-        end = time.monotonic() + LONGEST
+        begin, said = time.monotonic(), False
         while not self._taken():
-            if time.monotonic() > end:
+            waited = time.monotonic() - begin
+            if waited > SILENT and not said:
+                # Not to stdout, which belongs to the command: ./run exec COMMAND | ...
+                print("another ./run is setting up, waiting for it", file=sys.stderr, flush=True)
+                said = True
+            if waited > LONGEST:
                 raise CommandError(
                     "another ./run has been setting up for half an hour",
                     "Look for it with: ps x | grep run",

@@ -22,13 +22,13 @@ STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long"
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
-MORE = 1  # processes than cores: ROS tests wait for processes that start, and for simulated time
+MORE = 2  # processes than cores: ROS tests wait for processes that start, and for simulated time
 
 
 def add_arguments(parser):
     """Declares the options, for help and completion."""
     parser.add_argument(
-        "-j", "--jobs", metavar="N", help="processes that run tests; by default one more than cores"
+        "-j", "--jobs", metavar="N", help="processes that run tests; by default two more than cores"
     )
     parser.add_argument("--failed", action="store_true", help="run what failed when it last ran")
     parser.add_argument("--list", action="store_true", help="only print the names")

@@ -37,7 +37,7 @@ LAUNCHED = "/launched"  # parameter that is set after all others of a launch fil
 START_LIMIT = 180.0  # wall time for a master to come up [s]
 # wall time that processes may take to end by themselves [s]
 END_GRACE = float(os.environ.get("PADDOCK_TEST_GRACE", "60"))
-POLL = 0.02  # wall time between two looks [s]
+POLL = 0.1  # wall time between two looks [s]
 LOG_LINES = 60  # of a launch, shown with a failed test
 PRELOADED = [
     *("pytest", "unittest", "psutil", "yaml", "numpy", "rospy", "actionlib", "roslaunch"),

@@ -47,11 +47,10 @@ def start(*arguments, root=ROOT, **options):
     return subprocess.Popen(
         [str(root / "run"), *arguments],
         stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
         preexec_fn=usual_signals,
-        **options,
+        **{"stderr": subprocess.STDOUT, **options},
     )
 
 

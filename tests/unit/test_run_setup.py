@@ -75,8 +75,8 @@ def test_a_package_that_is_gone_is_not_found_any_more(tmp_path, clone, package_i
 def test_two_at_once_wait_for_each_other(clone):
     with open(clone / ".cache" / "lock", "w") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
-        process = start("exec", "echo", "after", root=clone)
-        assert process.stdout.readline() == "another ./run is setting up, waiting for it\n"
+        process = start("exec", "echo", "after", root=clone, stderr=subprocess.PIPE)
+        assert process.stderr.readline() == "another ./run is setting up, waiting for it\n"
         assert process.poll() is None
     said, _ = process.communicate(timeout=PATIENCE)
     assert (process.returncode, said) == (0, "after\n")

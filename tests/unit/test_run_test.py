@@ -11,16 +11,16 @@ from commands.subcommands import test as command
 @pytest.mark.parametrize(
     ("arguments", "words", "filters"),
     [
-        ((), ["--numprocesses=3"], []),
-        (("circle", "unit"), ["--numprocesses=3"], ["circle", "unit"]),
+        ((), ["--numprocesses=4"], []),
+        (("circle", "unit"), ["--numprocesses=4"], ["circle", "unit"]),
         (("-j", "1", "circle"), ["--numprocesses=1"], ["circle"]),
         (("-j5",), ["--numprocesses=5"], []),
         (("--jobs=5", "-x"), ["-x", "--numprocesses=5"], []),
-        (("-k", "spot", "ros"), ["-k", "spot", "--numprocesses=3"], ["ros"]),
+        (("-k", "spot", "ros"), ["-k", "spot", "--numprocesses=4"], ["ros"]),
         (("--list", "ros"), ["--collect-only"], ["ros"]),
         (
             ("--failed",),
-            ["--last-failed", "--last-failed-no-failures=none", "--numprocesses=3"],
+            ["--last-failed", "--last-failed-no-failures=none", "--numprocesses=4"],
             [],
         ),
     ],
