@@ -7,11 +7,11 @@ true/false) is a turn with one answer. The bridge is paused but for the turns of
 import time
 from dataclasses import replace
 
-from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
+from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.mirror import Mirror
+from bullet_sim.render.pybullet_renderer import Mirror
 from bullet_sim.render.request import CameraRequest, Quality
 from pairs import rate_of_work
 

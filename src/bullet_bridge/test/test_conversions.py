@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 from bullet_bridge.transport import conversions
-from bullet_sim.description.specs import CameraSpec, ImuSpec
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.plugins.inertial import ImuSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.camera import camera_info_arrays
 from geometry_msgs.msg import Pose as PoseMsg

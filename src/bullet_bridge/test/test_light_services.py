@@ -6,7 +6,7 @@ import pytest
 from bullet_bridge.services import handlers
 from bullet_bridge.services import light as light_services
 from bullet_bridge.services.light import LightServices
-from bullet_sim.description.lights import SUN, Light
+from bullet_sim.description.world import SUN, Light
 from bullet_sim.world import World
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_msgs.msg import ColorRGBA

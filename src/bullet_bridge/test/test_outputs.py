@@ -12,11 +12,13 @@ from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cl
 from bullet_bridge.outputs.motion import wheels as wheel_outputs
 from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
 from bullet_bridge.transport import conversions, publishing
-from bullet_sim.controllers.drive.plugin import WheelDrive
-from bullet_sim.description import field_specs, ray_specs, specs
-from bullet_sim.description.specs import CameraSpec, ContactSpec, DepthCameraSpec, RaySpec
+from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
@@ -67,7 +69,7 @@ def _bot(world):
 def test_every_kind_of_sensor_has_an_output():
     kinds = {
         kind
-        for module in (specs, ray_specs, field_specs)
+        for module in (cameras, drives, forces, inertial, lidars)
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }
@@ -296,7 +298,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
         str,
     )
     assert cart.description.warnings == []
-    output = outputs.OUTPUTS[specs.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
+    output = outputs.OUTPUTS[drives.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
     arrivals = NoArrivals()
     output.attach(arrivals)
     assert arrivals.topic == "/n/cmd_vel" and output.has_subscribers()
@@ -325,7 +327,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
 
 def test_wheel_acceleration_is_limited():
     drive = WheelDrive(
-        specs.WheelDriveSpec(
+        drives.WheelDriveSpec(
             "d", "b", ("l",), ("r",), separation=1.0, diameter=1.0, acceleration=2.0
         )
     )

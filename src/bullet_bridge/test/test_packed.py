@@ -8,7 +8,8 @@ import genpy_messages
 import numpy as np
 import pytest
 from bullet_bridge.transport import conversions, packed
-from bullet_sim.description.specs import GroundTruthSpec, RaySpec
+from bullet_sim.plugins.inertial import GroundTruthSpec
+from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from rosgraph_msgs.msg import Clock

@@ -8,10 +8,10 @@ import pytest
 from bullet_bridge.outputs import earth, rays, sensors
 from bullet_bridge.outputs.motion import planar, wheels
 from bullet_bridge.outputs.table import OUTPUTS
-from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
-from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
-from bullet_sim.description.specs import WheelDriveSpec
 from bullet_sim.formats.sdf.world import ground_plane
+from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
+from bullet_sim.plugins.inertial import GpsSpec, MagneticSpec
+from bullet_sim.plugins.lidars import CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from geometry_msgs.msg import Twist

@@ -5,7 +5,7 @@ import logging
 import pytest
 from bullet_bridge.reading import load_world, log_warnings
 from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver
-from bullet_sim.description.parts import ModelDescription
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.world import World
 
 from bullet_bridge import reading

@@ -13,8 +13,8 @@ from bullet_bridge.outputs.motion import wheels as wheel_outputs
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.physics.properties import Properties
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.description import specs
 from bullet_sim.errors import ControllerError, WorldError
+from bullet_sim.plugins.drives import WheelDriveSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from dynamic_reconfigure.encoding import encode_config
@@ -148,7 +148,7 @@ def test_errors_of_the_program_itself_are_not_hidden(world, topics):
 @pytest.mark.parametrize("value", [1.7e308, -1.1e9, math.inf])
 def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
     cart = world.spawn_urdf("cart", CART.format(""), Pose(), str)
-    output = outputs.OUTPUTS[specs.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
+    output = outputs.OUTPUTS[WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
     arrivals = NoArrivals()
     output.attach(arrivals)
     command = Twist()

@@ -4,8 +4,8 @@ import pytest
 from bullet_bridge.outputs import sensors as sensor_outputs
 from bullet_bridge.outputs.motion import transforms
 from bullet_bridge.outputs.table import OUTPUTS
-from bullet_sim.description import field_specs
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.plugins import drives
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_impl import Topic
@@ -63,11 +63,11 @@ def output(world, model, number=0):
 def test_what_the_plugin_asks_for(world):
     model = world.spawn_urdf("arm", arm("revolute"), Pose((0, 0, 1.0)), str)
     joints, root = model.description.sensors
-    assert joints == field_specs.JointTransformsSpec("p", "base", 20.0)
-    assert root == field_specs.RootTransformSpec("p", "base", "map", 50.0)
+    assert joints == drives.JointTransformsSpec("p", "base", 20.0)
+    assert root == drives.RootTransformSpec("p", "base", "map", 50.0)
     plain = arm("revolute", PLUGIN.replace("<frameName>map</frameName>", ""))
     (only,) = world.spawn_urdf("plain", plain, Pose((3, 0, 1.0)), str).description.sensors
-    assert isinstance(only, field_specs.JointTransformsSpec)
+    assert isinstance(only, drives.JointTransformsSpec)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])

@@ -6,8 +6,8 @@ import rospy
 from bot_rig import Bot
 from bullet_bridge.outputs import depth, sensors, wrenches
 from bullet_bridge.outputs.table import OUTPUTS
-from bullet_sim.description.specs import CameraSpec, RangeCameraSpec
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.world import World

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from bullet_sim.description.read_warning import grouped
+from bullet_sim.description.warnings import grouped
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.world import World
 

@@ -11,11 +11,11 @@ import trimesh  # noqa: F401
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.formats.xml_parse import DEEPEST, parse
-from bullet_sim.meshes import check
-from bullet_sim.meshes.looks import MAX_PIXELS, open_picture
+from bullet_sim.meshes import prepare
+from bullet_sim.meshes.read import MAX_PIXELS, open_picture
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from bullet_sim.xml_reader import DEEPEST, parse
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
@@ -188,7 +188,7 @@ def test_a_dae_reads_no_other_file_by_an_entity(tmp_path):
 @given(st.binary(max_size=400) | st.text("v fn/0123.-e\n", max_size=200).map(str.encode))
 def test_any_bytes_are_a_mesh_or_a_fault(data):
     for name in ("m.stl", "m.obj"):
-        fault = check.fault(name, check.kind_of(name, data), data)
+        fault = prepare.mesh_fault(name, prepare.kind_of(name, data), data)
         assert fault == "" or name in fault
 
 

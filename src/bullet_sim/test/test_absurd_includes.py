@@ -5,9 +5,9 @@ import time
 
 import pytest
 from bullet_sim.errors import ModelError
+from bullet_sim.files import read_file
 from bullet_sim.formats.sdf.model import MAX_INCLUDES
 from bullet_sim.formats.sdf.world import parse_model, parse_world
-from bullet_sim.system.files import read_file
 
 LONGEST = 5.0  # [s] of CPU time
 INCLUDE = "<include><uri>{}</uri></include>"

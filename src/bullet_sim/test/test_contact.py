@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from bullet_sim.description.specs import ContactSpec
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched_links
 from bullet_sim.world import World

@@ -6,7 +6,7 @@ import pytest
 from bullet_sim.controllers import KINDS, parse_controller
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.controllers.pid import parse_pid
-from bullet_sim.description.parts import Joint, ModelDescription
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
 
 STATE = "joint_state_controller/JointStateController"

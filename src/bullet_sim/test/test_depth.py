@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from bullet_sim.description.specs import CameraSpec, DepthCameraSpec
 from bullet_sim.engine import Engine
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.mirror import Mirror
+from bullet_sim.render.pybullet_renderer import Mirror
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot

@@ -4,8 +4,7 @@ import math
 
 import pytest
 from bullet_sim.controllers import parse_controller
-from bullet_sim.controllers.drive.odometry import Odometry
-from bullet_sim.controllers.drive.speed_limiter import SpeedLimiter
+from bullet_sim.controllers.drive import Odometry, SpeedLimiter
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf

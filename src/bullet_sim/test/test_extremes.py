@@ -3,10 +3,10 @@
 import math
 
 import pytest
-from bullet_sim.controllers.drive.odometry import Odometry
+from bullet_sim.controllers.drive import Odometry
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import Pid, PidGains
-from bullet_sim.description.parts import ModelDescription
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import CommandError, ModelError, WorldError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose

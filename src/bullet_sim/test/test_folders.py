@@ -5,8 +5,9 @@ import subprocess
 import sys
 
 import pytest
-from bullet_sim.system import folders
-from bullet_sim.system.folders import PREFIX, OwnFolder, remove_ownerless
+from bullet_sim.files import PREFIX, OwnFolder, remove_ownerless
+
+from bullet_sim import files
 
 OWNER = """
 import sys, signal
@@ -54,7 +55,7 @@ def test_the_next_start_removes_what_sigkill_has_left(tmp_path, owner, monkeypat
     owner.kill()
     owner.wait()
     assert names(tmp_path) == left
-    monkeypatch.setattr(folders, "_cleaned", set())
+    monkeypatch.setattr(files, "_cleaned", set())
     folder = OwnFolder(str(tmp_path))
     assert names(tmp_path) == [os.path.basename(folder.path)]
     folder.close()

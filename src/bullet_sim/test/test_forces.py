@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import CommandError, ModelError
-from bullet_sim.models.forces import step_range
+from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

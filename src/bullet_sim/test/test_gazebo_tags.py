@@ -3,16 +3,12 @@
 import math
 
 import pytest
-from bullet_sim.description.specs import (
-    CameraSpec,
-    ContactSpec,
-    DepthCameraSpec,
-    GroundTruthSpec,
-    ImuSpec,
-    RaySpec,
-)
-from bullet_sim.formats.colors import gazebo_color
+from bullet_sim.formats.shapes import gazebo_color
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
+from bullet_sim.plugins.lidars import RaySpec
 
 LINKS = (
     '<link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual><collision>'

@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bullet_sim.description.finish import Finish
-from bullet_sim.description.lens import Lens
-from bullet_sim.description.lights import SUN, Fog, Light, Scene
-from bullet_sim.description.parts import Geometry, Shape
-from bullet_sim.description.visual import VisualLink
+from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
+from bullet_sim.description.world import SUN, Fog, Light, Scene
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
+from bullet_sim.plugins.cameras import Lens
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality

@@ -1,9 +1,9 @@
 """gripper_action_controller: reaching, stalling, cancelling."""
 
 import pytest
-from bullet_sim.controllers.actions.gripper import GripperGoal
+from bullet_sim.controllers.gripper import GripperGoal
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.parts import Joint
+from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
 
 STEP = 0.001  # [s]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
-from bullet_sim.sensors.joint_wrench import joint_wrench, net_wrench
+from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from bullet_sim.world import World
 
 WEIGHT, ARM = 2.0 * 9.81, 0.3  # [N], [m]

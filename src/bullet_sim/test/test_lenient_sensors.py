@@ -4,8 +4,8 @@ import math
 
 import pytest
 from bullet_sim.formats.sdf.world import parse_model
-from bullet_sim.formats.tags.lenses import WIDEST
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.cameras import WIDEST
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.lidar import Lidar
 

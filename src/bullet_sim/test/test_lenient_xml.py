@@ -2,7 +2,7 @@
 
 import pytest
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.xml_parse import Document, Node, mended, parse
+from bullet_sim.xml_reader import Document, Node, mended, parse
 
 GOOD = '<a x="1"><b>text</b></a>'
 

@@ -6,12 +6,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from bullet_sim.description.lens import Lens
-from bullet_sim.description.lights import Scene
-from bullet_sim.description.parts import Geometry, Shape
-from bullet_sim.description.specs import CameraSpec
-from bullet_sim.description.visual import VisualLink
+from bullet_sim.description.model import Geometry, Shape, VisualLink
+from bullet_sim.description.world import Scene
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.cameras import CameraSpec, Lens
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality

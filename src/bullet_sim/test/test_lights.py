@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_sim.description.lights import SUN, Fog
+from bullet_sim.description.world import SUN, Fog
 from bullet_sim.formats.sdf.world import parse_world
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bullet_sim.description.lump import MIN_MASS, lump
-from bullet_sim.description.parts import Geometry, Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import Geometry, Joint, Link, ModelDescription, Shape
 from bullet_sim.pose import Pose
 
 

@@ -5,10 +5,10 @@ import struct
 import numpy as np
 import pytest
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.parts import Geometry, Link, Shape
+from bullet_sim.description.model import Geometry, Link, Shape
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.meshes.beside import Beside
-from bullet_sim.meshes.localise import localise
+from bullet_sim.meshes.prepare import localise
+from bullet_sim.meshes.read import Beside
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from PIL import Image

@@ -5,7 +5,7 @@ import sys
 
 SCRIPT = """
 import os, sys, threading
-from bullet_sim.system.output import keep_python_output, silenced
+from bullet_sim.files import keep_python_output, silenced
 if {audible}:
     keep_python_output()
 os.write(1, b'before ')

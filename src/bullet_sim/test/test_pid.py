@@ -3,9 +3,14 @@
 import math
 
 import pytest
-from bullet_sim.controllers.angles import distance_within, position_error, shortest_distance
-from bullet_sim.controllers.pid import Pid, PidGains
-from bullet_sim.description.parts import Joint
+from bullet_sim.controllers.pid import (
+    Pid,
+    PidGains,
+    distance_within,
+    position_error,
+    shortest_distance,
+)
+from bullet_sim.description.model import Joint
 
 STEP = 0.001  # [s]
 

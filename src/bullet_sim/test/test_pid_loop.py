@@ -4,11 +4,9 @@ import math
 import random
 
 import pytest
-from bullet_sim.controllers.angles import position_error
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.pid import Pid, parse_pid
-from bullet_sim.controllers.pid.servo import SERVOS, is_stiff
-from bullet_sim.description.parts import Joint
+from bullet_sim.controllers.pid import SERVOS, Pid, is_stiff, parse_pid, position_error
+from bullet_sim.description.model import Joint
 from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.description.field_specs import GpsSpec, MagneticSpec, PlanarMoveSpec
-from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
-from bullet_sim.description.specs import ImuSpec, WheelDriveSpec
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.sensors import earth
-from bullet_sim.sensors.layers import LayeredLidar
+from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
+from bullet_sim.plugins.inertial import GpsSpec, ImuSpec, MagneticSpec
+from bullet_sim.plugins.lidars import CloudSpec, RangeSpec
+from bullet_sim.sensors import inertial
+from bullet_sim.sensors.lidar import LayeredLidar
 
 LINKS = (
     '<link name="base"/><link name="left"/><link name="right"/>'
@@ -127,7 +127,7 @@ def test_a_bodyname_that_is_no_link_costs_its_plugin_only():
 def test_a_degree_of_latitude_is_that_of_the_ellipsoid():
     """Table values of WGS 84: 110.574 and 111.320 km at the equator, 111.132 and 78.847 at 45."""
     for latitude, north, east in ((0.0, 110574.0, 111320.0), (45.0, 111132.0, 78847.0)):
-        found = [math.radians(1.0) * radius for radius in earth.radii(latitude)]
+        found = [math.radians(1.0) * radius for radius in inertial.radii(latitude)]
         assert found == pytest.approx((north, east), abs=1.0)
 
 
@@ -141,19 +141,19 @@ def test_a_degree_of_latitude_is_that_of_the_ellipsoid():
     ],
 )
 def test_a_fix(heading, position, north, east):
-    latitude, longitude, altitude = earth.fix(position, 45.0, 10.0, 300.0, heading)
-    per_north, per_east = earth.radii(45.0)
+    latitude, longitude, altitude = inertial.fix(position, 45.0, 10.0, 300.0, heading)
+    per_north, per_east = inertial.radii(45.0)
     assert math.radians(latitude - 45.0) * per_north == pytest.approx(north, abs=1e-6)
     assert math.radians(longitude - 10.0) * per_east == pytest.approx(east, abs=1e-6)
     assert altitude == 305.0
 
 
 def test_the_magnetic_field_points_north_and_down():
-    level, dip = earth.field(0.5, 0.0, 0.0, 0.0), earth.field(0.5, 0.0, 0.0, math.radians(60))
+    level, dip = inertial.field(0.5, 0.0, 0.0, 0.0), inertial.field(0.5, 0.0, 0.0, math.radians(60))
     assert level == pytest.approx((0.5, 0.0, 0.0))
     assert dip == pytest.approx((0.25, 0.0, -0.5 * math.sin(math.radians(60))))
     # x to the east: north is to the left
-    assert earth.field(0.5, math.pi / 2, 0.0, 0.0) == pytest.approx((0.0, 0.5, 0.0))
+    assert inertial.field(0.5, math.pi / 2, 0.0, 0.0) == pytest.approx((0.0, 0.5, 0.0))
 
 
 class Walls:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.lump import lump
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.models.prepare import CROWN_DROP, prepared_urdf, quaternion_from_matrix
+from bullet_sim.models.urdf_writer import CROWN_DROP, prepared_urdf, quaternion_from_matrix
 from bullet_sim.pose import Pose, matrix_from_quaternion
 
 LONGEST_LINE = 1000  # PyBullet's reader damages longer ones

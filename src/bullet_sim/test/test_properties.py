@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from bullet_sim.errors import ModelError, WorldError
-from bullet_sim.models import properties
-from bullet_sim.models.forces import step_range
+from bullet_sim.models import changes
+from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -48,22 +48,22 @@ def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
 
 
 def test_link_properties(model):
-    mass, centre, inertia = properties.link_properties(model, "arm")
+    mass, centre, inertia = changes.link_properties(model, "arm")
     assert (mass, tuple(centre)) == (1.0, (0, 0, 0))
     np.testing.assert_allclose(inertia, ARM)
-    mass, centre, inertia = properties.link_properties(model, "base")  # with the plate
+    mass, centre, inertia = changes.link_properties(model, "base")  # with the plate
     assert (mass, tuple(centre)) == (200.0, (0.5, 0, 0))
     np.testing.assert_allclose(np.diag(inertia), (200, 250, 250))
-    assert properties.link_properties(model, "plate")[0] == 100.0
+    assert changes.link_properties(model, "plate")[0] == 100.0
     with pytest.raises(ModelError, match="no link 'nose'"):
-        properties.link_properties(model, "nose")
+        changes.link_properties(model, "nose")
 
 
 def test_a_new_inertia_counts_and_survives_a_reset(world, model):
     before = speed_after_push(world, model, "hinge")
     world.reset()
-    properties.set_link_properties(model, "arm", 2.0, (0, 0, 0), 2 * ARM, True)
-    assert properties.link_properties(model, "arm")[0] == 2.0
+    changes.set_link_properties(model, "arm", 2.0, (0, 0, 0), 2 * ARM, True)
+    assert changes.link_properties(model, "arm")[0] == 2.0
     half = speed_after_push(world, model, "hinge")
     world.reset()
     again = speed_after_push(world, model, "hinge")
@@ -86,12 +86,12 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
 )
 def test_impossible_masses_change_nothing(model, link, mass, centre, inertia, gravity, reason):
     with pytest.raises(ModelError, match=reason):
-        properties.set_link_properties(model, link, mass, centre, inertia, gravity)
-    assert properties.link_properties(model, "arm")[0] == 1.0
+        changes.set_link_properties(model, link, mass, centre, inertia, gravity)
+    assert changes.link_properties(model, "arm")[0] == 1.0
 
 
 def test_stops(world, model):
-    properties.set_joint_stops(model, "hinge", upper=0.2)
+    changes.set_joint_stops(model, "hinge", upper=0.2)
     world.forces.apply_effort(model, "hinge", 0.3, (0, math.inf))
     world.step(3000)
     assert model.joints.read()[0][0] == pytest.approx(0.2, abs=0.01)
@@ -99,18 +99,18 @@ def test_stops(world, model):
     assert model.joints.read()[0][0] == pytest.approx(0.2, abs=1e-6)
     for bad, reason in (((0.5, None), "0.5 and 0.2"), ((math.nan, None), "nan")):
         with pytest.raises(ModelError, match=reason):
-            properties.set_joint_stops(model, "hinge", *bad)
+            changes.set_joint_stops(model, "hinge", *bad)
     with pytest.raises(ModelError, match="'axle' of 'r' is continuous"):
-        properties.set_joint_stops(model, "axle", -1, 1)
+        changes.set_joint_stops(model, "axle", -1, 1)
 
 
 def test_damping_slows_to_the_ratio_of_effort_and_damping(world, model):
-    properties.set_joint_damping(model, "axle", 0.5)
+    changes.set_joint_damping(model, "axle", 0.5)
     assert speed_after_push(world, model, "axle", 1.0, 3.0) == pytest.approx(2.0, rel=0.02)
     with pytest.raises(ModelError, match="damping is -1"):
-        properties.set_joint_damping(model, "axle", -1)
+        changes.set_joint_damping(model, "axle", -1)
     with pytest.raises(ModelError, match="joint 'weld' does not exist or does not move"):
-        properties.set_joint_damping(model, "weld", 1)
+        changes.set_joint_damping(model, "weld", 1)
 
 
 def test_placing_some_joints_leaves_the_others(world, model):

@@ -1,8 +1,8 @@
 """Warnings are told one line a cause."""
 
 import pytest
-from bullet_sim.description.parts import ModelDescription
-from bullet_sim.description.read_warning import ReadWarning, grouped, is_loss
+from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.warnings import ReadWarning, grouped, is_loss
 
 MISSING = "meshes are missing"
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from bullet_sim.description.specs import CameraSpec
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
-from bullet_sim.render.mirror import Mirror
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.renderer import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.render.request import CameraRequest
-from bullet_sim.render.sky import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 

@@ -10,14 +10,14 @@ import time
 
 import numpy as np
 import pytest
+from bullet_sim.child import blocking_pair
 from bullet_sim.errors import RenderError
-from bullet_sim.render import restarts
+from bullet_sim.render import worker_process
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
-from bullet_sim.render.shared_memory import SharedMemory
 from bullet_sim.render.worker import make_renderer
+from bullet_sim.render.worker_process import SharedMemory
 from bullet_sim.snapshot import BodySource
-from bullet_sim.system.sockets import blocking_pair
 from paddock_common.testing import pid_from_killed, wait_ended
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
@@ -284,7 +284,7 @@ def test_killed_worker_is_reported_and_started_again(client, inbox):
 
 
 def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
-    monkeypatch.setattr(restarts, "MAX_RESTARTS", 0)
+    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 0)
     os.kill(client.worker_pid, signal.SIGKILL)
     client.submit(snapshot(), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
@@ -296,8 +296,8 @@ def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
 
 
 def test_a_worker_that_dies_now_and_then_is_always_started_again(client, inbox, monkeypatch):
-    monkeypatch.setattr(restarts, "MAX_RESTARTS", 1)
-    monkeypatch.setattr(restarts, "WINDOW", 0.0)  # the last death is long ago
+    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 1)
+    monkeypatch.setattr(worker_process, "WINDOW", 0.0)  # the last death is long ago
     for number in (1, 2):
         os.kill(client.worker_pid, signal.SIGKILL)
         with pytest.raises(RenderError, match="signal 9"):

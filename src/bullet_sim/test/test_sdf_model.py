@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 from bullet_sim.errors import SimError
-from bullet_sim.formats.materials import read_materials
 from bullet_sim.formats.sdf.world import parse_model, parse_world
+from bullet_sim.formats.shapes import read_materials
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from PIL import Image

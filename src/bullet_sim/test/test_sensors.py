@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.description.specs import RaySpec
-from bullet_sim.sensors import camera, ground_truth, imu
-from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy, sensor_in_world
+from bullet_sim.plugins.lidars import RaySpec
+from bullet_sim.pose import matrix_from_rpy, rotation_matrix, sensor_in_world
+from bullet_sim.sensors import camera, inertial
 from bullet_sim.sensors.lidar import Lidar
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -57,12 +57,12 @@ def ray_spec(**changes):
     ],
 )
 def test_rotations_agree(quaternion, rpy):
-    np.testing.assert_allclose(matrix_from_quaternion(quaternion), matrix_from_rpy(rpy), atol=1e-12)
+    np.testing.assert_allclose(rotation_matrix(quaternion), matrix_from_rpy(rpy), atol=1e-12)
 
 
 def test_zero_quaternion_is_refused():
     with pytest.raises(ValueError, match="length 1"):
-        matrix_from_quaternion((0, 0, 0, 0))
+        rotation_matrix((0, 0, 0, 0))
 
 
 def test_sensor_in_world_turns_the_offset():
@@ -192,36 +192,36 @@ def test_bad_lidars_are_named(changes):
 
 def test_imu_at_rest_feels_up_and_turns_with_the_sensor():
     roll_90 = (math.sqrt(0.5), 0, 0, math.sqrt(0.5))
-    rate, force = imu.reading(roll_90, (0, 0, 2.0), (0, 0, 0))
+    rate, force = inertial.reading(roll_90, (0, 0, 2.0), (0, 0, 0))
     np.testing.assert_allclose(rate, (0, 2.0, 0), atol=1e-12)
     np.testing.assert_allclose(force, (0, 9.81, 0), atol=1e-12)
-    _, falling = imu.reading(LEVEL, (0, 0, 0), (0, 0, -9.81))
+    _, falling = inertial.reading(LEVEL, (0, 0, 0), (0, 0, -9.81))
     np.testing.assert_allclose(falling, 0, atol=1e-12)
 
 
 def test_imu_acceleration_and_noise():
-    np.testing.assert_allclose(imu.mean_acceleration((1, 0, 0), (0.5, 0, 0), 0.01), (50, 0, 0))
+    np.testing.assert_allclose(inertial.mean_acceleration((1, 0, 0), (0.5, 0, 0), 0.01), (50, 0, 0))
     with pytest.raises(ValueError, match="elapsed 0"):
-        imu.mean_acceleration((1, 0, 0), (1, 0, 0), 0.0)
-    noisy = imu.add_noise(np.zeros(20000), 0.3, np.random.default_rng(2))
+        inertial.mean_acceleration((1, 0, 0), (1, 0, 0), 0.0)
+    noisy = inertial.add_noise(np.zeros(20000), 0.3, np.random.default_rng(2))
     assert noisy.std() == pytest.approx(0.3, rel=0.03)
 
 
 def test_twist_in_child_and_in_world():
-    linear, angular = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3))
+    linear, angular = inertial.twist(YAW_90, (0, 2, 0), (1, 0, 3))
     np.testing.assert_allclose(linear, (2, 0, 0), atol=1e-12)
     np.testing.assert_allclose(angular, (0, -1, 3), atol=1e-12)
-    linear, _ = ground_truth.twist(YAW_90, (0, 2, 0), (1, 0, 3), in_child=False)
+    linear, _ = inertial.twist(YAW_90, (0, 2, 0), (1, 0, 3), in_child=False)
     np.testing.assert_array_equal(linear, (0, 2, 0))
     for wrong in ((0, 0, 0, 0), (0, 0, 0, np.nan), (np.inf, 0, 0, 0)):
         with pytest.raises(ValueError, match="is no rotation"):
-            ground_truth.twist(wrong, (0, 2, 0), (1, 0, 3))
+            inertial.twist(wrong, (0, 2, 0), (1, 0, 3))
 
 
 def test_twist_is_that_of_the_rotation_matrix():
     rng = np.random.default_rng(4)
     for _ in range(50):
         orientation, linear, angular = rng.normal(size=4), rng.normal(size=3), rng.normal(size=3)
-        to_link = matrix_from_quaternion(orientation).T
-        found = ground_truth.twist(orientation, linear, angular)
+        to_link = rotation_matrix(orientation).T
+        found = inertial.twist(orientation, linear, angular)
         np.testing.assert_allclose(found, (to_link @ linear, to_link @ angular), atol=1e-12)

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.controllers.pid import PidGains
-from bullet_sim.controllers.pid.servo import is_stiff, oscillator
+from bullet_sim.controllers.pid import PidGains, is_stiff, oscillator
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import ground, nowhere

@@ -3,7 +3,7 @@
 import os
 
 import numpy as np
-from bullet_sim.render.shared_memory import ALIGNMENT, BufferRing, SharedMemory, layout
+from bullet_sim.render.worker_process import ALIGNMENT, BufferRing, SharedMemory, layout
 from test_render import request
 
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_sim.models.slip import skid_wheels
+from bullet_sim.models.contacts import skid_wheels
 from bullet_sim.pose import Pose
 from contact_scenes import ground, skid_base, world_of
 from scipy.optimize import fsolve

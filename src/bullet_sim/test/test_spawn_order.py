@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

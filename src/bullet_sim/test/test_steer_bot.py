@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from bullet_sim.controllers.drive.steer_bot import SteerBotJoints, parse_steer_bot
 from bullet_sim.controllers.manager import Manager
+from bullet_sim.controllers.steer_bot import SteerBotJoints, parse_steer_bot
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 

@@ -7,10 +7,9 @@ import sys
 
 import numpy as np
 import pytest
-from bullet_sim.description.specs import RaySpec
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.pose import Pose
-from bullet_sim.sensors.frames import matrix_from_quaternion
+from bullet_sim.plugins.lidars import RaySpec
+from bullet_sim.pose import Pose, rotation_matrix
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.world import World
 
@@ -249,7 +248,7 @@ def test_the_box_of_a_turned_lidar_holds_its_rays(world):
         quaternion = np.random.default_rng(seed).normal(size=4)
         quaternion /= np.linalg.norm(quaternion)
         ranges = Lidar(spec).scan(world.engine, CENTRE, quaternion)
-        rays = Lidar(spec).directions @ matrix_from_quaternion(quaternion).T
+        rays = Lidar(spec).directions @ rotation_matrix(quaternion).T
         np.testing.assert_allclose(ranges, cast(world, rays, 0.1, 20.0), atol=1e-3)
 
 

@@ -3,12 +3,19 @@
 import math
 
 import pytest
-from bullet_sim.controllers.actions.plan import Command, JointsError, Point, check, stop
-from bullet_sim.controllers.actions.spline import End, Segment
-from bullet_sim.controllers.actions.tolerances import Tolerance
-from bullet_sim.controllers.actions.trajectory import Goal
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.parts import Joint
+from bullet_sim.controllers.trajectory import (
+    Command,
+    End,
+    Goal,
+    JointsError,
+    Point,
+    Segment,
+    Tolerance,
+    check,
+    stop,
+)
+from bullet_sim.description.model import Joint
 from bullet_sim.errors import CommandError, ControllerError
 
 STEP = 0.001  # [s]

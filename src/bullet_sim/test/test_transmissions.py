@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from bullet_sim.formats.transmissions import parse_transmissions
+from bullet_sim.formats.urdf import parse_transmissions
 
 JOINTS = ("left", "right")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
-from bullet_sim.sensors.viewing import MAX_RAYS, Observer
+from bullet_sim.sensors.views import MAX_RAYS, Observer
 from bullet_sim.world import World
 
 CAR = """<robot name="car"><link name="base">

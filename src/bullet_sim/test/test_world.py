@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose

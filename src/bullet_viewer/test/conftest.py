@@ -10,7 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import pytest
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
-from bullet_sim.sensors.viewing import Observer
+from bullet_sim.sensors.views import Observer
 from bullet_sim.world import World
 from bullet_viewer.feed import Feed
 from bullet_viewer.painter import Painter

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from bullet_sim.system.folders import remove_ownerless
+from bullet_sim.files import remove_ownerless
 from paddock_gym.training.worker import Parcel, environment
 
 REWARD = "def reward_function(params):\n    return 2.5\n"

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import rospy
 from bullet_sim.errors import SimError
-from bullet_sim.formats.xml_read import is_true
+from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import Quality
-from bullet_sim.system.output import keep_python_output
 from bullet_sim.world import World
+from bullet_sim.xml_reader import is_true
 from paddock_common.logs import bear_failures
 from paddock_common.process import signals
 from paddock_common.process.orphans import end_with_roslaunch

@@ -4,10 +4,10 @@ import logging
 import os
 
 import rospy
-from bullet_sim.description.read_warning import grouped
+from bullet_sim.description.warnings import grouped
 from bullet_sim.description.world import empty_world
+from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.sdf.world import parse_world
-from bullet_sim.system.files import MAX_TEXT, read_file
 
 from bullet_bridge.resolve import GAZEBO_WORLDS
 

@@ -5,8 +5,8 @@ import re
 
 import rospkg
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.xml_parse import parse
-from bullet_sim.system.files import MAX_TEXT, read_file
+from bullet_sim.files import MAX_TEXT, read_file
+from bullet_sim.xml_reader import parse
 from catkin_pkg.package import InvalidPackage
 
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path

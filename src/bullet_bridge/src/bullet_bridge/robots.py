@@ -3,7 +3,7 @@
 import time as wall
 
 import rospy
-from bullet_sim.system.object_state import ObjectState
+from bullet_sim.object_state import ObjectState
 
 from bullet_bridge.connecting import Connector
 from bullet_bridge.loop.arrivals import Arrivals

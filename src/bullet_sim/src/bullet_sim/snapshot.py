@@ -6,7 +6,7 @@ contact caches.
 
 from dataclasses import dataclass
 
-from bullet_sim.description.visual import VisualLink
+from bullet_sim.description.model import VisualLink
 
 
 @dataclass(frozen=True)

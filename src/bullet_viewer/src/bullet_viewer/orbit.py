@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from bullet_sim.sensors.frames import matrix_from_rpy
+from bullet_sim.pose import matrix_from_rpy
 
 RADIANS_PER_PIXEL = 0.006
 ZOOM_PER_NOTCH = 0.85

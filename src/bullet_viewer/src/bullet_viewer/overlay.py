@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from bullet_sim.sensors.viewing import Contacts, LinkFrames
+from bullet_sim.sensors.views import Contacts, LinkFrames
 from PyQt5.QtCore import QLineF, QPointF
 from PyQt5.QtGui import QColor, QPen
 

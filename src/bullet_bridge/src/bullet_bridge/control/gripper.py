@@ -1,7 +1,7 @@
 """The action of a gripper's controller."""
 
 import rospy
-from bullet_sim.controllers.actions.gripper import GripperGoal, check_goal
+from bullet_sim.controllers.gripper import GripperGoal, check_goal
 from bullet_sim.errors import ControllerError, SimError
 from control_msgs.msg import GripperCommandAction, GripperCommandResult
 

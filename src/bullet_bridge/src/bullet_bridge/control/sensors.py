@@ -3,8 +3,8 @@
 import zlib
 from dataclasses import replace
 
-from bullet_sim.description.field_specs import ForceTorqueSpec
-from bullet_sim.description.specs import ImuSpec
+from bullet_sim.plugins.forces import ForceTorqueSpec
+from bullet_sim.plugins.inertial import ImuSpec
 
 from bullet_bridge.control.topics import Topics
 from bullet_bridge.outputs.table import OUTPUTS

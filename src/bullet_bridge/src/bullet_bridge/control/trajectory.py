@@ -1,9 +1,7 @@
 """Topics of a trajectory controller: commands, state, the action, and the planned state."""
 
 import rospy
-from bullet_sim.controllers.actions.plan import Command, JointsError, Point
-from bullet_sim.controllers.actions.tolerances import Tolerance
-from bullet_sim.controllers.actions.trajectory import Goal
+from bullet_sim.controllers.trajectory import Command, Goal, JointsError, Point, Tolerance
 from bullet_sim.errors import SimError
 from control_msgs.msg import (
     FollowJointTrajectoryAction,

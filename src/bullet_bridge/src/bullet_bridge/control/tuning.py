@@ -3,9 +3,9 @@
 import threading
 
 import rospy
-from bullet_sim.controllers.drive import steer_bot
+from bullet_sim.controllers import steer_bot
 from bullet_sim.controllers.pid import parse_pid
-from bullet_sim.description.parts import STEER_BOT_SIM_TYPE
+from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import SimError
 
 from bullet_bridge.control.pid_tuning import PidTuning

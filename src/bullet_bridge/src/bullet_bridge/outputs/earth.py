@@ -1,8 +1,8 @@
 """GPS and magnetometer of hector_gazebo_plugins."""
 
 import numpy as np
-from bullet_sim.sensors import earth
-from bullet_sim.sensors.imu import add_noise
+from bullet_sim.sensors import inertial
+from bullet_sim.sensors.inertial import add_noise
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from sensor_msgs.msg import MagneticField, NavSatFix
 
@@ -35,7 +35,7 @@ class GpsOutput(Output):
         message = NavSatFix()
         message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
         message.status.status, message.status.service = spec.status, spec.service
-        message.latitude, message.longitude, message.altitude = earth.fix(
+        message.latitude, message.longitude, message.altitude = inertial.fix(
             position, spec.latitude, spec.longitude, spec.altitude, spec.heading
         )
         message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
@@ -43,7 +43,7 @@ class GpsOutput(Output):
             message.position_covariance[4 * axis] = spec.noise_stddev[axis] ** 2
         self.publisher.publish(message)
         speed = Vector3Stamped(header=message.header)
-        north, west = earth.to_north_west(spec.heading, velocity[0], velocity[1])
+        north, west = inertial.to_north_west(spec.heading, velocity[0], velocity[1])
         speed.vector = Vector3(north, west, velocity[2])
         self._velocity.publish(speed)
 
@@ -61,7 +61,9 @@ class MagneticOutput(Output):
         if spec.field_message:
             self.message = MagneticField
         super().__init__(world, model, spec, seed)
-        self._field = earth.field(spec.magnitude, spec.heading, spec.declination, spec.inclination)
+        self._field = inertial.field(
+            spec.magnitude, spec.heading, spec.declination, spec.inclination
+        )
 
     def update(self, time):
         pose, _, _ = self.sensor_state()

@@ -1,7 +1,7 @@
 """Point clouds and ranges from bundles of rays."""
 
 import numpy as np
-from bullet_sim.sensors.layers import LayeredLidar
+from bullet_sim.sensors.lidar import LayeredLidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField, Range
 

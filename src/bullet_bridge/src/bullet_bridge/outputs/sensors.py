@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from bullet_sim.pose import Pose, cross
-from bullet_sim.sensors import camera, ground_truth, imu
+from bullet_sim.sensors import camera, inertial
 from bullet_sim.sensors.lidar import Lidar
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
@@ -90,7 +90,7 @@ class GroundTruthOutput(Output):
         else:
             pose, linear, angular = self.sensor_state()
             position, orientation = pose.position, pose.orientation
-        linear, angular = ground_truth.twist(orientation, linear, angular, self.spec.twist_in_child)
+        linear, angular = inertial.twist(orientation, linear, angular, self.spec.twist_in_child)
         if self.spec.noise_stddev > 0:
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
@@ -160,11 +160,15 @@ class ImuOutput(DifferenceOutput):
         if self._before is None:
             acceleration = np.zeros(3)
         else:
-            acceleration = imu.mean_acceleration(linear, self._before[0], time - self._before[1])
+            acceleration = inertial.mean_acceleration(
+                linear, self._before[0], time - self._before[1]
+            )
         self._before = (linear, time)
-        rate, force = imu.reading(pose.orientation, angular, acceleration, self.world.gravity)
-        rate = imu.add_noise(rate, self.spec.gyro_noise_stddev, self.rng, self.spec.gyro_noise_mean)
-        force = imu.add_noise(
+        rate, force = inertial.reading(pose.orientation, angular, acceleration, self.world.gravity)
+        rate = inertial.add_noise(
+            rate, self.spec.gyro_noise_stddev, self.rng, self.spec.gyro_noise_mean
+        )
+        force = inertial.add_noise(
             force, self.spec.accel_noise_stddev, self.rng, self.spec.accel_noise_mean
         )
         self.publisher.publish(

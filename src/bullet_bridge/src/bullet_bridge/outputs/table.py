@@ -1,28 +1,22 @@
 """Table of sensor specifications and their outputs."""
 
-from bullet_sim.description.field_specs import (
-    ForceTorqueSpec,
-    GpsSpec,
-    HandOfGodSpec,
-    JointPosesSpec,
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
+from bullet_sim.plugins.drives import (
+    JointStatesSpec,
     JointTransformsSpec,
-    LinkForceSpec,
-    MagneticSpec,
     PlanarMoveSpec,
     RootTransformSpec,
-)
-from bullet_sim.description.ray_specs import CloudSpec, RangeSpec
-from bullet_sim.description.specs import (
-    CameraSpec,
-    ContactSpec,
-    DepthCameraSpec,
-    GroundTruthSpec,
-    ImuSpec,
-    JointStatesSpec,
-    RangeCameraSpec,
-    RaySpec,
     WheelDriveSpec,
 )
+from bullet_sim.plugins.forces import (
+    ContactSpec,
+    ForceTorqueSpec,
+    HandOfGodSpec,
+    JointPosesSpec,
+    LinkForceSpec,
+)
+from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
+from bullet_sim.plugins.lidars import CloudSpec, RangeSpec, RaySpec
 
 from bullet_bridge.outputs.contact import ContactOutput
 from bullet_bridge.outputs.depth import DepthCameraOutput, RangeCameraOutput

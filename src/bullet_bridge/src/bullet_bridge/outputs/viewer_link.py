@@ -13,10 +13,10 @@ import threading
 from multiprocessing.connection import Connection
 
 import rospy
+from bullet_sim.child import blocking_pair
 from bullet_sim.errors import SimError
 from bullet_sim.render.request import DEFAULT
-from bullet_sim.sensors.viewing import Observer
-from bullet_sim.system.sockets import blocking_pair
+from bullet_sim.sensors.views import Observer
 from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.loop.jobs import Ended

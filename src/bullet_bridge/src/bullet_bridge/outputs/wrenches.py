@@ -6,7 +6,7 @@ import numpy as np
 import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.pose import Pose
-from bullet_sim.sensors.joint_wrench import joint_wrench, net_wrench
+from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from geometry_msgs.msg import Vector3, WrenchStamped
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory

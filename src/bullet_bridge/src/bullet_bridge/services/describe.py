@@ -3,7 +3,7 @@
 import json
 
 import rospy
-from bullet_sim.description.read_warning import grouped, is_loss
+from bullet_sim.description.warnings import grouped, is_loss
 from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.outputs.sensors import CameraOutput

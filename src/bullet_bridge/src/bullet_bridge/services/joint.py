@@ -2,8 +2,8 @@
 
 import rospy
 from bullet_sim.errors import ModelError, SimError
-from bullet_sim.models import properties
-from bullet_sim.models.forces import step_range
+from bullet_sim.models import changes
+from bullet_sim.models.changes import step_range
 from gazebo_msgs.srv import (
     ApplyJointEffort,
     ApplyJointEffortResponse,
@@ -91,11 +91,11 @@ class JointServices:
         def work():
             model, joint = find_joint(self._world, request.joint_name)
             if "loStop" in given or "hiStop" in given:
-                properties.set_joint_stops(
+                changes.set_joint_stops(
                     model, joint, *(given.get(name, (None,))[0] for name in ("loStop", "hiStop"))
                 )
             if "damping" in given:
-                properties.set_joint_damping(model, joint, given["damping"][0])
+                changes.set_joint_damping(model, joint, given["damping"][0])
 
         self._jobs.call(work)
         return SetJointPropertiesResponse(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import rospy
-from bullet_sim.description.lights import Light
+from bullet_sim.description.world import Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs.srv import (

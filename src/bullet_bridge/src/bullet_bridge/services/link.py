@@ -3,8 +3,8 @@
 import numpy as np
 import rospy
 from bullet_sim.errors import ModelError, SimError
-from bullet_sim.models import properties
-from bullet_sim.models.forces import step_range
+from bullet_sim.models import changes
+from bullet_sim.models.changes import step_range
 from bullet_sim.pose import PLACEABLE
 from gazebo_msgs.msg import LinkState
 from gazebo_msgs.srv import (
@@ -102,7 +102,7 @@ class LinkServices:
 
     def _get_properties(self, request):
         def work():
-            return properties.link_properties(*find_link(self._world, request.link_name))
+            return changes.link_properties(*find_link(self._world, request.link_name))
 
         mass, centre, inertia = self._jobs.call(work)
         com = PoseMsg()
@@ -130,7 +130,7 @@ class LinkServices:
 
         def work():
             model, link = find_link(self._world, request.link_name)
-            properties.set_link_properties(
+            changes.set_link_properties(
                 model,
                 link,
                 request.mass,

@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ElementTree
 
 from bullet_sim.errors import SimError
-from bullet_sim.formats.xml_parse import parse
+from bullet_sim.xml_reader import parse
 
 
 def with_robot_namespace(text, namespace):

@@ -7,7 +7,7 @@ import struct
 import subprocess
 import sys
 
-from bullet_sim.system.sockets import blocking_pair
+from bullet_sim.child import blocking_pair
 
 from bullet_bridge.transport.relay_process import NUMBER
 

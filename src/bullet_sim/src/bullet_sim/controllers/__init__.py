@@ -1,13 +1,13 @@
 """Controllers: the table of their types, their configuration and their implementations."""
 
-from bullet_sim.controllers.actions.gripper import GripperControl
-from bullet_sim.controllers.actions.trajectory import TrajectoryControl
-from bullet_sim.controllers.commands import MAX_COMMAND, check_command
-from bullet_sim.controllers.drive.controllers import Ackermann, DiffDrive
-from bullet_sim.controllers.drive.four_wheel import FourWheel
-from bullet_sim.controllers.joint_control import Controller, Forward, PidByEffort, PidByVelocity
+from bullet_sim.controllers.base import MAX_COMMAND, check_command
+from bullet_sim.controllers.drive import Ackermann, DiffDrive
+from bullet_sim.controllers.four_wheel import FourWheel
+from bullet_sim.controllers.gripper import GripperControl
+from bullet_sim.controllers.joint import Controller, Forward, PidByEffort, PidByVelocity
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
 from bullet_sim.controllers.parse import parse_controller
+from bullet_sim.controllers.trajectory import TrajectoryControl
 
 __all__ = [
     "KINDS",

@@ -1,16 +1,77 @@
-"""Hardware interface of the controllers: joint velocities, positions and efforts.
+"""Commands to joints: on the engine's motors, or by an effort from a PID.
 
-As in gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds
-it. An effort is applied before every step. A joint with gains of its own
-(gazebo_ros_control/pid_gains) follows velocity and position commands by an effort from a PID.
+Hardware interface of the controllers: joint velocities, positions and efforts. As in
+gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds it. An
+effort is applied before every step. A joint with gains of its own (gazebo_ros_control/pid_gains)
+follows velocity and position commands by an effort from a PID.
 """
 
 import math
 
-from bullet_sim.controllers.angles import position_error
-from bullet_sim.controllers.pid import Pid
-from bullet_sim.controllers.pid.regulator import Regulator
+from bullet_sim.controllers.pid import SERVOS, Pid, is_stiff, position_error
 from bullet_sim.errors import ControllerError
+
+
+class Regulator:
+    """Regulates joints of one robot.
+
+    Args:
+        joints: bullet_sim.models.joints.Joints.
+        inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
+            joints that are not in it get their PIDs' efforts as they are.
+
+    Attributes:
+        joints: as above; may be replaced.
+        tracked: joints with stiff gains -> (velocity [rad/s, m/s], effort [N m, N]) to track.
+        servos: of stiff joints.
+    """
+
+    def __init__(self, joints, inertias):
+        self.joints, self._inertias = joints, inertias
+        self.tracked, self.servos = {}, {}
+        self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
+
+    def regulate(
+        self,
+        efforts,
+        name,
+        pid,
+        goal,
+        error,
+        velocity,
+        period,
+        moving=None,
+        extra=0.0,
+        limit=math.inf,
+    ):
+        """As Hardware.regulate; efforts: mapping that takes the effort of gains that are not stiff.
+
+        Only gains that are stiff for the joint's inertia are left to a servo, whose target goes
+        into `tracked`.
+        """
+        gains, known = pid.gains, self._stiff.get(name)
+        if known is None or known[0] is not gains or known[1] != goal or known[2] != period:
+            inertia = self._inertias.get(name)
+            stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
+            known = self._stiff[name] = gains, goal, period, stiff
+        if not known[3]:
+            if name in self.tracked:
+                del self.tracked[name]
+                self.joints.release([name])
+            rate = None if moving is None else moving - velocity
+            efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
+            return
+        servo = self.servos.get(name)
+        if servo is None or servo.goal != goal or name not in self.tracked:
+            servo = self.servos[name] = SERVOS[goal](self._inertias[name])
+        own = velocity if moving is None else velocity - moving  # as seen from the goal
+        pid.compute(error, period, -own if goal == "position" else 0.0)
+        if name in efforts:
+            del efforts[name]
+        speed, effort = servo.target(gains, error, own, pid.terms[1] + extra, period)
+        if moving is not None:
+            speed += moving
+        self.tracked[name] = speed, effort if effort < limit else limit
 
 
 class Hardware:
@@ -56,7 +117,7 @@ class Hardware:
 
     @property
     def limits(self):
-        """Mapping joint name -> bullet_sim.description.parts.Joint."""
+        """Mapping joint name -> bullet_sim.description.model.Joint."""
         return self._joints.limits
 
     def positions_of(self, names):

@@ -1,15 +1,15 @@
 """Entries of the controllers' YAML -> ControllerSpecs."""
 
-from bullet_sim.controllers.actions.config import parse_trajectory
-from bullet_sim.controllers.actions.gripper import parse_gripper
-from bullet_sim.controllers.drive.config import parse_ackermann, parse_diff
-from bullet_sim.controllers.drive.four_wheel_config import parse_four_wheel
+from bullet_sim.controllers.base import Settings
+from bullet_sim.controllers.drive import parse_ackermann, parse_diff
+from bullet_sim.controllers.four_wheel import parse_four_wheel
+from bullet_sim.controllers.gripper import parse_gripper
 from bullet_sim.controllers.kinds import KINDS, ControllerSpec
 from bullet_sim.controllers.pid import parse_pid
-from bullet_sim.controllers.settings import Settings
-from bullet_sim.description.field_specs import ForceTorqueSpec
-from bullet_sim.description.specs import ImuSpec
+from bullet_sim.controllers.trajectory import parse_trajectory
 from bullet_sim.errors import ControllerError
+from bullet_sim.plugins.forces import ForceTorqueSpec
+from bullet_sim.plugins.inertial import ImuSpec
 
 _SENSORS = {  # interface -> specification and words for it
     "imu": (ImuSpec, "IMUs"),

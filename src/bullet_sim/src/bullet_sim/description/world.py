@@ -1,11 +1,98 @@
-"""What a world file says: gravity, step and models; the worlds that need no file."""
+"""A world's description: models, physics, lights, background and fog."""
 
 from dataclasses import dataclass, field
 
-from bullet_sim.description.lights import Scene
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
-from bullet_sim.description.read_warning import add_warning
+from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.warnings import add_warning
 from bullet_sim.pose import Pose
+
+RGB = tuple[float, float, float]
+KINDS = ("directional", "point", "spot")
+
+
+@dataclass(frozen=True)
+class Light:
+    """One light.
+
+    Attributes:
+        kind: 'directional', 'point' or 'spot'.
+        position: [m] in the world; of a directional light without meaning.
+        direction: into which it shines, of length 1, in the world.
+        diffuse, specular: RGB 0..1.
+        reach: nothing further away is lit [m].
+        constant, linear [1/m], quadratic [1/m^2]: the light falls with 1 / (constant +
+            linear d + quadratic d^2).
+        inner, outer: full angles of a spot's cones [rad]: all of its light inside the inner one,
+            none outside the outer one.
+        falloff: exponent between the two.
+        cast_shadows: whether it casts shadows; only a directional light's are drawn.
+    """
+
+    name: str
+    kind: str = "directional"
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    diffuse: RGB = (1.0, 1.0, 1.0)
+    specular: RGB = (0.1, 0.1, 0.1)
+    reach: float = 10.0
+    constant: float = 1.0
+    linear: float = 1.0
+    quadratic: float = 0.0
+    inner: float = 0.0
+    outer: float = 0.0
+    falloff: float = 0.0
+    cast_shadows: bool = False
+
+
+@dataclass(frozen=True)
+class Fog:
+    """Fog that hides what is far away.
+
+    Attributes:
+        kind: 'linear' (from start to end [m]), 'exp' or 'exp2' (with density [1/m]).
+        color: RGB 0..1.
+    """
+
+    kind: str = "linear"
+    color: RGB = (1.0, 1.0, 1.0)
+    start: float = 1.0
+    end: float = 100.0
+    density: float = 1.0
+
+
+# Gazebo's model://sun.
+SUN = Light(
+    "sun",
+    position=(0.0, 0.0, 10.0),
+    direction=(-0.48339, 0.096678, -0.870102),
+    diffuse=(0.8, 0.8, 0.8),
+    specular=(0.2, 0.2, 0.2),
+    reach=1000.0,
+    constant=0.9,
+    linear=0.01,
+    quadratic=0.001,
+    cast_shadows=True,
+)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is seen beside the models.
+
+    Attributes:
+        ambient: RGB of the light that comes from everywhere.
+        background: RGB behind everything; None: a sky.
+        shadows: whether lights that cast shadows do.
+        fog: or None.
+        lights: all lights, in file order.
+    """
+
+    ambient: RGB = (0.4, 0.4, 0.4)
+    background: RGB | None = None
+    shadows: bool = True
+    fog: Fog | None = None
+    lights: tuple[Light, ...] = (SUN,)
+
 
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
 MIN_STEP = 1e-6  # [s] shortest physics step

@@ -3,10 +3,8 @@
 Poses are those of link frames (not of inertial frames), quaternions are (x, y, z, w).
 """
 
-from bullet_sim.engine.bodies import Bodies
-from bullet_sim.engine.pictures import Pictures
-from bullet_sim.engine.sensing import Sensing
-from bullet_sim.engine.touch import Touch
+from bullet_sim.engine.camera import Pictures
+from bullet_sim.engine.engine import Bodies, Sensing, Touch
 
 
 class Engine(Bodies, Sensing, Touch, Pictures):

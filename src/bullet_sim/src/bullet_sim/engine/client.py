@@ -1,8 +1,8 @@
 """The connection to PyBullet: its parameters, its clock and what is kept of its bodies."""
 
 from bullet_sim.engine.library import p
-from bullet_sim.engine.scenery import Scenery
-from bullet_sim.system.output import silenced
+from bullet_sim.engine.rays import Scenery
+from bullet_sim.files import silenced
 
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.

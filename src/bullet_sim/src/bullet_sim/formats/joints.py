@@ -1,6 +1,20 @@
-"""Axes, stops and the tree of joints, as URDF and SDF both have them."""
+"""Joints of URDF and SDF: types, axes, limits, and the tree that they make."""
 
 import numpy as np
+
+from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic
+from bullet_sim.pose import Pose
+from bullet_sim.xml_reader import (
+    bound_of,
+    child_bound,
+    child_flag,
+    child_floats,
+    child_number,
+    child_text,
+    floats_of,
+    number_of,
+    urdf_origin,
+)
 
 UNLIMITED = 1e9  # [rad, m] stands for no limit on one side
 
@@ -55,3 +69,267 @@ def closes_loop(model, parent, child):
     while parent is not None and parent != child:
         parent = above.get(parent)
     return parent == child
+
+
+UNSUPPORTED_TYPES = ("floating", "planar")
+URDF_TYPES = MOVABLE_TYPES + ("fixed",) + UNSUPPORTED_TYPES
+LEFT_OUT = "joints are left out"
+
+
+def read_joints(robot, model):
+    """Add every <joint> of a <robot> that can be one to the model; others are warnings.
+
+    Args:
+        robot: the root element.
+        model: ModelDescription with its links.
+    """
+    for element in robot.findall("joint"):
+        joint = _joint(element, model)
+        if joint is not None:
+            model.joints[joint.name] = joint
+
+
+def _joint(element, model):
+    name = element.get("name") or ""
+    what = f"joint '{name}' of '{model.name}'"
+    parent, child = (
+        found.get("link") if found is not None else None
+        for found in (element.find("parent"), element.find("child"))
+    )
+    fault = _urdf_fault(name, parent, child, model)
+    if fault:
+        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}'")
+        return None
+    joint = Joint(name, _urdf_type(element, what), parent, child, origin=urdf_origin(element, what))
+    axis = element.find("axis")
+    if axis is not None:
+        vector = floats_of(axis, "xyz", 3, f"{what} axis", (1.0, 0.0, 0.0))
+        if joint.kind in MOVABLE_TYPES:
+            joint.axis = unit_axis(vector, joint.axis, what, element)
+    _limit(element, joint, what)
+    dynamics = element.find("dynamics")
+    if dynamics is not None:
+        joint.damping = max(0.0, number_of(dynamics, "damping", what, 0.0))
+        joint.friction = max(0.0, number_of(dynamics, "friction", what, 0.0))
+    joint.mimic = _mimic(element, joint, what)
+    return joint
+
+
+def _mimic(element, joint, what):
+    mimic = element.find("mimic")
+    if mimic is None or joint.kind not in MOVABLE_TYPES:
+        return None
+    return Mimic(
+        mimic.get("joint") or "",
+        number_of(mimic, "multiplier", f"{what} mimic", 1.0),
+        number_of(mimic, "offset", f"{what} mimic", 0.0),
+    )
+
+
+def check_mimics(model):
+    """Drop a <mimic> of a joint that does not exist, with a warning, or of a commanded joint."""
+    for joint in model.joints.values():
+        if joint.mimic is None:
+            continue
+        other = model.joints.get(joint.mimic.joint)
+        if other is None or other is joint or other.kind not in MOVABLE_TYPES:
+            model.warn(
+                f"joint '{joint.name}' of '{model.name}' mimics '{joint.mimic.joint}', which is no "
+                "other joint that moves; it moves freely",
+                "joints mimic what is no other joint that moves, and move freely",
+                f"'{joint.name}'",
+            )
+            joint.mimic = None
+        elif joint.name in model.transmissions:
+            joint.mimic = None  # controllers move it
+
+
+def _urdf_fault(name, parent, child, model):
+    """Why an element is no joint, or ''."""
+    if not name:
+        return "has no name"
+    if name in model.joints:
+        return "is there already: there are two joints of that name"
+    for end, link in (("parent", parent), ("child", child)):
+        if link not in model.links:
+            return f"has {end} link '{link}', which does not exist; links are " + ", ".join(
+                model.links
+            )
+    if any(joint.child == child for joint in model.joints.values()):
+        return f"gives link '{child}' more than one parent joint"
+    return "closes a loop" if closes_loop(model, parent, child) else ""
+
+
+def _urdf_type(element, what):
+    kind = element.get("type")
+    if kind in URDF_TYPES:
+        return kind
+    lower = str(kind).strip().lower()
+    used = lower if lower in URDF_TYPES else "fixed"
+    element.warn(
+        f"{what} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
+        "joints have a type that does not exist",
+        f"'{element.get('name')}'",
+    )
+    return used
+
+
+def _limit(element, joint, what):
+    limit = element.find("limit")
+    bounded = joint.kind in ("revolute", "prismatic")
+    if limit is None:
+        if bounded:
+            element.warn(
+                f"{what} has no <limit>; it moves without stops",
+                "joints that need a <limit> have none and move without stops",
+                f"'{joint.name}'",
+            )
+        return
+    joint.effort = abs(bound_of(limit, "effort", f"{what} limit") or 0.0)
+    joint.velocity = abs(bound_of(limit, "velocity", f"{what} limit") or 0.0)
+    for key in ("effort", "velocity"):
+        if limit.get(key) is None and joint.kind != "fixed":
+            limit.warn(
+                f"{what} limit has no {key}, which URDF demands; it has no such limit",
+                f"joint limits have no {key}, which URDF demands, and count as unlimited",
+                f"'{joint.name}'",
+            )
+    if not bounded:
+        return
+    lower = bound_of(limit, "lower", f"{what} limit", 0.0)
+    upper = bound_of(limit, "upper", f"{what} limit", 0.0)
+    set_stops(joint, lower, upper, what, element)
+
+
+# Joints of several axes become a chain of hinges: the tags of their axes, or the axes.
+CHAINS = {
+    "universal": ("axis", "axis2"),
+    "revolute2": ("axis", "axis2"),
+    "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+}
+SHARE = 0.01  # of its child's mass and inertia that a link within such a chain has
+SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", *CHAINS)
+_UP = (0.0, 0.0, 1.0)
+
+
+def read_joint(element, reader, prefix, frames, version):
+    """Add a <joint> to the model of a reader (model.py), or warn why it is none.
+
+    Args:
+        element: the <joint>.
+        reader: has the model and the poses of its links.
+        prefix: of the names of the nested model that the joint is in.
+        frames: Frames of that model.
+        version: of the SDF document.
+    """
+    model, poses = reader.model, reader.poses
+    name = prefix + (element.get("name") or "joint")
+    what = f"joint '{name}' of '{model.name}'"
+    parent, child = child_text(element, "parent"), child_text(element, "child")
+    kind = _sdf_type(element, what)
+    if child == "world" and kind == "fixed":
+        parent, child = child, parent
+    if parent == "world" and prefix + str(child) in model.links:
+        if kind == "fixed":
+            model.fixed_base = True
+            return
+        model.links.setdefault("world", Link("world"))
+        poses.setdefault("world", Pose())
+        model.fixed_base, parent = True, "world"
+    else:
+        parent = prefix + str(parent)
+    child = prefix + str(child)
+    fault = _sdf_fault(model, parent, child)
+    if fault:
+        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
+        return
+    anchor = Pose()
+    if element.find("pose") is not None:
+        default = child_text(element, "child", "")
+        anchor = frames.pose(default).inverse() * frames.place(element, default, what)
+    origin = poses[parent].inverse() * poses[child]
+    joint = Joint(name, kind, parent, child, origin, anchor=anchor)
+    if kind in CHAINS:
+        _chain(element, joint, reader, what, frames, version)
+        return
+    if kind != "fixed":
+        _axis(element, joint, what, frames, version)
+    model.joints[name] = joint
+
+
+def _chain(element, whole, reader, what, frames, version):
+    """Add the hinges that make up a joint of several axes, with small links between them.
+
+    The first has the joint's name, the others a number behind it. A ball's middle axis must not
+    turn by a quarter.
+    """
+    model, child, axes = reader.model, reader.model.links[whole.child], CHAINS[whole.kind]
+    parent, origin = whole.parent, whole.origin * whole.anchor
+    for number, axis in enumerate(axes, 1):
+        last = number == len(axes)
+        name = whole.name if number == 1 else f"{whole.name}__{number}"
+        link = whole.child if last else f"{whole.name}__link{number}"
+        if last:
+            origin = origin * whole.anchor.inverse()
+        joint = Joint(
+            name, "continuous", parent, link, origin, anchor=whole.anchor if last else Pose()
+        )
+        if isinstance(axis, str):
+            joint.kind = "revolute"
+            _axis(element, joint, what, frames, version, axis, whole.anchor)
+        else:
+            joint.axis = axis
+        model.joints[name] = joint
+        if not last:
+            moment = SHARE * max(float(child.inertia.trace()) / 3.0, 1e-6)
+            model.links[link] = Link(
+                link, mass=SHARE * max(child.mass, 1e-3), inertia=moment * np.eye(3)
+            )
+            reader.poses[link] = reader.poses[whole.child] * whole.anchor
+        parent, origin = link, Pose()
+
+
+def _sdf_type(element, what):
+    kind = element.get("type")
+    if kind in SDF_TYPES:
+        return kind
+    lower = str(kind).strip().lower()
+    used = lower if lower in SDF_TYPES else "fixed"
+    element.warn(
+        f"{what} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
+        f"joints have type '{kind}', which is not known here, and are {used}",
+        what,
+    )
+    return used
+
+
+def _sdf_fault(model, parent, child):
+    """Why a joint between two links cannot be, or ''."""
+    if child not in model.links or parent not in model.links:
+        return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
+    taken = any(joint.child == child for joint in model.joints.values())
+    if taken or closes_loop(model, parent, child):
+        return f"closes a loop at link '{child}', which cannot be simulated here"
+    return ""
+
+
+def _axis(element, joint, what, frames, version, tag="axis", anchor=None):
+    """Read an axis with its limits; anchor: the joint's frame in the child's, if not joint's."""
+    anchor = joint.anchor if anchor is None else anchor
+    vector = child_floats(element, f"{tag}/xyz", 3, f"{what} {tag}", _UP)
+    of_model = child_flag(element, f"{tag}/use_parent_model_frame", what, version < (1, 5))
+    found = element.find(f"{tag}/xyz")
+    frame = found.get("expressed_in") if found is not None else None
+    if of_model or frame:
+        own = frames.pose(child_text(element, "child", "")) * anchor
+        turn = frames.pose(frame, found) if frame else Pose()
+        vector = own.matrix.T @ turn.matrix @ vector
+    joint.axis = unit_axis(vector, _UP, what, element)
+    if joint.kind != "continuous":
+        lower = child_bound(element, f"{tag}/limit/lower", what)
+        upper = child_bound(element, f"{tag}/limit/upper", what)
+        set_stops(joint, lower, upper, what, element)
+    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", what) or 0.0)
+    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", what) or 0.0)
+    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", what, 0.0))
+    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", what, 0.0))

@@ -1,18 +1,65 @@
-"""URDF text -> ModelDescription; missing or invalid parts are repaired with a warning."""
+"""URDF -> ModelDescription."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.parts import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.colors import rgba_of
-from bullet_sim.formats.geometry import mesh_geometry, usable_size
-from bullet_sim.formats.tags import gazebo as gazebo_tags
-from bullet_sim.formats.transmissions import parse_transmissions
-from bullet_sim.formats.urdf_joints import UNSUPPORTED_TYPES, check_mimics, read_joints
-from bullet_sim.formats.xml_parse import parse
-from bullet_sim.formats.xml_read import floats_of, number_of, urdf_origin
+from bullet_sim.formats import gazebo as gazebo_tags
+from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
+from bullet_sim.formats.shapes import mesh_geometry, rgba_of, usable_size
+from bullet_sim.xml_reader import floats_of, number_of, parse, urdf_origin
+
+INTERFACES = {
+    "EffortJointInterface": "effort",
+    "VelocityJointInterface": "velocity",
+    "PositionJointInterface": "position",
+}
+
+
+def parse_transmissions(robot, joint_names, warn):
+    """Read every <transmission> child of <robot>.
+
+    Args:
+        robot: root element.
+        joint_names: joints that exist.
+        warn: called with one sentence per ignored element.
+
+    Returns:
+        Dict of joint name -> tuple of 'effort', 'velocity', 'position'.
+    """
+    offered = {}
+    for element in robot.findall("transmission"):
+        what = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
+        joints = element.findall("joint")
+        if not joints:
+            warn(f"{what} has no <joint>; it is left out")
+        fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
+        for joint in joints:
+            name = joint.get("name")
+            if name not in joint_names:
+                warn(f"{what} names joint '{name}', which does not exist; it is left out")
+                continue
+            found = _interfaces(joint) or fallback
+            if not found:
+                warn(f"{what} gives joint '{name}' no <hardwareInterface>; it is left out")
+            for interface in found:
+                kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
+                if kind is None:
+                    warn(
+                        f"{what} gives joint '{name}' the hardware interface '{interface}', "
+                        f"known are {', '.join(INTERFACES)}; it is left out"
+                    )
+                elif kind not in offered.get(name, ()):
+                    offered[name] = offered.get(name, ()) + (kind,)
+    return offered
+
+
+def _interfaces(element):
+    texts = [e.text.strip() for e in element.findall("hardwareInterface") if e.text]
+    return [text for text in texts if text]
+
 
 _ONE = (1.0, 1.0, 1.0)
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}

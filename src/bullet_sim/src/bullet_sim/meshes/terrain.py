@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.meshes.looks import opened
+from bullet_sim.meshes.read import opened
 
 MAX_POINTS = 257  # a side of a heightmap; greater images are thinned out to it
 

@@ -1,10 +1,278 @@
-"""Contacts beside the solver: friction of pairs, slip, release, links without weight."""
+"""Contacts as Gazebo (ODE) has them: friction of pairs, slip, weight on wheels.
 
-from bullet_sim.models.friction import Friction
-from bullet_sim.models.plausibility import implausible_state
+Coulomb friction of pairs as Gazebo (ODE) has it: the smaller coefficient of both, along each of two
+directions.
+
+Bullet multiplies the coefficients of the two bodies. So what never moves gets 1, and a moving link
+gets what its pair with the immobile ones comes to. Where that differs from one of these to the
+next, and where moving links touch each other, it follows what the link touches just now.
+
+Sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
+fixed directions, each with its own effective mass, and scales both impulses into the friction cone.
+Along the way a wheel rolls that mass is small, so the force of a sliding wheel turns towards the
+axle: a skid-steered base turns at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
+difference between Bullet's force of the last step and the one opposite to the slip acts as an
+external force on the next. A wheel that does not slide gets none.
+"""
+
+import math
+
+import numpy as np
+
+from bullet_sim.models.model import implausible_state
 from bullet_sim.models.release import Release
-from bullet_sim.models.slip import Slip
-from bullet_sim.models.weight import Weight
+from bullet_sim.pose import Pose, matrix_from_quaternion
+
+DEFAULT = 1.0  # coefficient where a file gives none, as in Gazebo
+# First direction where no fdir1 is given: what ODE makes of a normal that points upwards.
+_ACROSS = (0.0, 1.0, 0.0)
+
+
+class Friction:
+    """Coefficients of all links of a world.
+
+    Args:
+        engine: the Engine.
+    """
+
+    def __init__(self, engine):
+        self._engine = engine
+        self._given = {}  # (body, link) -> (mu1, mu2), of all links with collisions
+        self._axis = {}  # (body, link) -> principal axis of the first direction, of moving links
+        self._fixed = set()  # bodies that never move
+        self._updated = {}  # (body, link) -> (pair, factor) that update() has set
+        self.watched = ()  # bodies whose links follow what they touch
+
+    def assign(self, models):
+        """Give every link its coefficient; call it when models came or went.
+
+        Args:
+            models: of the world.
+        """
+        self._given, self._axis, self._fixed, self._updated = {}, {}, set(), {}
+        models = list(models)
+        ghosts = {model.body for model in models if model.is_ghost}
+        for model in models:
+            self._read(model)
+        grounds = self._grounds()
+        uneven = set()
+        for (body, link), mine in self._given.items():
+            if body in self._fixed:
+                self._engine.set_friction(body, link, 1.0)
+                continue
+            pairs = {_pair(mine, ground) for ground in grounds} or {mine}
+            if len(pairs) > 1:
+                uneven.add(body)
+            self._set(body, link, min(pairs), 1.0)
+        moving = {body for body, _ in self._given} - self._fixed - ghosts
+        if len(moving) > 1:  # they may touch each other; a product with 1 is right as it is
+            uneven |= {body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)} & moving
+        self.watched = tuple(sorted(uneven))
+
+    def _grounds(self):
+        return {mu for (body, _), mu in self._given.items() if body in self._fixed}
+
+    def _read(self, model):
+        immobile = model.is_static
+        if immobile:
+            self._fixed.add(model.body)
+        for name, link in model.rigid_parts.items():
+            surface, index = link.surface, model.index(name)
+            first = DEFAULT if surface.friction is None else surface.friction
+            second = first if surface.friction2 is None else surface.friction2
+            self._given[model.body, index] = first, second
+            if first != second and not immobile:
+                self._axis[model.body, index] = self._principal(model.body, index, surface)
+
+    def _principal(self, body, link, surface):
+        """Number of the principal axis that is nearest to the first direction of friction."""
+        state = self._engine.link_state(body, link)
+        turn = matrix_from_quaternion(self._engine.principal_axes(body, link))
+        direction = surface.direction
+        if direction is None:
+            direction = matrix_from_quaternion(state[1]).T @ np.array(_ACROSS)
+        return int(np.argmax(np.abs(turn.T @ np.asarray(direction))))
+
+    def _set(self, body, link, pair, other):
+        """Set a coefficient such that times `other` it is that of a pair."""
+        first, second = pair
+        most = max(first, second)
+        scale = None
+        axis = self._axis.get((body, link))
+        if axis is not None and first != second:
+            scale = [second / most] * 3
+            scale[axis] = first / most
+        else:
+            most = min(first, second)
+        self._engine.set_friction(body, link, most / other if other > 0.0 else 0.0, scale)
+
+    def restart(self):
+        """Set the coefficients that links have before they touch anything."""
+        for body, link in self._updated:
+            pairs = {_pair(self._given[body, link], ground) for ground in self._grounds()}
+            self._set(body, link, min(pairs, default=self._given[body, link]), 1.0)
+        self._updated = {}
+
+    def resume(self):
+        """Set the coefficients of `_updated`, which was restored."""
+        for (body, link), wanted in self._updated.items():
+            self._set(body, link, *wanted)
+
+    def update(self):
+        """Fit the watched links to what each presses on hardest."""
+        partners = {}  # (body, link) -> (force, (body, link) of the other)
+        for body in self.watched:
+            for link, other, other_link, force in self._engine.touching(body):
+                if force > partners.get((body, link), (0.0,))[0] and (
+                    {(body, link), (other, other_link)} <= self._given.keys()
+                ):
+                    partners[body, link] = force, (other, other_link)
+        for mine, (_, other) in partners.items():
+            factor = 1.0
+            if other[0] not in self._fixed:
+                if partners.get(other, (0.0, None))[1] == mine and mine < other:
+                    continue  # of two that press on each other one is left as it is
+                factor = self._engine.friction(*other)
+            wanted = _pair(self._given[mine], self._given[other]), factor
+            if wanted != self._updated.get(mine):
+                self._updated[mine] = wanted
+                self._set(*mine, *wanted)
+
+
+def _pair(mine, other):
+    """Coefficients of a pair along both directions."""
+    return min(mine[0], other[0]), min(mine[1], other[1])
+
+
+SLOWEST = 0.01  # [m/s] of slip below which Bullet's force is left alone; full effect at twice that
+_APART = 1e-3  # [m] between axles that count as two
+_PARALLEL = 0.999  # cosine between axles that count as parallel
+
+
+def skid_wheels(joints, links):
+    """Links that are wheels of a base that must skid to turn.
+
+    Args:
+        joints: Joints of a model without fixed ones.
+        links: Link by name.
+
+    Returns:
+        Names of the children of unlimited joints that share a parent, where three or more have
+        parallel axles, not all on one line.
+    """
+    axles = {}
+    for joint in joints:
+        if joint.kind in ("revolute", "continuous") and joint.lower is None:
+            if links[joint.child].collisions:
+                axles.setdefault(joint.parent, []).append(joint)
+    found = []
+    for siblings in axles.values():
+        for first in siblings:
+            axis = _axle(first)
+            parallel = [j for j in siblings if abs(axis @ _axle(j)) > _PARALLEL]
+            if len(parallel) >= 3 and any(_distance(first, j, axis) > _APART for j in parallel):
+                found.append(first.child)
+    return found
+
+
+def _axle(joint):
+    axis = joint.origin.matrix @ joint.anchor.matrix @ np.asarray(joint.axis)
+    return axis / np.linalg.norm(axis)
+
+
+def _distance(first, second, axis):
+    """Distance [m] of two parallel axles."""
+    offset = np.subtract(second.origin.position, first.origin.position)
+    return float(np.linalg.norm(offset - (offset @ axis) * axis))
+
+
+class Slip:
+    """Turns the friction of sliding wheels against their slip.
+
+    Args:
+        engine: the Engine.
+    """
+
+    def __init__(self, engine):
+        self._engine = engine
+        self._wheels = {}  # body -> set of link indices
+        self._forces = []  # (body, link, force, point) for the next step
+
+    def assign(self, models):
+        """Find the wheels of all models."""
+        self._wheels, self._forces = {}, []
+        for model in models:
+            names = () if model.is_static else skid_wheels(model.parts_joints, model.rigid_parts)
+            if names:
+                self._wheels[model.body] = {model.index(name) for name in names}
+
+    @property
+    def watching(self):
+        """Whether there are such wheels."""
+        return bool(self._wheels)
+
+    @property
+    def active(self):
+        """Whether wheels slide, so that every step counts."""
+        return bool(self._forces)
+
+    def apply(self):
+        """Apply the forces for the next step."""
+        for force in self._forces:
+            self._engine.apply_force(*force)
+
+    def update(self):
+        """Compute the forces from the sliding contacts of the last step."""
+        self._forces = [
+            (body, link, _correction(force, velocity, limit), point)
+            for body, links in self._wheels.items()
+            for link, point, force, velocity, limit in self._engine.slip(body, links, SLOWEST)
+        ]
+
+
+def _correction(force, velocity, limit):
+    """Coulomb's force [N] against a slip less the force that acts."""
+    speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
+    share = min(1.0, speed / SLOWEST - 1.0)
+    return tuple(share * (-limit * v / speed - f) for v, f in zip(velocity, force))
+
+
+class Weight:
+    """Upward forces on links without gravity.
+
+    Args:
+        engine: the Engine.
+    """
+
+    def __init__(self, engine):
+        self._engine = engine
+        self._links = []  # (model, link name, mass [kg], centre (3,) in the link's frame)
+
+    def assign(self, models):
+        """Find the links of all models."""
+        self._links = [
+            (model, link.name, link.mass, link.centre)
+            for model in models
+            if not model.is_static
+            for link in model.description.links.values()
+            if not link.gravity and link.mass > 0.0
+        ]
+
+    @property
+    def active(self):
+        """Whether there are such links."""
+        return bool(self._links)
+
+    def apply(self):
+        """Apply the forces for the next step."""
+        gravity = self._engine.gravity
+        for model, name, mass, centre in self._links:
+            index, offset = model.link_in_body(name)
+            position, orientation, _, _ = self._engine.link_motion(model.body, index)
+            frame = Pose(position, orientation) * offset
+            point = tuple(frame.position + frame.matrix @ centre)
+            self._engine.apply_force(model.body, index, tuple(-mass * g for g in gravity), point)
+
 
 CHECK_STEPS = 10  # steps between two checks of contacts while nothing slides
 

@@ -1,22 +1,113 @@
-"""One model in the world: its body, links, joints, controllers and sensors."""
+"""A loaded model: its body in the engine, its links, whether its state is plausible."""
 
+import math
 import os
 from dataclasses import replace
 
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.mimic import Mimics
-from bullet_sim.description.inertias import joint_inertias
-from bullet_sim.description.lump import lump
-from bullet_sim.description.visual import visual_links
+from bullet_sim.description.lump import joint_inertias, lump
+from bullet_sim.description.model import EVERYTHING, visual_links
 from bullet_sim.errors import ModelError
-from bullet_sim.meshes.localise import localise
-from bullet_sim.models.body import load_body
-from bullet_sim.models.joints import Joints
-from bullet_sim.models.prepare import prepared_urdf
+from bullet_sim.meshes.prepare import localise
+from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
+from bullet_sim.models.urdf_writer import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Pose, cross
 from bullet_sim.snapshot import BodySource, BodyState
+
+FARTHEST = 2e3  # [m] from the origin
+FASTEST = 200.0  # [m/s]
+PERIOD = 0.25  # [s] of simulated time between two looks
+
+
+def implausible_state(model, engine):
+    """Describe what is implausible about a model's position and velocity, or None.
+
+    Args:
+        model: of the world.
+        engine: the Engine.
+
+    Returns:
+        One sentence that names the model.
+    """
+    position, _, linear, _ = engine.link_motion(model.body, -1)
+    place = ", ".join(f"{value:.4g}" for value in position)
+    if not all(math.isfinite(value) for value in (*position, *linear)):
+        return (
+            f"model '{model.name}' has no finite position or velocity any more ({place}); delete "
+            "and spawn it again, and look at its masses, inertias and gains"
+        )
+    speed = math.hypot(*linear)
+    if speed > FASTEST:
+        return (
+            f"model '{model.name}' moves at {speed:.4g} m/s at ({place}), faster than makes sense "
+            f"(above {FASTEST:g} m/s); look at its masses, inertias, gains and where it was spawned"
+        )
+    if math.hypot(*position) > FARTHEST:
+        return (
+            f"model '{model.name}' has left: it is at ({place}), more than {FARTHEST:g} m from the "
+            "origin; is there a ground below it?"
+        )
+    return None
+
+
+def load_body(engine, source, pose, lumped, description):
+    """Load a body.
+
+    Args:
+        engine: the Engine.
+        source: BodySource, which names the prepared URDF.
+        pose: world Pose of the root link's frame.
+        lumped: LumpedModel that the URDF was written from.
+        description: its ModelDescription.
+
+    Returns:
+        The body's number; its links' numbers by name; those of the child links of measured joints,
+        by the joints' names.
+
+    Raises:
+        ModelError: PyBullet refuses it.
+    """
+    apart = [
+        name
+        for name, link in lumped.links.items()
+        if not (link.self_collide or description.self_collide)
+    ]
+    self_collide = len(lumped.links) - len(apart) > 1
+    body = engine.load(
+        source.path,
+        pose.position,
+        pose.orientation,
+        source.fixed_base,
+        self_collide=self_collide,
+        static=description.static,
+    )
+    links = engine.link_indices(body)
+    if self_collide:
+        for name in apart:
+            for other in lumped.links:
+                engine.disable_self_collision(body, links[name], links[other])
+    _set_surfaces(engine, body, links, lumped)
+    measured = {}
+    for joint in (*lumped.joints, *lumped.welds):
+        if joint.name in description.measured:
+            measured[joint.name] = links[joint.child]
+            engine.measure_joint(body, links[joint.child])
+    names = engine.joint_names(body)
+    for joint in lumped.welds:
+        number = names.index(joint.name)
+        engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
+    return body, links, measured
+
+
+def _set_surfaces(engine, body, links, lumped):
+    for name, link in lumped.links.items():
+        surface = link.surface
+        engine.set_surface(body, links[name], stiffness=surface.stiffness, damping=surface.damping)
+        if surface.bitmask != EVERYTHING:
+            engine.set_bitmask(body, links[name], surface.bitmask)
+
 
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bullet_sim.description.lens import Lens
-from bullet_sim.description.specs import DepthCameraSpec
+from bullet_sim.plugins.cameras import DepthCameraSpec, Lens
 
 RENDERERS = ("auto", "gl", "tiny")
 SWITCHES = ("auto", "true", "false")

@@ -21,10 +21,10 @@ import threading
 from multiprocessing.connection import Connection
 
 from bullet_sim.errors import RenderError
+from bullet_sim.files import OwnFolder
 from bullet_sim.render.request import CameraRequest, Quality
-from bullet_sim.render.shared_memory import SharedMemory
+from bullet_sim.render.worker_process import SharedMemory
 from bullet_sim.snapshot import BodySource
-from bullet_sim.system.folders import OwnFolder
 
 _has_files = threading.Lock()  # held while there are temporary files
 NICENESS = 5  # lower priority than the physics and the user's nodes
@@ -76,7 +76,7 @@ def make_renderer(kind, quality):
         renderer = GlRenderer(quality)
         return renderer, renderer.details
     from bullet_sim.engine import Engine
-    from bullet_sim.render.mirror import Mirror
+    from bullet_sim.render.pybullet_renderer import Mirror
 
     engine = Engine()
     started = engine.start_renderer(kind)

@@ -1,8 +1,8 @@
-"""A planar laser scanner by ray casting."""
+"""Lidars of one layer and of several, by ray casts."""
 
 import numpy as np
 
-from bullet_sim.sensors.frames import matrix_from_quaternion, matrix_from_rpy
+from bullet_sim.pose import matrix_from_rpy, rotation_matrix
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 
@@ -84,7 +84,7 @@ class Lidar:
                 f"lidar {spec.name}: noise_stddev {spec.noise_stddev} m "
                 "needs a random generator (rng)"
             )
-        rotation = matrix_from_quaternion(link_orientation)
+        rotation = rotation_matrix(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._place
         ranges = engine.sweep(
             position,
@@ -108,3 +108,44 @@ class Lidar:
         middle, half = rotation @ self._middle, np.abs(rotation) @ self._half
         reach = self.spec.range_max
         return position + reach * (middle - half), position + reach * (middle + half)
+
+
+class LayeredLidar(Lidar):
+    """Rays of a CloudSpec or RangeSpec; `scan` returns (samples * layers,) ranges.
+
+    The layers of one direction follow each other, lowest first.
+
+    Attributes:
+        rings: (samples * layers,) number of each ray's layer.
+
+    Raises:
+        ValueError: as Lidar; no layer, elevations in the wrong order.
+    """
+
+    def __init__(self, spec):
+        super().__init__(spec)
+        if spec.layers < 1:
+            raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")
+        if not spec.max_elevation >= spec.min_elevation:
+            raise ValueError(
+                f"lidar {spec.name}: vertical min_angle {spec.min_elevation}, max_angle "
+                f"{spec.max_elevation}: min_angle <= max_angle rad is expected"
+            )
+        elevations = np.linspace(spec.min_elevation, spec.max_elevation, spec.layers)
+        azimuth, elevation = (
+            a.ravel() for a in np.meshgrid(self.angles, elevations, indexing="ij")
+        )
+        self.rings = np.tile(np.arange(spec.layers), len(self.angles))
+        self.directions = np.column_stack(
+            [
+                np.cos(elevation) * np.cos(azimuth),
+                np.cos(elevation) * np.sin(azimuth),
+                np.sin(elevation),
+            ]
+        )
+        self._aim()
+
+    def points(self, ranges):
+        """Points (n, 3) float32 [m] in the sensor frame; NaN where nothing was hit."""
+        reached = np.where(np.isfinite(ranges), ranges, np.nan)
+        return (self.directions * reached[:, None]).astype(np.float32)

@@ -5,7 +5,7 @@ import dataclasses
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.mirror import Mirror
+from bullet_sim.render.pybullet_renderer import Mirror
 from bullet_sim.render.request import Quality
 
 QUALITY = Quality(shadows="false", antialias="false")

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from bullet_sim.models.properties import link_properties, set_link_properties
+from bullet_sim.models.changes import link_properties, set_link_properties
 from bullet_sim.pose import Pose
 
 from paddock_gym.errors import GymError

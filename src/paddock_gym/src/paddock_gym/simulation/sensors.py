@@ -2,7 +2,8 @@
 
 import math
 
-from bullet_sim.description.specs import CameraSpec, RaySpec
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors.lidar import Lidar

@@ -6,7 +6,7 @@ import signal
 from dataclasses import dataclass
 
 import gymnasium
-from bullet_sim.system.folders import OwnFolder
+from bullet_sim.files import OwnFolder
 
 from paddock_gym.errors import RewardError
 
@@ -38,7 +38,7 @@ class Parcel:
     def unpacked(self):
         """Options whose files are there: written to a temporary folder where they differ here.
 
-        The folder lives as long as this process, see bullet_sim.system.folders.
+        The folder lives as long as this process, see bullet_sim.files.
         """
         options, folder = dict(self.options), None
         for name, (file, content) in self.files.items():

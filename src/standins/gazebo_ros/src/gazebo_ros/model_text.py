@@ -5,7 +5,7 @@ import re
 from xml.sax.saxutils import escape
 
 from bullet_sim.errors import SimError
-from bullet_sim.formats.xml_parse import Document, decoded, parse
+from bullet_sim.xml_reader import Document, decoded, parse
 
 DATABASE_TEMPLATE = (
     '<sdf version="1.4"><world name="default"><include><uri>model://%s</uri>'

@@ -2,7 +2,7 @@
 
 import math
 
-from bullet_sim.sensors import ground_truth
+from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.odometry import transform_of
@@ -64,7 +64,7 @@ class PlanarMoveOutput(Output):
             self._publish(time, pose, linear, angular)
 
     def _publish(self, time, pose, linear, angular):
-        linear, angular = ground_truth.twist(pose.orientation, linear, angular)
+        linear, angular = inertial.twist(pose.orientation, linear, angular)
         message = odometry_message(time, self.spec, pose, linear, angular)
         self.publisher.publish(message)
         self._transform.publish(TFMessage([transform_of(message)]))

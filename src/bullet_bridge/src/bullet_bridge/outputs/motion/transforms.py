@@ -92,7 +92,7 @@ def joint_pose(joint, value):
     """The child link's frame in the parent link's.
 
     Args:
-        joint: bullet_sim.description.parts.Joint.
+        joint: bullet_sim.description.model.Joint.
         value: its position [rad, m].
 
     Returns:

@@ -2,8 +2,8 @@
 
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.controllers.drive.plugin import WheelDrive
-from bullet_sim.sensors import ground_truth
+from bullet_sim.controllers.drive import WheelDrive
+from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.odometry import transform_of
@@ -114,7 +114,7 @@ class WheelDriveOutput(Output):
             pose, (linear, angular) = self._drive.pose, self._drive.twist
         else:
             pose, linear, angular = self.model.link_state(self.spec.link)
-            linear, angular = ground_truth.twist(pose.orientation, linear, angular)
+            linear, angular = inertial.twist(pose.orientation, linear, angular)
         return odometry_message(time, self.spec, pose, linear, angular)
 
     def close(self):

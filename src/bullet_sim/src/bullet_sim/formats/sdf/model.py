@@ -1,18 +1,160 @@
-"""One <model> of SDF -> ModelDescription."""
+"""<model> of SDF: frames, links, poses -> ModelDescription."""
 
 from dataclasses import replace
 
+import numpy as np
+
 from bullet_sim.description.lump import moved
-from bullet_sim.description.parts import Joint, Link, ModelDescription
+from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.sdf.frames import Frames
-from bullet_sim.formats.sdf.joints import read_joint
-from bullet_sim.formats.sdf.links import read_inertial, read_surfaces
-from bullet_sim.formats.sdf.shapes import parse_shape
-from bullet_sim.formats.tags.plugins import parse_plugin
-from bullet_sim.formats.tags.sensors import parse_sensor
-from bullet_sim.formats.xml_read import child_text, is_true, sdf_pose
+from bullet_sim.formats.gazebo import SDF, read_surface
+from bullet_sim.formats.joints import read_joint
+from bullet_sim.formats.shapes import parse_shape
+from bullet_sim.plugins.dispatch import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
+from bullet_sim.xml_reader import child_number, child_text, is_true, sdf_pose
+
+
+class Frames:
+    """Frames of one <model>: its links, joints, <frame>s and nested models.
+
+    Args:
+        element: the <model>.
+        name: of the model, for messages.
+    """
+
+    def __init__(self, element, name):
+        self._name = name
+        self._given, self._known = {}, {"__model__": Pose(), "": Pose(), "world": Pose()}
+        for tag in ("link", "model", "frame", "joint", "include"):
+            for part in element.findall(tag):
+                key = part.get("name") or child_text(part, "name") or ""
+                if key:
+                    self._given.setdefault(key, (part, self._default(part, tag)))
+        self._busy = []
+
+    @staticmethod
+    def _default(part, tag):
+        if tag == "joint":
+            return child_text(part, "child", "")
+        return part.get("attached_to") or "" if tag == "frame" else ""
+
+    def pose(self, name, element=None):
+        """Pose of a named frame in the model's frame.
+
+        Args:
+            name: of the frame; one that does not exist, or is relative to itself in a circle,
+                counts as the model's frame.
+            element: Node that names it and takes the warning.
+        """
+        if name in self._known:
+            return self._known[name]
+        if name not in self._given:
+            outer, _, inner = name.partition("::")
+            if inner and outer in self._given:  # a frame inside a nested model
+                part, _ = self._given[outer]
+                return self.pose(outer, element) * Frames(part, name).pose(inner, element)
+            return self._of_model(
+                element,
+                f"model '{self._name}' has no frame '{name}'; frames are {', '.join(self._given)}",
+                name,
+            )
+        part, default = self._given[name]
+        if name in self._busy:
+            return self._of_model(
+                part,
+                f"frames of model '{self._name}' are relative to each other in a "
+                f"circle: {', '.join(self._busy)}",
+                name,
+            )
+        self._busy.append(name)
+        pose = self.place(part, default, f"'{name}' of '{self._name}'")
+        self._busy.remove(name)
+        self._known[name] = pose
+        return pose
+
+    @staticmethod
+    def _of_model(element, text, name):
+        if element is not None:
+            element.warn(
+                f"{text}; the model's frame is used",
+                "frames do not exist or lead in a circle; the model's frame is used",
+                f"'{name}'",
+            )
+        return Pose()
+
+    def place(self, element, default, what):
+        """Pose of an element with a <pose> in the model's frame.
+
+        Args:
+            element: e.g. a <visual>.
+            default: name of the frame that its pose is relative to when it names none.
+            what: for messages.
+        """
+        found = element.find("pose")
+        base = (found.get("relative_to") if found is not None else None) or default
+        return self.pose(base, element) * sdf_pose(element, what)
+
+
+def read_inertial(element, link, what):
+    """Set mass, centre and inertia of a Link from a <link>'s <inertial>."""
+    link.mass, link.inertia = 1.0, np.eye(3)
+    inertial = element.find("inertial")
+    if inertial is None:
+        return
+    link.mass = child_number(inertial, "mass", what, 1.0)
+    if link.mass < 0:
+        inertial.warn(
+            f"{what} mass is {link.mass}, must be 0 or more; 1 is used",
+            "masses are below 0; 1 is used",
+            what,
+        )
+        link.mass = 1.0
+    pose = sdf_pose(inertial, f"{what} inertial")
+    entry = {}
+    for key, default in (
+        ("ixx", 1.0),
+        ("ixy", 0.0),
+        ("ixz", 0.0),
+        ("iyy", 1.0),
+        ("iyz", 0.0),
+        ("izz", 1.0),
+    ):  # one that is there and no number makes 0, for which lump.py finds an inertia
+        given = inertial.find(f"inertia/{key}") is not None
+        entry[key] = child_number(inertial, f"inertia/{key}", what, 0.0 if given else default)
+    local = np.array(
+        [
+            [entry["ixx"], entry["ixy"], entry["ixz"]],
+            [entry["ixy"], entry["iyy"], entry["iyz"]],
+            [entry["ixz"], entry["iyz"], entry["izz"]],
+        ]
+    )
+    link.inertia = pose.matrix @ local @ pose.matrix.T
+    link.centre = np.array(pose.position)
+
+
+def read_surfaces(element, link, what, model):
+    """Set the surface of a Link from the <collision>s of a <link>, and how it collides."""
+    for number, part in enumerate(element.findall("collision")):
+        read = Surface()
+        name = part.get("name") or f"collision {number}"
+        read_surface(part, SDF, read, f"{what} collision '{name}'", model.warn)
+        _combine(link.surface, read, first=number == 0)
+    link.self_collide = is_true(child_text(element, "self_collide", "false"))
+    if not is_true(child_text(element, "gravity", "true")):
+        link.gravity = False
+
+
+def _combine(into, read, first):
+    """A link has one surface here: the lowest friction of its collisions, the bits of all."""
+    lowest = 1.0 if read.friction is None else read.friction
+    if first or lowest < into.friction:
+        into.friction, into.friction2 = lowest, read.friction2
+        into.direction = read.direction
+    into.bitmask = read.bitmask if first else into.bitmask | read.bitmask
+    into.max_speed = into.max_speed if read.max_speed is None else read.max_speed
+    into.min_depth = max(into.min_depth, read.min_depth)
+
 
 MAX_DEPTH = 10  # of models included by models
 MAX_INCLUDES = 1000  # of models that one model includes, and those include

@@ -1,9 +1,74 @@
-"""An OpenGL context without a display, through EGL."""
+"""The OpenGL context, its framebuffers, and calls that moderngl does not have."""
 
+import ctypes
 import os
 
+import cv2
+import numpy as np
+
 from bullet_sim.errors import RenderError
-from bullet_sim.render.gl.calls import Calls
+
+LOWER_LEFT, ZERO_TO_ONE = 0x8CA1, 0x935F
+RENDERBUFFER, DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
+READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
+COLOR_BUFFER_BIT, NEAREST = 0x4000, 0x2600
+
+
+def _function(name, *kinds):
+    """A function of the current context.
+
+    Raises:
+        OSError: the driver has none of that name.
+    """
+    address_of = ctypes.CDLL("libEGL.so.1").eglGetProcAddress
+    address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    address = address_of(name.encode())
+    if not address:
+        raise OSError(f"the OpenGL driver has no {name}")
+    return ctypes.CFUNCTYPE(None, *kinds)(address)
+
+
+class Calls:
+    """The functions, bound to the current context.
+
+    Raises:
+        OSError: one of them is missing.
+    """
+
+    def __init__(self):
+        number, whole = ctypes.c_uint, ctypes.c_int
+        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
+        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
+        self._clip_control = _function("glClipControl", number, number)
+        self._bind_renderbuffer = _function("glBindRenderbuffer", number, number)
+        self._storage = _function(
+            "glRenderbufferStorageMultisample", number, whole, number, whole, whole
+        )
+        self._bind_framebuffer = _function("glBindFramebuffer", number, number)
+        self._blit = _function("glBlitFramebuffer", *[whole] * 8, number, number)
+
+    def current(self):
+        """A number that tells the context that is current in this thread; None: none is."""
+        return self._current()
+
+    def depth_from_zero_to_one(self):
+        """Clip z to 0..w, for a reversed depth buffer that is as precise far away as near by."""
+        self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
+
+    def make_depth_float(self, renderbuffer):
+        """Give a depth Renderbuffer of moderngl, which has 24 bits, 32 floating-point ones."""
+        self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
+        width, height = renderbuffer.size
+        self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
+        self._bind_renderbuffer(RENDERBUFFER, 0)
+
+    def resolve(self, source, target):
+        """Copy the colours of a Framebuffer with several samples a pixel to one with one."""
+        size = (0, 0, *source.size)
+        self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
+        self._bind_framebuffer(DRAW_FRAMEBUFFER, target.glo)
+        self._blit(*size, *size, COLOR_BUFFER_BIT, NEAREST)
+
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SWR")
 LEAST_VERSION = 330
@@ -63,3 +128,62 @@ class Context:
         self.use()
         self.gl.gc()
         self.gl.release()
+
+
+KEPT = 8  # sizes that are kept
+
+
+class Target:
+    """A framebuffer of one size.
+
+    Args:
+        context: Context.
+        width, height: [px].
+        samples: a pixel; 0: one.
+
+    Attributes:
+        draw: Framebuffer to draw to.
+    """
+
+    def __init__(self, context, width, height, samples):
+        gl, size = context.gl, (width, height)
+        self._calls, self.size = context.calls, size
+        depth = gl.depth_renderbuffer(size, samples=samples)
+        context.calls.make_depth_float(depth)
+        self.draw = gl.framebuffer([gl.renderbuffer(size, 4, samples=samples)], depth)
+        self._flat = gl.framebuffer([gl.renderbuffer(size, 4)]) if samples else self.draw
+        self._rgba = np.empty((height, width, 4), np.uint8)
+
+    def colors(self, out=None):
+        """The colours, (H, W, 3) uint8, in `out` or a new array."""
+        if self._flat is not self.draw:
+            self._calls.resolve(self.draw, self._flat)
+        self._flat.read_into(self._rgba, components=4)
+        return cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
+
+    def labels(self):
+        """The numbers that the label program draws, (H, W) int32; of targets with one sample."""
+        self._flat.read_into(self._rgba, components=4)
+        return (self._rgba.view("<u4")[:, :, 0] & 0xFFFFFF).astype(np.int32)
+
+    def depth(self):
+        """The depth buffer, (H, W) float32; of targets with one sample a pixel."""
+        found = np.empty(self.size[::-1], np.float32)
+        self.draw.read_into(found, attachment=-1, dtype="f4", components=1)
+        return found
+
+
+class Targets:
+    """Targets by size, the least recently used ones dropped."""
+
+    def __init__(self, context):
+        self._context, self._kept = context, {}
+
+    def get(self, width, height, samples):
+        """The Target of a size."""
+        key = (width, height, samples)
+        target = self._kept.pop(key, None) or Target(self._context, *key)
+        self._kept[key] = target
+        if len(self._kept) > KEPT:
+            del self._kept[next(iter(self._kept))]
+        return target

@@ -1,23 +1,209 @@
-"""Draws cameras' pictures of snapshots."""
+"""The OpenGL renderer: cameras, sky and surfaces -> pictures, depths, labels."""
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from bullet_sim.description.lights import Scene
+from bullet_sim.description.world import Light, Scene
 from bullet_sim.errors import RenderError
-from bullet_sim.render.gl.camera import in_view, metres, projection, view, view_planes
-from bullet_sim.render.gl.context import Context
-from bullet_sim.render.gl.frame import frame_buffer, frame_bytes, light_rows
-from bullet_sim.render.gl.meshes.store import Store
-from bullet_sim.render.gl.shaders.programs import Programs
+from bullet_sim.pose import sensor_in_world
+from bullet_sim.render.gl.context import Context, Targets
+from bullet_sim.render.gl.meshes import Store
+from bullet_sim.render.gl.scene import Stage
+from bullet_sim.render.gl.shaders import Programs, frame_buffer, frame_bytes, light_rows
 from bullet_sim.render.gl.shadows import Shadows
-from bullet_sim.render.gl.sky import Sky
-from bullet_sim.render.gl.stage import Stage
-from bullet_sim.render.gl.surfaces import Lighting, Surfaces
-from bullet_sim.render.gl.targets import Targets
-from bullet_sim.render.pictures import Pictures, check_body, check_link
+from bullet_sim.render.renderer import HORIZON, ZENITH, Pictures, check_body, check_link, links_of
 from bullet_sim.render.request import DEFAULT
-from bullet_sim.render.sources import links_of
-from bullet_sim.sensors.frames import sensor_in_world
+from bullet_sim.sensors.camera import view_matrix
+
+
+def projection(horizontal_fov, aspect, near, far):
+    """(4, 4) from the eye's axes to clip space, upside down, with depth 1 near and 0 far.
+
+    Upside down, since OpenGL's first row is the lowest and a picture's the uppermost.
+
+    Args:
+        horizontal_fov: [rad].
+        aspect: width / height.
+        near, far: clip distances [m].
+    """
+    x = 1.0 / math.tan(horizontal_fov / 2.0)
+    matrix = np.zeros((4, 4))
+    matrix[0, 0], matrix[1, 1] = x, -x * aspect
+    matrix[2, 2], matrix[2, 3] = near / (far - near), near * far / (far - near)
+    matrix[3, 2] = -1.0
+    return matrix
+
+
+def view(position, rotation):
+    """(4, 4) from the world to the eye (x right, y up, looking along -z)."""
+    return np.reshape(view_matrix(position, rotation), (4, 4)).T
+
+
+def view_planes(clip):
+    """The six planes of a view, (6, 4): distance of a point inside is positive [m].
+
+    Args:
+        clip: (4, 4) to clip space as `projection` has it (Gribb and Hartmann 2001).
+    """
+    sides = clip[3] + np.array([clip[0], -clip[0], clip[1], -clip[1]])
+    planes = np.vstack([sides, clip[3] - clip[2], clip[2]])
+    return planes / np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
+
+
+def in_view(planes, centres, radii, ends=None):
+    """Which spheres touch a view, (n,) bool.
+
+    Args:
+        planes: as view_planes gives them.
+        centres: (n, 3) [m].
+        radii: (n,) [m].
+        ends: (n, 3) to which they are swept, or None.
+    """
+    distances = centres @ planes[:, :3].T + planes[:, 3]
+    if ends is not None:
+        distances = np.maximum(distances, ends @ planes[:, :3].T + planes[:, 3])
+    return (distances > -radii[:, None]).all(axis=1)
+
+
+def metres(buffer, near, far, out=None):
+    """Distances along the optical axis of a reversed depth buffer.
+
+    Args:
+        buffer: (H, W) float32, 1 at the near plane ... 0 at the far plane and where nothing is.
+        near, far: clip distances [m].
+        out: array that takes the result; None: a new one.
+
+    Returns:
+        (H, W) float32 [m].
+    """
+    scale, shift = near * far / (far - near), near / (far - near)
+    out = np.add(buffer, np.float32(shift), out=out)
+    np.divide(np.float32(scale), out, out=out)
+    out[buffer == 0.0] = far
+    return out
+
+
+class Sky:
+    """Draws the sky where nothing else is.
+
+    Args:
+        gl: moderngl.Context.
+        program: shaders.Programs.sky.
+    """
+
+    def __init__(self, gl, program):
+        corners = np.array([-1, -1, 3, -1, -1, 3], np.float32)
+        self._program = program
+        self._array = gl.vertex_array(program, [(gl.buffer(corners.tobytes()), "2f", "in_corner")])
+        program["zenith"].value = tuple(value / 255.0 for value in ZENITH)
+        program["horizon"].value = tuple(value / 255.0 for value in HORIZON)
+
+    def draw(self, rotation, horizontal_fov, aspect):
+        """Draw it.
+
+        Args:
+            rotation: (3, 3) of the camera in the world.
+            horizontal_fov: [rad].
+            aspect: width / height.
+        """
+        half = math.tan(horizontal_fov / 2.0)
+        forward, left, up = rotation.T
+        corner = np.array([forward, -half * left, half / aspect * up], np.float32)
+        self._program["corner"].write(corner.tobytes())
+        self._array.render()
+
+
+FOGS = {"linear": 1, "exp": 2, "exp2": 3}
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """What a scene's lights are to the programs.
+
+    Attributes:
+        scene: Scene.
+        sun: the directional Light that shines and casts shadows, or None.
+        lights: the other Lights.
+        has_shadows: whether the sun's shadows are drawn.
+    """
+
+    scene: Scene
+    sun: Light | None
+    lights: list
+    has_shadows: bool
+
+    @classmethod
+    def of(cls, scene, shadows_wanted):
+        """The Lighting of a Scene; its sun is the first one that casts shadows, or the first."""
+        suns = [light for light in scene.lights if light.kind == "directional"]
+        shining = [light for light in suns if light.cast_shadows] + suns
+        sun = shining[0] if shining else None
+        lights = [light for light in scene.lights if light is not sun]
+        has_shadows = bool(shadows_wanted and scene.shadows and sun and sun.cast_shadows)
+        return cls(scene, sun, lights, has_shadows)
+
+
+class Surfaces:
+    """The pass that draws surfaces.
+
+    Args:
+        gl: moderngl.Context.
+        programs: Programs.
+        stage: Stage.
+        shadows: Shadows.
+    """
+
+    def __init__(self, gl, programs, stage, shadows):
+        self._gl, self._programs, self._stage, self._shadows = gl, programs, stage, shadows
+
+    def draw(self, lighting, seen, transparent, position):
+        """Draw the opaque surfaces, or the transparent ones from far to near.
+
+        Args:
+            lighting: Lighting.
+            seen: (n,) bool, the instances that may be seen.
+            transparent: which ones.
+            position: (3,) [m] of the camera in the world.
+        """
+        gl, stage = self._gl, self._stage
+        batches = [batch for batch in stage.batches if batch.kind.transparent == transparent]
+        if transparent:
+            if not batches:
+                return
+            away = np.linalg.norm(stage.centres - position, axis=1)
+            batches.sort(key=lambda batch: -away[batch.first])
+            gl.depth_func = ">"
+            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
+        if lighting.has_shadows:
+            self._shadows.fixed.texture.use(1)
+            self._shadows.moving.texture.use(2)
+        fog = FOGS[lighting.scene.fog.kind] if lighting.scene.fog else 0
+        flags, shadowed = None, self._shadows.present if lighting.has_shadows else 0
+        for batch in batches:
+            selection = stage.select(batch, seen, "seen")
+            if not selection:
+                continue
+            kind = batch.kind
+            wanted = gl.DEPTH_TEST | (gl.BLEND if transparent else 0)
+            wanted |= 0 if kind.double_sided else gl.CULL_FACE
+            if wanted != flags:
+                gl.enable_only(wanted)
+                flags = wanted
+            program = self._programs.surface(
+                kind.textured,
+                kind.shiny,
+                kind.lit,
+                lighting.sun is not None,
+                shadowed,
+                len(lighting.lights),
+                fog,
+            )
+            if batch.look.texture is not None:
+                batch.look.texture.use(0)
+            stage.array(batch, selection, program).render(instances=selection.count)
+
 
 GRID = 64.0  # [m] the origin of single-precision places is a multiple of it near the camera
 SAMPLES = 4

@@ -1,1 +1,0 @@
-"""Controllers whose goals come by an action: trajectories of several joints, grippers."""

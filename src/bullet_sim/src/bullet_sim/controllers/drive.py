@@ -1,0 +1,544 @@
+"""diff_drive_controller, ackermann_steering_controller: settings, odometry, speed limits."""
+
+import collections
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bullet_sim.controllers.base import as_number
+from bullet_sim.controllers.joint import Controller
+from bullet_sim.errors import ControllerError
+from bullet_sim.pose import Pose
+
+
+def _joint(description, name):
+    if description is None or name not in description.joints:
+        raise ControllerError(f"joint '{name}' is not in the robot's description")
+    return description.joints[name]
+
+
+def joint_position(description, name):
+    """Position (3,) [m] of a joint in the root link's frame, all joints at 0.
+
+    Raises:
+        ControllerError: no such joint.
+    """
+    pose, joint = Pose(), _joint(description, name)
+    parents = {j.child: j for j in description.joints.values()}
+    while joint is not None:
+        pose = joint.origin * pose
+        joint = parents.get(joint.parent)
+    return pose.position
+
+
+def wheel_radius(description, name):
+    """Radius [m] of the cylinder or sphere with which a joint's child link collides.
+
+    Raises:
+        ControllerError: no such joint, or the link has neither.
+    """
+    link = description.links[_joint(description, name).child]
+    for shape in link.collisions:
+        if shape.geometry.kind in ("cylinder", "sphere"):
+            return shape.geometry.size[0]
+    raise ControllerError(
+        f"link '{link.name}' has no cylinder or sphere as its collision to take it from"
+    )
+
+
+@dataclass(frozen=True)
+class SpeedLimiter:
+    """Bounds, each a pair (min, max), or None for no limit.
+
+    Attributes:
+        velocity: [m/s, rad/s].
+        acceleration: change of velocity per time [m/s^2, rad/s^2].
+        jerk: change of acceleration per time [m/s^3, rad/s^3].
+    """
+
+    velocity: tuple = None
+    acceleration: tuple = None
+    jerk: tuple = None
+
+    def limit(self, wanted, last, last_but_one, period):
+        """The wanted velocity, limited.
+
+        Args:
+            wanted: commanded velocity.
+            last, last_but_one: velocities of the last two periods.
+            period: [s].
+        """
+        value = wanted
+        if self.jerk is not None:
+            change = last - last_but_one
+            bounds = [2.0 * jerk * period * period for jerk in self.jerk]
+            value = last + change + _clamp(value - last - change, bounds)
+        if self.acceleration is not None:
+            value = last + _clamp(value - last, [a * period for a in self.acceleration])
+        if self.velocity is not None:
+            value = _clamp(value, self.velocity)
+        return value
+
+
+def _clamp(value, bounds):
+    return min(max(value, bounds[0]), bounds[1])
+
+
+def parse_limiter(settings):
+    """SpeedLimiter from a `linear/x` or `angular/z` block.
+
+    Args:
+        settings: Settings of the block.
+
+    Raises:
+        ControllerError: a limit is switched on without its max, or min is above max.
+    """
+    pairs = {}
+    for quantity in ("velocity", "acceleration", "jerk"):
+        high = settings.number(f"max_{quantity}", math.nan)
+        low = settings.number(f"min_{quantity}", -high)
+        if not settings.flag(f"has_{quantity}_limits", False):
+            continue
+        if math.isnan(high):
+            raise ControllerError(
+                f"{settings.what} has has_{quantity}_limits without max_{quantity}"
+            )
+        if low > 0 or high < 0:
+            raise ControllerError(
+                f"{settings.what} has min_{quantity} {low} and max_{quantity} "
+                f"{high}; 0 must lie between them"
+            )
+        pairs[quantity] = (low, high)
+    return SpeedLimiter(**pairs)
+
+
+_WITHOUT_EFFECT = (
+    "publish_wheel_joint_controller_state",
+    "preserve_turning_radius",
+    "publish_joint_trajectory_controller_state",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaseConfig:
+    """Configuration that all kinds of bases share.
+
+    Attributes:
+        linear, angular: SpeedLimiters of the command.
+        timeout: age [s] at which a command counts as 0.
+        open_loop: odometry from the commands instead of from the joints.
+        window: periods over which the odometry's velocity is averaged.
+        base_frame, odom_frame: frame names.
+        publish_tf: odometry also as a transform.
+        publish_command: the limited command as a topic.
+        single_publisher: stop when more than one publisher sends commands.
+        pose_covariance, twist_covariance: six diagonal elements each.
+    """
+
+    linear: SpeedLimiter = SpeedLimiter()
+    angular: SpeedLimiter = SpeedLimiter()
+    timeout: float = 0.5
+    open_loop: bool = False
+    window: int = 10
+    base_frame: str = "base_link"
+    odom_frame: str = "odom"
+    publish_tf: bool = True
+    publish_command: bool = False
+    single_publisher: bool = False
+    pose_covariance: tuple[float, ...] = (0.0,) * 6
+    twist_covariance: tuple[float, ...] = (0.0,) * 6
+
+
+@dataclass(frozen=True)
+class DriveConfig(BaseConfig):
+    """Configuration of a base with two sides, or with one rear wheel and one steering joint.
+
+    Attributes:
+        left, right: wheel joints; of an Ackermann base `left` is the rear wheel and `right` the
+            front steering joint.
+        separation: between left and right wheels, or between axles [m], with its multiplier.
+        radii: of the left and right wheels, or of the rear wheel for odometry and for the
+            command [m], with their multipliers.
+        steer_multiplier: of the measured steering angle in the odometry.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    radii: tuple[float, float]
+    steer_multiplier: float = 1.0
+
+
+def common(settings):
+    """Values of a BaseConfig, and notes about keys without effect."""
+    values = {
+        "linear": parse_limiter(settings.block("linear", "x")),
+        "angular": parse_limiter(settings.block("angular", "z")),
+        "timeout": settings.number("cmd_vel_timeout", 0.5),
+        "open_loop": settings.flag("open_loop", False),
+        "window": int(settings.number("velocity_rolling_window_size", 10, above=0)),
+        "base_frame": settings.text("base_frame_id", "base_link"),
+        "odom_frame": settings.text("odom_frame_id", "odom"),
+        "publish_tf": settings.flag("enable_odom_tf", True),
+        "publish_command": settings.flag("publish_cmd", False),
+        "single_publisher": not settings.flag("allow_multiple_cmd_vel_publishers", True),
+        "pose_covariance": _diagonal(settings, "pose_covariance_diagonal"),
+        "twist_covariance": _diagonal(settings, "twist_covariance_diagonal"),
+    }
+    notes = tuple(
+        f"{settings.what}: {key} has no effect here" for key in settings.ignore(*_WITHOUT_EFFECT)
+    )
+    return values, notes
+
+
+def _diagonal(settings, key):
+    value = settings.get(key, [0.0] * 6)
+    numbers = [as_number(v) for v in value] if isinstance(value, list) else []
+    if len(numbers) != 6 or any(number is None or number < 0 for number in numbers):
+        raise ControllerError(
+            f"{settings.what} has {key} {value!r}, must be six numbers, none below 0"
+        )
+    return tuple(numbers)
+
+
+def wheel_names(settings, key):
+    """Joint names: a list, or one name alone."""
+    value = settings.get(key)
+    names = value if isinstance(value, list) else [value]
+    if not names or not all(isinstance(name, str) and name for name in names):
+        raise ControllerError(
+            f"{settings.what} has {key} {value!r}, must be a joint name or a list of them"
+        )
+    return tuple(names)
+
+
+def size(settings, key, measure):
+    """A length [m] from the settings, or as measured in the URDF."""
+    value = settings.number(key, None, above=0.0)
+    if value is not None:
+        return value
+    try:
+        return measure()
+    except ControllerError as error:
+        raise ControllerError(f"{settings.what} has no {key}, and {error}") from None
+
+
+def parse_diff(settings, description):
+    """Configuration of a diff_drive_controller.
+
+    Args:
+        settings: Settings of the entry.
+        description: ModelDescription or None.
+
+    Returns:
+        DriveConfig, claims as (interface, joint names) pairs, notes.
+
+    Raises:
+        ControllerError: names the key, the value and what is valid.
+    """
+    left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
+    if len(left) != len(right):
+        raise ControllerError(
+            f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as many"
+        )
+    both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
+    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
+    separation = size(
+        settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
+    )
+    values, notes = common(settings)
+    drive = DriveConfig(
+        left,
+        right,
+        separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
+        tuple(
+            radius * settings.number(f"{side}_wheel_radius_multiplier", both, above=0.0)
+            for side in ("left", "right")
+        ),
+        **values,
+    )
+    return drive, (("velocity", left + right),), notes
+
+
+def parse_ackermann(settings, description):
+    """Configuration of an ackermann_steering_controller; see parse_diff."""
+    rear = settings.text("rear_wheel", "rear_wheel_joint")
+    front = settings.text("front_steer", "front_steer_joint")
+    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
+    separation = size(
+        settings,
+        "wheel_separation_h",
+        lambda: abs(joint_position(description, front)[0] - joint_position(description, rear)[0]),
+    )
+    values, notes = common(settings)
+    drive = DriveConfig(
+        (rear,),
+        (front,),
+        separation * settings.number("wheel_separation_h_multiplier", 1.0, above=0.0),
+        (radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
+        steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
+        **values,
+    )
+    if not drive.separation > 0:
+        raise ControllerError(
+            f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
+        )
+    return drive, (("velocity", (rear,)), ("position", (front,))), notes
+
+
+def _distance(description, first, second):
+    a, b = joint_position(description, first), joint_position(description, second)
+    distance = sum((p - q) ** 2 for p, q in zip(a, b)) ** 0.5
+    if not distance > 0:
+        raise ControllerError(f"joints '{first}' and '{second}' are at the same place")
+    return distance
+
+
+MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
+STRAIGHT = 1e-6  # [rad] an arc that turns less counts as straight
+MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
+
+
+class Odometry:
+    """Pose in the plane and velocity, from arcs.
+
+    Args:
+        window: number of periods over which the velocity is averaged.
+
+    Attributes:
+        x, y: [m] in the frame in which it started.
+        heading: [rad], left positive, not wrapped.
+        linear, angular: [m/s, rad/s] in the robot's own frame.
+        lateral: velocity to the left [m/s]: wheels do not slide.
+    """
+
+    lateral = 0.0
+
+    def __init__(self, window=10):
+        self._arcs = collections.deque(maxlen=max(1, window))
+        self.reset()
+
+    def reset(self, time=0.0):
+        """Back to the origin, at rest."""
+        self.x = self.y = self.heading = 0.0
+        self.start(time)
+
+    def start(self, time):
+        """Continue from the present pose, at rest."""
+        self.linear = self.angular = 0.0
+        self._arcs.clear()
+        self._time = time
+
+    def move(self, distance, turn, time):
+        """Add an arc.
+
+        Args:
+            distance: travelled since the last call [m], backwards negative.
+            turn: change of heading [rad].
+            time: now [s].
+
+        An arc that is NaN or longer than MAX_ARC, which no wheel can travel, is ignored.
+        """
+        if not (abs(distance) <= MAX_ARC and abs(turn) <= MAX_ARC):
+            self._time = time
+            return
+        start = self.heading
+        self.heading += turn
+        if abs(turn) < STRAIGHT:
+            self.x += distance * math.cos(start + turn / 2)
+            self.y += distance * math.sin(start + turn / 2)
+        else:
+            radius = distance / turn
+            self.x += radius * (math.sin(self.heading) - math.sin(start))
+            self.y -= radius * (math.cos(self.heading) - math.cos(start))
+        period = time - self._time
+        if period < MIN_PERIOD:
+            return
+        self._time = time
+        self._arcs.append((distance / period, turn / period))
+        self.linear = math.fsum(arc[0] for arc in self._arcs) / len(self._arcs)
+        self.angular = math.fsum(arc[1] for arc in self._arcs) / len(self._arcs)
+
+
+class Drive(Controller):
+    """Base class of both kinds of bases: time-out, limits, odometry.
+
+    Attributes:
+        odometry: Odometry.
+        limited: (forward [m/s], turning) command after the limits.
+    """
+
+    periodic = True
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        self.odometry = Odometry(spec.drive.window)
+        self._forget()
+
+    def _forget(self):
+        self.limited = self._before = (0.0, 0.0)
+        self._wanted, self._age, self._written = (0.0, 0.0), math.inf, None
+
+    def start(self, time):
+        """Start at rest and continue the odometry."""
+        self._forget()
+        self._positions = dict(zip(self.spec.joints, self.hardware.positions_of(self.spec.joints)))
+        self._time = time
+        self.odometry.start(time)
+        self._write_once(self._outputs(0.0, 0.0))
+
+    def restart(self, time):
+        """Restart at the origin."""
+        self.odometry.reset(time)
+        self.start(time)
+
+    def command(self, values):
+        """Set (forward [m/s], turning); valid until the time-out."""
+        self._wanted, self._age = values, 0.0
+
+    def brake(self):
+        """Drop the command: the base slows down within its limits."""
+        self._wanted = (0.0, 0.0)
+
+    def update(self, state, time, period):
+        """Odometry, then wheel speeds within the limits."""
+        self.observe(state, time)
+        drive = self.spec.drive
+        wanted = self._wanted if self._age <= drive.timeout else (0.0, 0.0)
+        self._age += period
+        now = tuple(
+            limiter.limit(value, last, before, period)
+            for limiter, value, last, before in zip(
+                (drive.linear, drive.angular), wanted, self.limited, self._before
+            )
+        )
+        self._before, self.limited = self.limited, now
+        self._write_once(self._outputs(*now))
+
+    def observe(self, state, time):
+        """Update the odometry to a state."""
+        if self.spec.drive.open_loop:
+            period = time - self._time
+            distance, turn = (v * period for v in self._motion(*self.limited))
+        else:
+            positions = state[0]
+            distance, turn = self._travelled(
+                {joint: positions[joint] - self._positions[joint] for joint in self.spec.joints},
+                positions,
+            )
+            self._positions = {joint: positions[joint] for joint in self.spec.joints}
+        self._time = time
+        self.odometry.move(distance, turn, time)
+
+    def _write_once(self, outputs):
+        if outputs != self._written:
+            self._written = outputs
+            self._write(outputs)
+
+
+class DiffDrive(Drive):
+    """Left and right wheels; commands are m/s forward and rad/s to the left."""
+
+    def _outputs(self, linear, angular):
+        drive = self.spec.drive
+        across = angular * drive.separation / 2
+        return (linear - across) / drive.radii[0], (linear + across) / drive.radii[1]
+
+    def _write(self, outputs):
+        drive = self.spec.drive
+        self.hardware.velocities(
+            self.spec.joints, (outputs[0],) * len(drive.left) + (outputs[1],) * len(drive.right)
+        )
+
+    def _motion(self, linear, angular):
+        return linear, angular
+
+    def _travelled(self, turned, _):
+        drive = self.spec.drive
+        left, right = (
+            radius * math.fsum(turned[joint] for joint in joints) / len(joints)
+            for radius, joints in zip(drive.radii, (drive.left, drive.right))
+        )
+        return (left + right) / 2, (right - left) / drive.separation
+
+
+class Ackermann(Drive):
+    """One rear wheel and one steering joint; commands are m/s forward and the steering angle.
+
+    As upstream, the second number of the command is an angle [rad] and no rate. Unlike upstream
+    the odometry of open_loop uses it as an angle, too.
+    """
+
+    def _outputs(self, linear, angle):
+        return linear / self.spec.drive.radii[1], angle
+
+    def _write(self, outputs):
+        drive = self.spec.drive
+        self.hardware.velocities(drive.left, outputs[:1])
+        self.hardware.positions(drive.right, outputs[1:])
+
+    def _motion(self, linear, angle):
+        return linear, linear * math.tan(angle) / self.spec.drive.separation
+
+    def _travelled(self, turned, positions):
+        drive = self.spec.drive
+        distance = turned[drive.left[0]] * drive.radii[0]
+        angle = positions[drive.right[0]] * drive.steer_multiplier
+        return distance, distance * math.tan(angle) / drive.separation
+
+
+class WheelDrive:
+    """Wheel speeds of both sides for a command, and odometry from the wheels' angles.
+
+    Args:
+        spec: WheelDriveSpec.
+    """
+
+    def __init__(self, spec):
+        self._spec = spec
+        self.restart()
+
+    def restart(self):
+        """Restart at rest, odometry at zero."""
+        self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
+        self._angles = None
+        self._place = np.zeros(3)  # x, y [m], yaw [rad]
+        self._twist = np.zeros(2)  # forward [m/s], left turn [rad/s]
+
+    def wheel_speeds(self, forward, turn, elapsed):
+        """Speeds [rad/s] of the left and the right wheels.
+
+        Args:
+            forward: commanded speed [m/s].
+            turn: commanded turn to the left [rad/s].
+            elapsed: simulated time since the last call [s], for the acceleration limit.
+        """
+        half = turn * self._spec.separation / 2.0
+        wanted = np.array((forward - half, forward + half))
+        if self._spec.acceleration > 0.0:
+            most = self._spec.acceleration * elapsed
+            wanted = self._speeds + np.clip(wanted - self._speeds, -most, most)
+        self._speeds = wanted
+        return tuple((wanted / (self._spec.diameter / 2.0)).tolist())
+
+    def measure(self, left, right, elapsed):
+        """Update with the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
+        angles = np.array((left, right))
+        if self._angles is not None and elapsed > 0.0:
+            way = (angles - self._angles) * self._spec.diameter / 2.0
+            forward, turned = way.mean(), (way[1] - way[0]) / self._spec.separation
+            middle = self._place[2] + turned / 2.0
+            self._place += (forward * math.cos(middle), forward * math.sin(middle), turned)
+            self._twist = np.array((forward, turned)) / elapsed
+        self._angles = angles
+
+    @property
+    def pose(self):
+        """Pose in the odometry frame by the wheels."""
+        return Pose.from_xyz_rpy((self._place[0], self._place[1], 0.0), (0, 0, self._place[2]))
+
+    @property
+    def twist(self):
+        """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes."""
+        return (np.array((self._twist[0], 0.0, 0.0)), np.array((0.0, 0.0, self._twist[1])))

@@ -1,1 +1,0 @@
-"""Controllers and plugins that drive a base: kinematics, odometry, limits."""

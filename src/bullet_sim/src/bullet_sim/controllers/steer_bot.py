@@ -1,0 +1,188 @@
+"""The joints of steer_bot_hardware_gazebo: a car with one wheel and one steering joint to command.
+
+Its controllers see a rear wheel and a front steering joint that need not exist; commands to them
+turn the four wheels and the two front hinges of the car.
+"""
+
+import math
+from dataclasses import dataclass
+
+from bullet_sim.controllers.base import Settings
+from bullet_sim.controllers.drive import joint_position
+from bullet_sim.description.model import Joint
+from bullet_sim.errors import ControllerError
+
+NAMESPACE = "steer_bot_hardware_gazebo"
+
+
+@dataclass(frozen=True)
+class SteerBotConfig:
+    """Parameters below steer_bot_hardware_gazebo.
+
+    Attributes:
+        rear_wheel, front_steer: names of the joints that controllers command.
+        rear_wheels, front_wheels, front_steers: the car's joints, each right, left.
+        ackermann: the hinges follow Ackermann's geometry; else both have the commanded angle.
+        track, wheel_base: wheel_separation_w and wheel_separation_h [m].
+    """
+
+    rear_wheel: str
+    front_steer: str
+    rear_wheels: tuple[str, str]
+    front_wheels: tuple[str, str]
+    front_steers: tuple[str, str]
+    ackermann: bool
+    track: float
+    wheel_base: float
+
+    def interfaces(self):
+        """Joint name -> offered interfaces."""
+        velocity = (self.rear_wheel, *self.rear_wheels)
+        position = (self.front_steer, *self.front_steers)
+        return {
+            **dict.fromkeys(velocity, ("velocity",)),
+            **dict.fromkeys(position, ("position",)),
+            **dict.fromkeys(self.front_wheels, ("state",)),
+        }
+
+
+def parse_steer_bot(values, what, joints, description=None):
+    """Check the parameters.
+
+    Args:
+        values: mapping from the parameter server.
+        what: its name, for messages.
+        joints: names of the robot's movable joints.
+        description: ModelDescription, for sizes that are not given.
+
+    Raises:
+        ControllerError: names the parameter, its value and what is valid.
+    """
+    settings = Settings(values or {}, what)
+    pairs = [
+        _pair(settings, f"virtual_{key}", joints)
+        for key in ("rear_wheels", "front_wheels", "front_steers")
+    ]
+    return SteerBotConfig(
+        settings.text("rear_wheel", None),
+        settings.text("front_steer", None),
+        *pairs,
+        ackermann=settings.flag("enable_ackermann_link", True),
+        track=_size(settings, "wheel_separation_w", description, pairs[2], 1),
+        wheel_base=_size(
+            settings, "wheel_separation_h", description, (pairs[2][0], pairs[0][0]), 0
+        ),
+    )
+
+
+def _pair(settings, key, joints):
+    names = settings.get(key)
+    if not isinstance(names, list) or len(names) != 2 or not set(names) <= set(joints):
+        raise ControllerError(
+            f"{settings.what} has {key} {names!r}, must be two joints, right and left; joints are "
+            f"{', '.join(joints) or '(none)'}"
+        )
+    return tuple(names)
+
+
+def _size(settings, key, description, joints, axis):
+    value = settings.number(key, None, above=0.0)
+    if value is None:
+        first, second = (joint_position(description, name)[axis] for name in joints)
+        value = abs(first - second)
+        if not value > 0:
+            raise ControllerError(f"{settings.what} has no {key}, and the URDF does not tell it")
+    return value
+
+
+class SteerBotJoints:
+    """Stands before a car's Joints: the same methods, with the two commanded joints.
+
+    Args:
+        joints: Joints of the car.
+        config: SteerBotConfig.
+
+    Attributes:
+        names, limits: as of Joints.
+    """
+
+    def __init__(self, joints, config):
+        self._joints, self._config = joints, config
+        real = (*config.rear_wheels, *config.front_wheels, *config.front_steers)
+        both = (config.rear_wheel, config.front_steer)
+        self.names = tuple(sorted({*real, *both}))
+        self.limits = {
+            **{name: joints.limits[name] for name in real},
+            **{name: joints.limits.get(name) or Joint(name, "revolute", "", "") for name in both},
+        }
+        self._means = {
+            config.rear_wheel: config.rear_wheels,
+            config.front_steer: config.front_steers,
+        }
+        numbers = {name: number for number, name in enumerate(joints.names)}
+        self._sources = [
+            [numbers[source] for source in self._means.get(name, (name,))] for name in self.names
+        ]
+
+    def _with_means(self, values):
+        for name, sources in self._means.items():
+            values[name] = math.fsum(values[source] for source in sources) / len(sources)
+        return values
+
+    def state(self):
+        """Positions and velocities as two mappings; the commanded joints have their pair's mean."""
+        return tuple(self._with_means(values) for values in self._joints.state())
+
+    def positions_of(self, names):
+        """Positions of some joints, as a tuple."""
+        positions = self.state()[0]
+        return tuple(positions[name] for name in names)
+
+    def columns(self, numbers):
+        """As Joints.columns."""
+        of_car = self._joints.columns(range(len(self._joints.names)))
+        return [
+            [
+                math.fsum(column[source] for source in self._sources[number])
+                / len(self._sources[number])
+                for number in numbers
+            ]
+            for column in of_car
+        ]
+
+    def drive_velocities(self, names, values):
+        """Turn all four wheels as the rear wheel is commanded; other names have no effect."""
+        wheels = (*self._config.rear_wheels, *self._config.front_wheels)
+        for name, value in zip(names, values):
+            if name == self._config.rear_wheel:
+                self._joints.drive_velocities(wheels, (value,) * 4)
+
+    def drive_positions(self, names, values):
+        """Turn both hinges as the front steering joint is commanded; others have no effect."""
+        for name, value in zip(names, values):
+            if name == self._config.front_steer:
+                self._joints.drive_positions(self._config.front_steers, self.hinge_angles(value))
+
+    def hinge_angles(self, angle):
+        """Angles [rad] of the right and the left hinge for one of the virtual middle wheel.
+
+        As upstream, which counts half the track only.
+        """
+        config = self._config
+        if not config.ackermann:
+            return angle, angle
+        ahead, across = 2.0 * config.wheel_base, config.track / 2.0 * math.tan(angle)
+        return tuple(
+            math.atan2(ahead * math.tan(angle), ahead + side * across) for side in (1.0, -1.0)
+        )
+
+    def apply_efforts(self, efforts):
+        """Nothing: no joint takes efforts."""
+
+    def release(self, names):
+        """Release what the joints move."""
+        config = self._config
+        if config.rear_wheel in names:
+            self._joints.release((*config.rear_wheels, *config.front_wheels))
+        if config.front_steer in names:
+            self._joints.release(config.front_steers)

@@ -1,0 +1,623 @@
+"""joint_trajectory_controller: settings, splines, tolerances, goals."""
+
+import copy
+import math
+from dataclasses import dataclass, field, replace
+
+from bullet_sim.controllers.joint import Controller
+from bullet_sim.controllers.pid import Pid, parse_pid, shortest_distance
+from bullet_sim.errors import CommandError, ControllerError
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Bounds of a joint's errors [rad, m, and per s, s^2]; 0: none."""
+
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+
+    def holds(self, position, velocity):
+        """Whether errors of position and velocity are within; accelerations are not measured."""
+        return not (abs(position) > self.position > 0.0 or abs(velocity) > self.velocity > 0.0)
+
+    def updated(self, other):
+        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves its own."""
+        return Tolerance(
+            *(
+                theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
+                for own, theirs in zip(self.values(), other.values())
+            )
+        )
+
+    def values(self):
+        """Position, velocity, acceleration."""
+        return self.position, self.velocity, self.acceleration
+
+
+NO_TOLERANCE = Tolerance()
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Tolerances of a whole trajectory.
+
+    Attributes:
+        path, arrival: a Tolerance of each joint on the way and at the end.
+        patience: time after the end to get within `arrival` [s].
+    """
+
+    path: tuple[Tolerance, ...]
+    arrival: tuple[Tolerance, ...]
+    patience: float = 0.0
+
+    def updated(self, joints, path, arrival, patience):
+        """With those of a goal.
+
+        Args:
+            joints: names, in the controller's order.
+            path, arrival: (joint name, Tolerance) pairs.
+            patience: above 0 it replaces, below 0 it is 0, 0 leaves its own [s].
+        """
+        changed = []
+        for own, pairs in ((self.path, path), (self.arrival, arrival)):
+            mine = dict(zip(joints, own))
+            for name, tolerance in pairs:
+                if name in mine:
+                    mine[name] = mine[name].updated(tolerance)
+            changed.append(tuple(mine.values()))
+        wait = self.patience if patience == 0 else max(0.0, patience)
+        return replace(self, path=changed[0], arrival=changed[1], patience=wait)
+
+
+@dataclass(frozen=True)
+class TrajectoryConfig:
+    """What a trajectory controller needs beside its joints and gains.
+
+    Attributes:
+        tolerances: Tolerances of goals that give none.
+        stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: at once.
+        monitor_rate: of the action's feedback and result [Hz].
+        partial: trajectories may leave joints out.
+        feedforward: of each joint's velocity.
+    """
+
+    tolerances: Tolerances
+    stop_duration: float = 0.0
+    monitor_rate: float = 20.0
+    partial: bool = False
+    feedforward: tuple[float, ...] = ()
+
+
+def parse_trajectory(settings, joints, regulated, warnings):
+    """Configuration of a joint_trajectory_controller.
+
+    Args:
+        settings: Settings of the entry.
+        joints: names of its joints.
+        regulated: whether its interface needs gains.
+        warnings: list for sentences about ignored keys.
+
+    Returns:
+        TrajectoryConfig, a PidGains a joint (none without need), state_publish_rate [Hz].
+
+    Raises:
+        ControllerError: names the key, the value and what is valid.
+    """
+    limits = settings.block("constraints")
+    stopped = limits.number("stopped_velocity_tolerance", 0.01)
+    path, arrival = [], []
+    for joint in joints:
+        own = limits.block(joint)
+        path.append(Tolerance(own.number("trajectory", 0.0)))
+        arrival.append(Tolerance(own.number("goal", 0.0), stopped))
+    tolerances = Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0))
+    ahead = settings.block("velocity_ff")
+    config = TrajectoryConfig(
+        tolerances,
+        settings.number("stop_trajectory_duration", 0.0),
+        settings.number("action_monitor_rate", 20.0, above=0.0),
+        settings.flag("allow_partial_joints_goal", False),
+        tuple(ahead.number(joint, 0.0) for joint in joints),
+    )
+    settings.ignore("verbose", "gains")
+    gains = parse_gains(settings, joints, warnings) if regulated else ()
+    return config, gains, settings.number("state_publish_rate", 50.0, above=0.0)
+
+
+def parse_gains(settings, joints, warnings):
+    """PidGains of each joint from `gains`.
+
+    Raises:
+        ControllerError: a joint has none.
+    """
+    block = settings.block("gains")
+    missing = [joint for joint in joints if joint not in block]
+    if missing:
+        raise ControllerError(
+            f"{settings.what} has no gains of {', '.join(missing)}, which its interface needs: "
+            "gains/JOINT with p, i, d"
+        )
+    return tuple(parse_pid(block.get(joint), f"{block.what} {joint}", warnings) for joint in joints)
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of a segment: position [rad, m], velocity and acceleration, None where not given."""
+
+    position: float
+    velocity: float | None = None
+    acceleration: float | None = None
+
+
+class Segment:
+    """A polynomial of time between two ends.
+
+    Linear where one end has no velocity, cubic where both have one, of the fifth degree where both
+    have accelerations, too: the lowest degree that has these values at its ends. A segment without
+    duration is at its first end.
+
+    Args:
+        start, end: times [s].
+        first, last: Ends.
+        goal: whose segment it is; None: nobody's.
+        from_start: time of the first end since the start of its trajectory [s].
+        path, arrival: Tolerances along it and of its end.
+        patience: time after its end to get within `arrival` [s].
+    """
+
+    def __init__(
+        self,
+        start,
+        first,
+        end,
+        last,
+        goal=None,
+        from_start=0.0,
+        path: Tolerance = NO_TOLERANCE,
+        arrival: Tolerance = NO_TOLERANCE,
+        patience=0.0,
+    ):
+        self.start, self.end = start, end
+        self.goal, self.from_start = goal, from_start
+        self.path, self.arrival, self.patience = path, arrival, patience
+        self._coefficients = _coefficients(first, last, end - start)
+
+    def sample(self, time):
+        """Position, velocity and acceleration at a time; at rest before and after it."""
+        duration = self.end - self.start
+        t = min(max(time - self.start, 0.0), duration)
+        position = velocity = acceleration = 0.0
+        for c in reversed(self._coefficients):
+            acceleration = acceleration * t + 2.0 * velocity
+            velocity = velocity * t + position
+            position = position * t + c
+        if not 0.0 <= time - self.start <= duration:
+            return position, 0.0, 0.0
+        return position, velocity, acceleration
+
+
+def _coefficients(first, last, duration):
+    """Of 1, t, t^2 ... for a segment's ends."""
+    p, way = first.position, last.position - first.position
+    if duration <= 0.0:
+        return (p,)
+    if first.velocity is None or last.velocity is None:
+        return p, way / duration
+    # in units of the duration: what is left beyond the start's own motion
+    u, v = first.velocity * duration, last.velocity * duration
+    if first.acceleration is None or last.acceleration is None:
+        scaled = (p, u, 3.0 * way - 2.0 * u - v, u + v - 2.0 * way)
+    else:
+        a, b = first.acceleration * duration**2 / 2.0, last.acceleration * duration**2 / 2.0
+        scaled = (
+            p,
+            u,
+            a,
+            10.0 * way - 6.0 * u - 4.0 * v - 3.0 * a + b,
+            -15.0 * way + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
+            6.0 * way - 3.0 * u - 3.0 * v - a + b,
+        )
+    return tuple(c / duration**n for n, c in enumerate(scaled))
+
+
+def active(segments, time):
+    """The segment that acts at a time: the last that has started, or the first."""
+    for segment in reversed(segments):
+        if segment.start <= time:
+            return segment
+    return segments[0]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a trajectory: a value a joint, velocities and accelerations maybe missing.
+
+    Attributes:
+        time: since the trajectory's start [s].
+    """
+
+    time: float
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...] = ()
+    accelerations: tuple[float, ...] = ()
+
+    def end(self, number, offset=0.0):
+        """End of a segment: the values of one joint."""
+        return End(
+            self.positions[number] + offset,
+            self.velocities[number] if self.velocities else None,
+            self.accelerations[number] if self.accelerations else None,
+        )
+
+
+@dataclass(frozen=True)
+class Command:
+    """A trajectory as commanded.
+
+    Attributes:
+        joints: names, in the order of the points' values.
+        points: Points; none: stop where you are.
+        stamp: ROS time of its start [s]; 0: at once.
+    """
+
+    joints: tuple[str, ...]
+    points: tuple[Point, ...]
+    stamp: float = 0.0
+
+
+def check(command, joints, partial):
+    """Check a command.
+
+    Args:
+        command: Command.
+        joints: names of the controller's joints.
+        partial: whether some of them may be missing.
+
+    Raises:
+        JointsError: other joints.
+        CommandError: times that do not increase, or the wrong count of values.
+    """
+    known, named = set(joints), set(command.joints)
+    if not named or not named <= known or len(named) != len(command.joints):
+        raise JointsError(
+            f"trajectory is for joints {', '.join(command.joints) or '(none)'}, must be for "
+            f"{', '.join(joints)}, each once"
+        )
+    if named != known and not partial:
+        raise JointsError(
+            f"trajectory has no joint {', '.join(name for name in joints if name not in named)}, "
+            "which only allow_partial_joints_goal permits"
+        )
+    count, before = len(command.joints), -math.inf
+    for number, point in enumerate(command.points):
+        for what in ("positions", "velocities", "accelerations"):
+            values = getattr(point, what)
+            if len(values) != count and (values or what == "positions"):
+                raise CommandError(
+                    f"trajectory point #{number} has {len(values)} {what}, must have {count}"
+                )
+            if not all(math.isfinite(value) for value in values):
+                raise CommandError(
+                    f"trajectory point #{number} has {what} {values}, must be finite numbers"
+                )
+        if not point.time > before:
+            raise CommandError(
+                f"trajectory point #{number} is at {point.time} s, must be after {before} s"
+            )
+        before = point.time
+
+
+class JointsError(CommandError):
+    """A trajectory names other joints than its controller has."""
+
+
+def join(current, command, joints, now, ahead, continuous, goal=None, tolerances=None):
+    """Each joint's segments from now on: what it does until the command starts, then the command.
+
+    Args:
+        current: lists of Segments, one a joint.
+        command: a checked Command with points.
+        joints: names of the controller's joints.
+        now: controllers' time of the next update [s].
+        ahead: time from now to the command's start [s], negative for a start in the past.
+        continuous: whether each joint turns without end, and takes the shorter way.
+        goal: whose command it is; None: nobody's.
+        tolerances: Tolerances of the goal.
+
+    Returns:
+        Lists of Segments.
+
+    Raises:
+        CommandError: all points are in the past.
+    """
+    start = now + ahead
+    points = [point for point in command.points if start + point.time > now]
+    if not points:
+        late = -(ahead + command.points[-1].time)
+        raise CommandError(
+            f"all {len(command.points)} points of the trajectory are in the past, "
+            f"the last by {late:.3g} s"
+        )
+    leave, result = max(start, now), []
+    for number, name in enumerate(joints):
+        segments = current[number]
+        if name not in command.joints:
+            left = [segment for segment in segments if segment.end >= now] or segments[-1:]
+            result.append([_given(segment, goal) for segment in left])
+            continue
+        column = command.joints.index(name)
+        values = (
+            (tolerances.path[number], tolerances.arrival[number], tolerances.patience)
+            if tolerances is not None
+            else ()
+        )
+        kept = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
+        here = End(*active(segments, leave).sample(leave))
+        offset = _offset(here.position, points[0].end(column).position) * continuous[number]
+        made, before, since = [], here, 0.0
+        time = leave
+        for point in points:
+            after = point.end(column, offset)
+            end = start + point.time
+            made.append(Segment(time, before, end, after, goal, since, *values))
+            time, before, since = end, after, point.time
+        result.append(kept + made)
+    return result
+
+
+def _offset(here, there):
+    """Whole turns [rad] that bring an angle nearest to another."""
+    return here + shortest_distance(here, there) - there
+
+
+def _given(segment, goal):
+    """A segment that counts for another goal from now on, without tolerances."""
+    given = copy.copy(segment)
+    given.goal = goal
+    return given
+
+
+def hold(positions, now, goal=None):
+    """Segments that hold positions [rad, m] from a time on."""
+    return [[Segment(now, End(p), now, End(p), goal)] for p in positions]
+
+
+def stop(positions, velocities, now, duration, goal=None):
+    """Segments that come to rest within a duration [s].
+
+    Each is the first half of the symmetric motion that would return with the opposite velocity.
+    """
+    result = []
+    for position, velocity in zip(positions, velocities):
+        start = End(position, velocity, 0.0)
+        back = Segment(now, start, now + 2.0 * duration, End(position, -velocity, 0.0))
+        rest = End(*back.sample(now + duration))
+        result.append([Segment(now, start, now + duration, rest, goal)])
+    return result
+
+
+SUCCESSFUL, PATH_VIOLATED, GOAL_VIOLATED = 0, -4, -5  # of control_msgs/FollowJointTrajectoryResult
+
+
+@dataclass(eq=False)
+class Goal:
+    """A goal of the action.
+
+    Attributes:
+        path, arrival: (joint name, Tolerance) pairs that differ from the configuration.
+        patience: goal_time_tolerance [s].
+        finished: called once with (outcome, code, text): "succeeded", "aborted" or "canceled".
+        arrived: joints that were within their tolerance at the end.
+    """
+
+    finished: object
+    path: tuple = ()
+    arrival: tuple = ()
+    patience: float = 0.0
+    arrived: set = field(default_factory=set)
+
+
+@dataclass
+class Motion:
+    """Positions, velocities, accelerations of all joints, and the time since a segment's start."""
+
+    positions: list
+    velocities: list
+    accelerations: list = ()
+    from_start: float = 0.0
+
+
+class TrajectoryControl(Controller):
+    """Follows the trajectory of the last command or goal; without one it holds the joints.
+
+    Attributes:
+        goal: the Goal that is followed, or None.
+        desired, actual, error: Motions of the last update, at its `time` [s]; None before it.
+        clock: function -> ROS time [s], for commands with a stamp.
+        pids: one Pid a joint, where the interface needs them.
+    """
+
+    periodic = True
+
+    def __init__(self, spec, hardware):
+        super().__init__(spec, hardware)
+        self.pids = tuple(Pid(gains) for gains in spec.gains)
+        self._continuous = [hardware.limits[name].kind == "continuous" for name in spec.joints]
+        self._prismatic = [hardware.limits[name].kind == "prismatic" for name in spec.joints]
+        self.clock = lambda: 0.0
+        self.goal = self.desired = self.actual = self.error = None
+        self.time = 0.0
+
+    # life cycle -------------------------------------------------------------------------------
+    def start(self, time):
+        """Hold the joints where they are."""
+        self._finish("canceled")
+        self.desired = self.actual = self.error = None
+        self._next = self.time = time
+        positions = self.hardware.positions_of(self.spec.joints)
+        self._segments = hold(positions, time)
+        for pid in self.pids:
+            pid.reset()
+        if self.spec.kind.interface == "position":
+            self.hardware.positions(self.spec.joints, positions)
+        else:
+            self._write_direct((0.0,) * len(positions))
+
+    def stop(self):
+        """Cancel the goal and stop controlling."""
+        self._finish("canceled")
+        super().stop()
+
+    def _finish(self, outcome, code=SUCCESSFUL, text=""):
+        goal, self.goal = self.goal, None
+        if goal is not None:
+            goal.finished(outcome, code, text)
+
+    # commands ---------------------------------------------------------------------------------
+    def check(self, command):
+        """Check a plan.Command; returns it."""
+        check(command, self.spec.joints, self.spec.action.partial)
+        return command
+
+    def command(self, command):
+        """Follow a checked plan.Command; a goal is cancelled.
+
+        Raises:
+            CommandError: it lies in the past.
+        """
+        self._follow(command, None)
+        self._finish("canceled")
+
+    def pursue(self, command, goal):
+        """Follow a plan.Command for a Goal; the one before is cancelled.
+
+        Raises:
+            CommandError: it cannot be followed; a JointsError where its joints are wrong.
+        """
+        self.check(command)
+        self._follow(command, goal)
+        self._finish("canceled")
+        self.goal = goal
+
+    def cancel(self, goal):
+        """Give a goal up and come to rest."""
+        if goal is self.goal:
+            self.goal = None
+            self._rest(None)
+            goal.finished("canceled", SUCCESSFUL, "")
+
+    def _follow(self, command, goal):
+        if not command.points:
+            self._rest(goal)
+            return
+        tolerances = goal and self.spec.action.tolerances.updated(
+            self.spec.joints, goal.path, goal.arrival, goal.patience
+        )
+        self._segments = join(
+            self._segments,
+            command,
+            self.spec.joints,
+            self._next,
+            command.stamp - self.clock() if command.stamp else 0.0,
+            self._continuous,
+            goal,
+            tolerances,
+        )
+
+    def _rest(self, goal):
+        """Stop: where the joints are, or within the time that is configured."""
+        duration, desired = self.spec.action.stop_duration, self.desired
+        if duration > 0.0 and desired is not None:
+            self._segments = stop(desired.positions, desired.velocities, self._next, duration, goal)
+        else:
+            positions = self.hardware.positions_of(self.spec.joints)
+            self._segments = hold(positions, self._next, goal)
+
+    def planned(self, time):
+        """Motion that is planned for a ROS time [s].
+
+        Raises:
+            ControllerError: the trajectory starts later.
+        """
+        time = self._next + time - self.clock()
+        if any(time < segments[0].start for segments in self._segments):
+            raise ControllerError(
+                f"controller '{self.spec.name}' has no trajectory for a time before its start"
+            )
+        columns = zip(*(active(s, time).sample(time) for s in self._segments))
+        return Motion(*map(list, columns))
+
+    # every period -----------------------------------------------------------------------------
+    def update(self, state, time, period):
+        """Compare with the trajectory, judge the goal, command the joints."""
+        self.time, self._next = time, time + period
+        joints, (positions, velocities) = self.spec.joints, state
+        segments = [active(of_joint, time) for of_joint in self._segments]
+        self.desired = Motion(*map(list, zip(*(s.sample(time) for s in segments))))
+        self.actual = Motion([positions[n] for n in joints], [velocities[n] for n in joints])
+        self.error = Motion(
+            [
+                wanted - now if along else shortest_distance(now, wanted)
+                for now, wanted, along in zip(
+                    self.actual.positions, self.desired.positions, self._prismatic
+                )
+            ],
+            [w - v for w, v in zip(self.desired.velocities, self.actual.velocities)],
+        )
+        since = segments[0].from_start
+        self.desired.from_start = since
+        self.actual.from_start = time - segments[0].start + since
+        self.error.from_start = since - self.actual.from_start
+        if self.goal is not None:
+            self._judge(segments, time)
+        self._write(period)
+
+    def _judge(self, segments, time):
+        for number, (name, segment) in enumerate(zip(self.spec.joints, segments)):
+            error = self.error.positions[number]
+            errors = error, self.error.velocities[number]
+            if segment.goal is not self.goal:
+                continue
+            if time < segment.end:
+                if not segment.path.holds(*errors):
+                    self._finish("aborted", PATH_VIOLATED, f"{name} path error {error:f}")
+                    return
+            elif segment is self._segments[number][-1]:
+                if segment.arrival.holds(*errors):
+                    self.goal.arrived.add(name)
+                elif time >= segment.end + segment.patience:
+                    self._finish("aborted", GOAL_VIOLATED, f"{name} goal error {error:f}")
+                    return
+        if len(self.goal.arrived) == len(self.spec.joints):
+            self._finish("succeeded")
+
+    def _write(self, period):
+        kind, joints = self.spec.kind.interface, self.spec.joints
+        if kind == "position":
+            self.hardware.positions(joints, self.desired.positions)
+            return
+        rows = zip(
+            joints,
+            self.pids,
+            self.error.positions,
+            self.desired.velocities,
+            self.actual.velocities,
+            self.spec.action.feedforward,
+        )
+        if kind == "velocity":
+            self._write_direct(
+                [
+                    pid.compute(error, period, wanted - speed) + ahead * wanted
+                    for _, pid, error, wanted, speed, ahead in rows
+                ]
+            )
+            return
+        for name, pid, error, wanted, speed, ahead in rows:
+            self.hardware.regulate(
+                name, pid, "position", error, speed, period, wanted, ahead * wanted
+            )
+
+    def _write_direct(self, values):
+        write = {"velocity": self.hardware.velocities, "effort": self.hardware.efforts}
+        write[self.spec.kind.interface](self.spec.joints, values)

@@ -1,0 +1,314 @@
+"""A robot's description: links, joints, shapes, their appearance."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.errors import ModelError
+from bullet_sim.pose import Pose
+
+RGB = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Finish:
+    """Surface of a visual, RGB 0..1.
+
+    Attributes:
+        ambient: reflected of the light from everywhere; None: as the colour.
+        specular: of the highlights; None: the mesh's own, or none.
+        emissive: what it shines by itself.
+        shininess: exponent of the highlights.
+        opacity: 1 opaque, 0 invisible; multiplies the colour's.
+        cast_shadows: whether it casts shadows.
+        lit: False: drawn in its colour, whatever the light.
+    """
+
+    ambient: RGB | None = None
+    specular: RGB | None = None
+    emissive: RGB = (0.0, 0.0, 0.0)
+    shininess: float = 24.0
+    opacity: float = 1.0
+    cast_shadows: bool = True
+    lit: bool = True
+
+
+PLAIN = Finish()
+
+
+MOVABLE_TYPES = ("revolute", "continuous", "prismatic")
+DEFAULT_SIM_TYPE = "gazebo_ros_control/DefaultRobotHWSim"
+STEER_BOT_SIM_TYPE = "steer_bot_hardware_gazebo/SteerBotHardwareGazebo"
+
+
+@dataclass
+class Geometry:
+    """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, mesh, heightmap
+    (size [m]) or polyline (height [m]).
+
+    Attributes:
+        points: corners (x, y) of a polyline [m].
+        path, scale: file and size factors of a mesh; a negative factor mirrors.
+        submesh: name of the one part of the mesh file to use; empty: all.
+        centered: the submesh is moved so that its middle is the origin.
+    """
+
+    kind: str
+    size: tuple[float, ...] = ()
+    path: str = ""
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    submesh: str = ""
+    centered: bool = False
+    points: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass
+class Shape:
+    """A visual or a collision: geometry at a pose in its link's frame, colour RGBA 0..1.
+
+    Attributes:
+        texture: path of a texture image; empty: none.
+        painted: the colour replaces a mesh's own materials.
+        finish: how it reflects light.
+        name: name of the collision or visual.
+        link: link that had it in the file, before links were merged.
+    """
+
+    geometry: Geometry
+    pose: Pose = Pose()
+    color: tuple[float, float, float, float] | None = None
+    texture: str = ""
+    painted: bool = False
+    name: str = ""
+    link: str = ""
+    finish: Finish = PLAIN
+
+    def at(self, pose):
+        """The same shape in a frame in which its present frame has the given pose."""
+        return replace(self, pose=pose * self.pose)
+
+
+EVERYTHING = 0xFFFF  # collide_bitmask of what names none
+
+
+@dataclass
+class Surface:
+    """Contact properties of a link; None: not given.
+
+    Attributes:
+        friction, friction2: Coulomb coefficients along the first and the second direction.
+        direction: the first direction (fdir1) in the link's frame.
+        stiffness [N/m], damping [N s/m]: of the contact.
+        bitmask: two links touch where the AND of their masks is not 0.
+        max_speed: [m/s] at which the link is pushed out of what it was spawned in.
+        min_depth: [m] of penetration that is left alone then.
+    """
+
+    friction: float | None = None
+    friction2: float | None = None
+    direction: tuple[float, float, float] | None = None
+    stiffness: float | None = None
+    damping: float | None = None
+    bitmask: int = EVERYTHING
+    max_speed: float | None = None
+    min_depth: float = 0.0
+
+
+@dataclass
+class Link:
+    """A rigid part: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
+
+    Attributes:
+        gravity: False: the file turns gravity off for it.
+        self_collide: collides with other such links of its model.
+        color: of a <gazebo> material, which replaces the colours of its visuals; None: none.
+    """
+
+    name: str
+    mass: float = 0.0
+    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+    visuals: list[Shape] = field(default_factory=list)
+    collisions: list[Shape] = field(default_factory=list)
+    surface: Surface = field(default_factory=Surface)
+    gravity: bool = True
+    self_collide: bool = False
+    color: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """What a joint that follows another does.
+
+    Attributes:
+        joint: name of the one it follows.
+        multiplier, offset: its position is multiplier times the other's, plus offset [rad, m].
+        max_effort: to follow with [N m, N]; None: the joint's limit.
+        sensitiveness: deviation below which it is not corrected [rad, m].
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+    max_effort: float | None = None
+    sensitiveness: float = 0.0
+
+
+@dataclass
+class Joint:
+    """A joint: origin of the child's frame in the parent's, unit axis in the child's frame.
+
+    Limits: lower/upper [rad, m] (None: none), effort [N m, N], velocity [rad/s, m/s];
+    0 effort or velocity means that the file gives none. anchor: the joint's frame in the child
+    link's frame, in which the axis is given; in a URDF the two are one. mimic: it follows another.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Pose = Pose()
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    lower: float | None = None
+    upper: float | None = None
+    effort: float = 0.0
+    velocity: float = 0.0
+    damping: float = 0.0
+    friction: float = 0.0
+    anchor: Pose = Pose()
+    mimic: Mimic | None = None
+
+
+@dataclass
+class ModelDescription:
+    """A whole model.
+
+    Attributes:
+        links, joints: by name, in file order.
+        root: name of the root link.
+        sensors: sensor specifications (see specs.py).
+        control_namespace: namespace of the ros_control plugin; None: the model has none.
+        control_period: of its controllers [s]; 0: every physics step.
+        robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
+        measured: joints whose force and torque a sensor reads; fixed ones are not merged.
+        transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
+        static: never moves.
+        fixed_base: the root link is fixed to the world; joints move.
+        self_collide: parts collide with each other.
+        warnings: what was ignored or mended, one ReadWarning each.
+    """
+
+    name: str
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    root: str = ""
+    sensors: list[object] = field(default_factory=list)
+    control_namespace: str | None = None
+    control_period: float = 0.0
+    robot_sim_type: str = ""
+    measured: set[str] = field(default_factory=set)
+    transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    static: bool = False
+    self_collide: bool = False
+    fixed_base: bool = False
+    warnings: list[ReadWarning] = field(default_factory=list)
+
+    def warn(self, text, cause="", item=""):
+        """Note something that was ignored or mended, once: see ReadWarning."""
+        add_warning(self.warnings, text, cause, item)
+
+    def joints_of(self, parent):
+        """Joints whose parent is the given link, in file order."""
+        return [joint for joint in self.joints.values() if joint.parent == parent]
+
+    def unreachable(self):
+        """Links that no chain of joints connects to the root: those of a loop, and below it."""
+        found = [self.root]
+        for name in found:
+            found += [j.child for j in self.joints_of(name) if j.child not in found]
+        return [name for name in self.links if name not in found]
+
+    def find_root(self, what):
+        """Set the root link and check that the joints make a tree.
+
+        Args:
+            what: the kind of description, for messages, e.g. "URDF of 'car'".
+
+        Raises:
+            ModelError: no link, a link with two parents, no or several roots, a loop.
+        """
+        if not self.links:
+            raise ModelError(f"{what} has no link")
+        children = [joint.child for joint in self.joints.values()]
+        twice = sorted({child for child in children if children.count(child) > 1})
+        if twice:
+            raise ModelError(f"link '{twice[0]}' of '{self.name}' has more than one parent joint")
+        roots = [link for link in self.links if link not in children]
+        if len(roots) != 1:
+            raise ModelError(
+                f"{what} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
+            )
+        self.root = roots[0]
+        if self.unreachable():
+            raise ModelError(
+                f"joints of model '{self.name}' form a loop: no way from its root "
+                f"'{self.root}' to {', '.join(self.unreachable())}"
+            )
+
+
+@dataclass(frozen=True)
+class VisualLink:
+    """A link of a body.
+
+    Attributes:
+        parent: row of its parent in the body's links; -1: it is the root.
+        origin: of its frame in the parent's at joint position 0.
+        kind: 'fixed', 'revolute' (continuous, too) or 'prismatic'.
+        axis: of length 1 in its frame.
+        shapes: its visuals.
+    """
+
+    parent: int = -1
+    origin: Pose = Pose()
+    kind: str = "fixed"
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    shapes: tuple[Shape, ...] = ()
+
+
+def visual_links(lumped, order, visuals=None):
+    """VisualLinks of a LumpedModel.
+
+    Args:
+        lumped: LumpedModel.
+        order: names of its links, the root first, in the order of the snapshot's joints.
+        visuals: link name -> Shapes to use instead of the links' own.
+
+    Returns:
+        Tuple of VisualLink; a joint is before those below it if `order` is so.
+    """
+    joints = {joint.child: joint for joint in lumped.joints}
+    rows = {name: row for row, name in enumerate(order)}
+    found = []
+    for name in order:
+        shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
+        joint = joints.get(name)
+        if joint is None:
+            found.append(VisualLink(shapes=shapes))
+            continue
+        kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
+        found.append(VisualLink(rows[joint.parent], joint.origin, kind, tuple(joint.axis), shapes))
+    return tuple(found)
+
+
+def depth_first(lumped):
+    """Names of a LumpedModel's links, each followed by those below it."""
+    below = {}
+    for joint in lumped.joints:
+        below.setdefault(joint.parent, []).append(joint.child)
+    pending, found = [lumped.root], []
+    while pending:
+        name = pending.pop()
+        found.append(name)
+        pending += reversed(below.get(name, ()))
+    return found

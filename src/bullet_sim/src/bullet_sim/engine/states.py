@@ -1,0 +1,138 @@
+"""The state of all bodies as a value."""
+
+import os
+import zlib
+from dataclasses import dataclass
+
+from bullet_sim.engine.client import Client
+from bullet_sim.engine.library import p
+from bullet_sim.files import silenced
+
+_FAR = 1e5  # [m] from the origin: where bodies touch nothing
+_APART = 1e3  # [m] between two bodies there
+
+
+@dataclass(frozen=True)
+class BodiesState:
+    """State of all bodies.
+
+    Attributes:
+        layout: of the engine when it was saved.
+        is_cleared: the contacts were cleared; the world has to go on without them.
+        data: Bullet's own copy of poses, velocities and contacts.
+        motions: body -> (position, orientation, linear, angular velocity, joints' positions and
+            velocities).
+        motors: (body, joint) -> last command of its motor.
+    """
+
+    layout: int
+    is_cleared: bool
+    data: bytes
+    motions: dict
+    motors: dict
+
+
+class Saving(Client):
+    """Saves and restores the state of the bodies."""
+
+    def save_bodies(self, clear=False):
+        """Save the state of all bodies.
+
+        Args:
+            clear: clear the contacts in any case.
+
+        Returns:
+            BodiesState.
+        """
+        motions = {body: self._motion(body) for body in self._movable}
+        points = self._contact_points()
+        with _file_in_memory() as file:
+            with silenced():
+                p.saveBullet(_path(file), physicsClientId=self._client)
+            data = file.read()
+        if not clear:  # find out whether Bullet brings the contacts back
+            self._restore_data(data)
+            clear = self._contact_points() != points
+        if clear:
+            self._set_motions(motions)  # as restore_bodies does it
+            self.clear_contacts()
+        return BodiesState(self.layout, clear, data, motions, dict(self.motors()))
+
+    def restore_bodies(self, state):
+        """Restore a BodiesState; the bodies have to be the same.
+
+        Args:
+            state: of save_bodies().
+
+        Returns:
+            Whether the world goes on as it did when the state was saved, to the bit. False: the
+            layout is another one, the contacts' warm start is lost.
+        """
+        warm = state.layout == self.layout and not state.is_cleared
+        if warm:
+            self._restore_data(state.data)
+        else:
+            self._set_motions(state.motions)
+            self.clear_contacts()
+        for (body, _), (command, arguments) in state.motors.items():
+            getattr(self, command)(body, *arguments)
+        return warm or state.is_cleared
+
+    def _contact_points(self):
+        return sorted(point[1:] for point in p.getContactPoints(physicsClientId=self._client))
+
+    def _restore_data(self, data):
+        self._scenery.check_poses()
+        # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
+        for number, body in enumerate(sorted(self._free)):
+            place = (_FAR + number * _APART, 0.0, _FAR)
+            p.resetBasePositionAndOrientation(
+                body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client
+            )
+        p.performCollisionDetection(physicsClientId=self._client)
+        with _file_in_memory(data) as file, silenced():
+            p.restoreState(fileName=_path(file), physicsClientId=self._client)
+
+    def clear_contacts(self):
+        """Forget all contacts, as if the bodies had just been put where they are."""
+        for body in sorted(self._movable):
+            # any change of a filter gives a body new numbers in the broad phase
+            p.setCollisionFilterPair(body, body, -1, -1, 1, physicsClientId=self._client)
+            self._note_layout("clear", body)
+
+    def _note_layout(self, *event):
+        """Note what gives bodies numbers in the broad phase."""
+        self.layout = zlib.crc32(repr((self.layout, event)).encode())
+
+    def _motion(self, body):
+        client = self._client
+        pose = p.getBasePositionAndOrientation(body, physicsClientId=client)
+        joints = self._movable[body]
+        states = p.getJointStates(body, joints, physicsClientId=client) if joints else ()
+        return (
+            *pose,
+            *p.getBaseVelocity(body, physicsClientId=client),
+            tuple(joint[:2] for joint in states),
+        )
+
+    def _set_motions(self, motions):
+        self._scenery.check_poses()
+        for body, (position, orientation, linear, angular, joints) in motions.items():
+            p.resetBasePositionAndOrientation(
+                body, position, orientation, physicsClientId=self._client
+            )
+            p.resetBaseVelocity(body, linear, angular, physicsClientId=self._client)
+            for joint, (angle, speed) in zip(self._movable[body], joints):
+                p.resetJointState(body, joint, angle, speed, physicsClientId=self._client)
+
+
+def _file_in_memory(data=b""):
+    """A file for a library that takes paths; Bullet does not notice when a disk is full."""
+    file = open(os.memfd_create("bullet_state"), "w+b", buffering=0)
+    file.write(data)
+    file.seek(0)
+    return file
+
+
+def _path(file):
+    return f"/proc/self/fd/{file.fileno()}"

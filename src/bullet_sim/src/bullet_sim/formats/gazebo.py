@@ -1,0 +1,238 @@
+"""<gazebo> elements of URDF, and contact properties as these and <surface> of SDF have them."""
+
+from dataclasses import replace
+
+from bullet_sim.description.model import EVERYTHING, ModelDescription
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.shapes import gazebo_color, rgba_of
+from bullet_sim.plugins.dispatch import parse_plugin, parse_sensor
+from bullet_sim.xml_reader import child_number, child_text, floats, is_true
+
+MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
+
+# property -> paths in <gazebo reference=...> of a URDF, first found counts
+URDF = {
+    "friction": ("mu1", "mu", "collision/surface/friction/ode/mu"),
+    "friction2": ("mu2", "collision/surface/friction/ode/mu2"),
+    "direction": ("fdir1", "collision/surface/friction/ode/fdir1"),
+    "max_speed": ("maxVel", "collision/surface/contact/ode/max_vel"),
+    "min_depth": ("minDepth", "collision/surface/contact/ode/min_depth"),
+    "bitmask": ("collide_bitmask", "collision/surface/contact/collide_bitmask"),
+}
+# property -> path in a <collision> of SDF
+SDF = {
+    "friction": ("surface/friction/ode/mu",),
+    "friction2": ("surface/friction/ode/mu2",),
+    "direction": ("surface/friction/ode/fdir1",),
+    "max_speed": ("surface/contact/ode/max_vel",),
+    "min_depth": ("surface/contact/ode/min_depth",),
+    "bitmask": ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
+}
+
+
+def read_surface(element, paths, surface, what, warn):
+    """Take what an element says of a surface; what cannot be read is left as it was.
+
+    Args:
+        element: <gazebo> of a URDF, or <collision>.
+        paths: URDF or SDF of this module.
+        surface: Surface, changed.
+        what: name for warnings.
+        warn: function of one sentence.
+    """
+    for key, places in paths.items():
+        for place in places:
+            text = child_text(element, place)
+            if text is None:
+                continue
+            try:
+                setattr(surface, key, _READERS[key](text, f"{what} <{place}>"))
+            except ModelError as error:
+                warn(f"{error}; it is ignored")
+            break
+    if surface.direction is not None and not any(surface.direction):
+        surface.direction = None
+
+
+def read_stiffness(element, surface, what):
+    """Take <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
+    stiffness = child_number(element, "kp", what, None)
+    if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
+        surface.stiffness = stiffness
+        surface.damping = max(0.0, child_number(element, "kd", what, 1.0))
+
+
+def _not_negative(text, what):
+    return max(0.0, floats(text, 1, what)[0])
+
+
+def _direction(text, what):
+    return floats(text, 3, what)
+
+
+def _bitmask(text, what):
+    try:
+        value = int(text, 0)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise ModelError(f"{what} is '{text}', must be a whole number such as 0x01")
+    return value & EVERYTHING
+
+
+_READERS = {
+    "friction": _not_negative,
+    "friction2": _not_negative,
+    "direction": _direction,
+    "max_speed": _not_negative,
+    "min_depth": _not_negative,
+    "bitmask": _bitmask,
+}
+
+
+_READ = {
+    "mu",
+    "mu1",
+    "mu2",
+    "kp",
+    "kd",
+    "fdir1",
+    "maxVel",
+    "minDepth",
+    "collide_bitmask",
+    "material",
+    "selfCollide",
+    "self_collide",
+    "gravity",
+    "turnGravityOff",
+    "sensor",
+    "plugin",
+    "static",
+    "visual",
+    "collision",
+}
+# Settings of Gazebo's solver or file conversion without a counterpart here.
+_QUIET = {
+    "maxContacts",
+    "laserRetro",
+    "dampingFactor",
+    "implicitSpringDamper",
+    "provideFeedback",
+    "preserveFixedJoint",
+    "disableFixedJointLumping",
+    "initial_joint_position",
+    "stopCfm",
+    "stopErp",
+    "stopKp",
+    "stopKd",
+    "cfmDamping",
+    "fudgeFactor",
+    "erp",
+    "cfm",
+    "allow_auto_disable",
+    "enable_wind",
+    "velocity_decay",
+    "kinematic",
+    "soft_cfm",
+    "soft_erp",
+    "slip1",
+    "slip2",
+}
+
+
+def apply(robot, model: ModelDescription):
+    """Read every <gazebo> child of <robot> into the model description.
+
+    Args:
+        robot: the <robot> element.
+        model: its description so far.
+    """
+    for element in robot.findall("gazebo"):
+        reference = element.get("reference")
+        if reference is None:
+            _model_flags(element, model)
+        elif reference in model.links:
+            _link_flags(element, model, model.links[reference])
+        elif reference not in model.joints:
+            model.warn(
+                f"<gazebo reference='{reference}'> refers to no link and no joint; "
+                "what it holds is left out",
+                "<gazebo> elements refer to no link and no joint; what they hold is left out",
+                f"'{reference}'",
+            )
+        _unknown(element, model, reference)
+        for sensor in element.findall("sensor"):
+            link = reference if reference is not None else model.root
+            if link not in model.links:
+                model.warn(
+                    f"sensor '{sensor.get('name')}' refers to link '{reference}', "
+                    "which does not exist; it is left out",
+                    "sensors refer to a link that does not exist and are left out",
+                    f"'{sensor.get('name')}'",
+                )
+                continue
+            parse_sensor(sensor, link, model)
+        for plugin in element.findall("plugin"):
+            parse_plugin(plugin, model)
+
+
+def _unknown(element, model, reference):
+    what = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
+    for child in element:
+        if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
+            model.warn(
+                f"{what}: <{child.tag}> means nothing here and is ignored",
+                f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",
+                what,
+            )
+
+
+def _model_flags(element, model):
+    if is_true(child_text(element, "static", "false")):
+        model.static = True
+    if is_true(_either(element, "self_collide", "selfCollide")):
+        model.self_collide = True
+
+
+def _either(element, *tags):
+    """Text of the first of the tags that is there, or 'false'."""
+    return next((child_text(element, tag) for tag in tags if child_text(element, tag)), "false")
+
+
+def _link_flags(element, model, link):
+    what = f"<gazebo reference='{link.name}'>"
+    read_surface(element, URDF, link.surface, what, model.warn)
+    read_stiffness(element, link.surface, what)
+    _material(element, model, link, what)
+    if is_true(_either(element, "selfCollide", "self_collide")):
+        link.self_collide = True
+    off = is_true(child_text(element, "turnGravityOff", "false"))
+    if off or not is_true(child_text(element, "gravity", "true")):
+        link.gravity = False
+
+
+def _material(element, model, link, what):
+    name = child_text(element, "material")
+    if name is not None:
+        color = gazebo_color(name)
+        if color is None:
+            model.warn(
+                f"{what}: material '{name}' is none of Gazebo's standard colours; it is ignored",
+                "materials are none of Gazebo's standard colours and are ignored",
+                f"'{name}'",
+            )
+    else:
+        text = child_text(element, "visual/material/diffuse") or child_text(
+            element, "visual/material/ambient"
+        )
+        name = child_text(element, "visual/material/script/name")
+        color = (
+            rgba_of(element, text, f"{what} material")
+            if text
+            else (gazebo_color(name) if name else None)
+        )
+    if color is not None:
+        link.color = color
+        link.visuals[:] = [
+            replace(shape, color=color, texture="", painted=True) for shape in link.visuals
+        ]

@@ -1,0 +1,464 @@
+"""Shapes of URDF and SDF: geometry, colours, materials.
+
+Colours of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1. The names are Gazebo's,
+the values our own: Gazebo's textures become similar plain colours.
+"""
+
+import math
+import os
+import re
+from dataclasses import dataclass, replace
+
+from bullet_sim.description.model import Finish, Geometry, Shape
+from bullet_sim.pose import Pose
+from bullet_sim.xml_reader import (
+    child_flag,
+    child_floats,
+    child_number,
+    child_text,
+    floats,
+    is_true,
+    leading_numbers,
+    warn_replaced,
+)
+
+_GREY = {
+    "Grey": 0.7,
+    "Gray": 0.7,
+    "DarkGrey": 0.25,
+    "DarkGray": 0.25,
+    "LightGrey": 0.85,
+    "White": 1.0,
+    "FlatBlack": 0.08,
+    "Black": 0.04,
+    "Chrome": 0.78,
+    "GreyTransparent": 0.7,
+}
+_COLORS = {
+    "Red": (0.9, 0.08, 0.08),
+    "RedBright": (0.95, 0.15, 0.1),
+    "DarkRed": (0.5, 0.05, 0.05),
+    "Green": (0.1, 0.8, 0.1),
+    "DarkGreen": (0.05, 0.4, 0.05),
+    "Blue": (0.1, 0.15, 0.9),
+    "DarkBlue": (0.05, 0.07, 0.45),
+    "SkyBlue": (0.3, 0.6, 0.95),
+    "Yellow": (0.95, 0.9, 0.1),
+    "DarkYellow": (0.65, 0.6, 0.05),
+    "ZincYellow": (0.97, 0.93, 0.2),
+    "Orange": (1.0, 0.5, 0.05),
+    "DarkOrange": (0.8, 0.38, 0.03),
+    "Gold": (0.85, 0.68, 0.22),
+    "Purple": (0.62, 0.12, 0.75),
+    "DarkPurple": (0.35, 0.07, 0.42),
+    "Indigo": (0.29, 0.05, 0.5),
+    "Violet": (0.6, 0.35, 0.85),
+    "Turquoise": (0.15, 0.85, 0.8),
+    "DarkTurquoise": (0.05, 0.55, 0.55),
+    "Magenta": (0.9, 0.1, 0.8),
+    "DarkMagenta": (0.5, 0.05, 0.45),
+    "Pink": (0.95, 0.6, 0.7),
+    "Brown": (0.45, 0.28, 0.12),
+    "Wood": (0.6, 0.42, 0.24),
+    "WoodFloor": (0.55, 0.4, 0.25),
+    "WoodPallet": (0.65, 0.5, 0.32),
+    "Bricks": (0.6, 0.3, 0.24),
+    "Grass": (0.3, 0.5, 0.2),
+    "Road": (0.22, 0.22, 0.23),
+    "Residential": (0.3, 0.3, 0.31),
+    "Pedestrian": (0.5, 0.5, 0.5),
+    "Mud": (0.35, 0.25, 0.16),
+    "PaintedWall": (0.8, 0.78, 0.72),
+    "CeilingTiled": (0.88, 0.88, 0.85),
+    "Rockwall": (0.5, 0.47, 0.42),
+    "Tarmac": (0.2, 0.2, 0.2),
+    "Asphalt": (0.2, 0.2, 0.2),
+    "Gravel": (0.45, 0.43, 0.4),
+    "Sand": (0.76, 0.7, 0.5),
+    "Runway": (0.3, 0.3, 0.3),
+}
+_SUFFIXES = (
+    "Transparent",
+    "TransparentOverlay",
+    "GlowOutline",
+    "Glow",
+    "Laser",
+    "LaserScan",
+    "Bright",
+)
+
+
+def gazebo_color(name):
+    """RGBA of a standard material, or None when there is none of that name.
+
+    Args:
+        name: 'Gazebo/Orange' or 'Orange'; Transparent and Glow forms count, too.
+    """
+    word = name.strip().rsplit("/", 1)[-1]
+    for suffix in ("",) + _SUFFIXES:
+        base = word[: -len(suffix)] if suffix and word.endswith(suffix) else word
+        alpha = 0.5 if suffix.startswith(("Transparent", "Laser")) and base != word else 1.0
+        if base in _GREY:
+            return (_GREY[base],) * 3 + (alpha,)
+        if base in _COLORS:
+            return _COLORS[base] + (alpha,)
+    return None
+
+
+def rgba_of(element, text, what):
+    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
+
+    Args:
+        element: Node that the text is of.
+        text: the numbers.
+        what: for the message.
+    """
+    values, _ = leading_numbers(text, 4)
+    values += (1.0,) * (len(values) == 3)
+    if len(values) == 4 and all(map(math.isfinite, values)):
+        return tuple(min(1.0, max(0.0, value)) for value in values)
+    sentence = f"{what} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
+    warn_replaced(element, what, text, sentence, None)
+    return None
+
+
+# Where Gazebo has looked for scripts already when a material names none.
+EVERYWHERE = ("file://media/materials/scripts", "file://Media/materials/scripts")
+_TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
+
+
+@dataclass(frozen=True)
+class Material:
+    """Path of a texture image, or a colour RGBA 0..1."""
+
+    texture: str = ""
+    color: tuple[float, float, float, float] | None = None
+
+
+def read_materials(text):
+    """All materials of an OGRE script: name -> (picture's file name or '', RGBA or None).
+
+    The first texture and the first colour of a material count; inherited values
+    ("material A : B") are copied; everything else is ignored.
+    """
+    found, current, depth = {}, None, 0
+    for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
+        words = _TOKEN.findall(line.split("//")[0])
+        if words and words[0] == "material" and depth == 0 and len(words) > 1:
+            names = [word.strip('"') for word in words[1:] if word not in ("{", "}", ":")]
+            current = names[0]
+            parent = found.get(names[1]) if len(names) > 1 else None
+            found[current] = parent or ("", None)
+        elif current is not None and len(words) > 1:
+            found[current] = _noted(found[current], words)
+        depth = max(0, depth + words.count("{") - words.count("}"))
+    return found
+
+
+def _noted(so_far, words):
+    texture, color = so_far
+    if words[0] == "texture":
+        texture = words[1].strip('"')
+    elif words[0] in ("diffuse", "ambient") and (color is None or words[0] == "diffuse"):
+        try:
+            values = tuple(min(1.0, max(0.0, float(word))) for word in words[1:5])
+        except ValueError:
+            return so_far
+        if len(values) >= 3:
+            color = (values + (1.0,))[:4]
+    return texture, color
+
+
+def script_material(element, resolve, what, model):
+    """Material of a <script> element, or None with a warning when it is not found.
+
+    Args:
+        element: <script> with <name> and <uri>s.
+        resolve: function URI -> path.
+        what: for messages.
+        model: ModelDescription; gets the warning.
+    """
+    name = child_text(element, "name", "")
+    color = gazebo_color(name) if name.startswith("Gazebo/") else None
+    if color is not None:
+        return Material(color=color)
+    files, folders = [], []
+    uris = [(uri.text or "").strip() for uri in element.findall("uri")]
+    for uri in uris or EVERYWHERE:
+        try:
+            path = resolve(element.document.beside(uri))
+        except ValueError:
+            continue
+        folders.append(path if os.path.isdir(path) else os.path.dirname(path))
+        files += _scripts(path)
+    for path in files:
+        try:
+            with open(path, encoding="utf-8", errors="replace") as file:
+                found = read_materials(file.read()).get(name)
+        except OSError:
+            continue
+        if found is None:
+            continue
+        texture, color = found
+        if not texture:
+            return Material(color=color)
+        picture = _picture(texture, folders)
+        if picture:
+            return Material(picture, color)
+        model.warn(
+            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
+            "pictures of materials are missing",
+            f"'{texture}'",
+        )
+        return Material(color=color)
+    model.warn(
+        f"{what}: material '{name}' is not found in its scripts; it stays grey",
+        "materials are not found in their scripts and stay grey",
+        f"'{name}'",
+    )
+    return None
+
+
+def _scripts(path):
+    if os.path.isdir(path):
+        return sorted(
+            os.path.join(path, name) for name in os.listdir(path) if name.endswith(".material")
+        )
+    return [path] if os.path.isfile(path) else []
+
+
+def _picture(name, folders):
+    for folder in folders:
+        for place in (
+            folder,
+            os.path.join(folder, "..", "textures"),
+            os.path.join(folder, "materials", "textures"),
+        ):
+            path = os.path.normpath(os.path.join(place, name))
+            if os.path.isfile(path):
+                return path
+    return ""
+
+
+MESH_TYPES = (".obj", ".stl", ".dae")
+THIN = 1e-3  # [m] of a side that is given as 0
+MISSING = "meshes are missing and left out"
+
+
+def usable_size(geometry, what, model):
+    """The geometry with sizes above 0, or None; a plane or a mesh has none.
+
+    A negative size counts without its sign, a side of 0 becomes thin; what has no size at all
+    is left out.
+
+    Args:
+        geometry: Geometry.
+        what: for messages.
+        model: ModelDescription; gets the warning.
+    """
+    if not geometry.size or min(geometry.size) > 0:
+        return geometry
+    shown = f"{what} {geometry.kind} size is {geometry.size}, must be greater than 0"
+    if not any(geometry.size):
+        model.warn(f"{shown}; it is left out", "shapes have no size and are left out", what)
+        return None
+    sizes = tuple(abs(value) or THIN for value in geometry.size)
+    model.warn(f"{shown}; it becomes {sizes}", "shapes have a size of 0 or less", what)
+    return replace(geometry, size=sizes)
+
+
+def mesh_geometry(uri, scale, what, resolve, model):
+    """Mesh by URI, or None with a warning that names the file when it cannot be used."""
+    try:
+        path = resolve(uri)
+    except ValueError as error:
+        model.warn(f"{what}: mesh '{uri}' is not found ({error}); it is left out", MISSING, uri)
+        return None
+    if 0.0 in scale:
+        model.warn(
+            f"{what}: mesh '{uri}' has scale {scale}, must not be 0; it is left out",
+            "meshes have scale 0 and are left out",
+            uri,
+        )
+        return None
+    if not os.path.isfile(path):
+        model.warn(
+            f"{what}: mesh file '{path}' (from '{uri}') does not exist; it is left out",
+            MISSING,
+            uri,
+        )
+        return None
+    if os.path.splitext(path)[1].lower() not in MESH_TYPES:
+        model.warn(
+            f"{what}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; it is left out",
+            f"meshes are not one of {', '.join(MESH_TYPES)} and are left out",
+            uri,
+        )
+        return None
+    return Geometry("mesh", path=path, scale=tuple(scale))
+
+
+PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
+PLANE_THICKNESS = 0.002  # [m]
+GREY = (0.7, 0.7, 0.7, 1.0)
+_ONE = (1.0, 1.0, 1.0)
+
+
+def parse_shape(element, tag, link, pose, model, resolve):
+    """Shape of a <visual> or <collision>, or None with a warning.
+
+    Args:
+        element: the element.
+        tag: 'visual' or 'collision'.
+        link: name of its link.
+        pose: in the link's frame.
+        model: ModelDescription; gets warnings.
+        resolve: function URI -> path.
+    """
+    name = element.get("name") or tag
+    what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
+    geometry = element.find("geometry")
+    if geometry is None or not len(geometry):
+        model.warn(
+            f"{what} has no geometry; it is left out",
+            "shapes have no geometry and are left out",
+            what,
+        )
+        return None
+    parsed = _geometry(geometry[0], what, model, resolve, tag)
+    parsed = parsed and usable_size(parsed, what, model)
+    if parsed is None:
+        return None
+    turn = _plane_turn(geometry[0], what)
+    if parsed.kind == "heightmap":
+        turn = Pose(child_floats(geometry[0], "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
+    shape = Shape(parsed, pose * turn, name=name, link=link)
+    if tag == "collision":
+        return shape
+    if geometry[0].tag == "plane":  # a thin box below the surface
+        shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
+    return _looks(element, shape, what, model, resolve)
+
+
+def _plane_turn(shape, what):
+    """Rotation of a plane whose normal is not +z: the shortest."""
+    if shape.tag != "plane":
+        return Pose()
+    x, y, z = child_floats(shape, "normal", 3, f"{what} plane", (0.0, 0.0, 1.0))
+    length = (x * x + y * y + z * z) ** 0.5
+    if length < 1e-9 or (x == 0.0 and y == 0.0 and z > 0.0):
+        return Pose()
+    x, y, z = x / length, y / length, z / length
+    if z < -0.999999:
+        return Pose(orientation=(1.0, 0.0, 0.0, 0.0))
+    return Pose(orientation=(-y, x, 0.0, 1.0 + z)).normalised()
+
+
+def _geometry(shape, what, model, resolve, tag):
+    if shape.tag == "plane":
+        if tag == "collision":
+            return Geometry("plane")
+        size = child_floats(shape, "size", 2, f"{what} plane", PLANE_SIZE)
+        return Geometry("box", size + (PLANE_THICKNESS,))
+    if shape.tag == "box":
+        return Geometry("box", child_floats(shape, "size", 3, f"{what} box", _ONE))
+    if shape.tag == "cylinder":
+        return Geometry(
+            "cylinder",
+            (child_number(shape, "radius", what, 1.0), child_number(shape, "length", what, 1.0)),
+        )
+    if shape.tag == "sphere":
+        return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
+    if shape.tag == "mesh":
+        scale = child_floats(shape, "scale", 3, f"{what} mesh", _ONE)
+        uri = shape.document.beside(child_text(shape, "uri", ""))
+        geometry = mesh_geometry(uri, scale, what, resolve, model)
+        submesh = child_text(shape, "submesh/name")
+        if geometry is not None and submesh:
+            geometry = replace(
+                geometry,
+                submesh=submesh,
+                centered=is_true(child_text(shape, "submesh/center", "false")),
+            )
+        return geometry
+    if shape.tag in ("heightmap", "polyline"):
+        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, what, model, resolve)
+    if shape.tag != "empty":
+        model.warn(
+            f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
+            "mesh, heightmap, polyline; it is left out",
+            "shapes have a geometry that is unknown here and are left out",
+            f"{what} <{shape.tag}>",
+        )
+    return None
+
+
+def _heightmap(shape, what, model, resolve):
+    uri = child_text(shape, "uri", "")
+    size = child_floats(shape, "size", 3, f"{what} heightmap", _ONE)
+    try:
+        path = resolve(shape.document.beside(uri))
+        found = os.path.isfile(path)
+    except ValueError:
+        found = False
+    if not found:
+        model.warn(
+            f"{what}: heightmap '{uri}' is not found; it is left out",
+            "heightmaps are missing and left out",
+            uri,
+        )
+        return None
+    return Geometry("heightmap", size, path=path)
+
+
+def _polyline(shape, what, model, _):
+    points = tuple(
+        floats(point.text or "", 2, f"{what} polyline point") for point in shape.findall("point")
+    )
+    return Geometry(
+        "polyline", (child_number(shape, "height", f"{what} polyline", 1.0),), points=points
+    )
+
+
+def _looks(element, shape, what, model, resolve):
+    material = element.find("material")
+    color, texture = None, ""
+    if material is not None:
+        text = child_text(material, "diffuse") or child_text(material, "ambient")
+        color = rgba_of(material, text, f"{what} material") if text else None
+        script = material.find("script")
+        found = script_material(script, resolve, what, model) if script is not None else None
+        if found is not None:
+            color, texture = found.color or color, found.texture
+    if color is None and not texture and shape.geometry.kind != "mesh":
+        color = GREY
+    clear = min(1.0, max(0.0, child_number(element, "transparency", what, 0.0)))
+    if clear and color is not None:
+        color = color[:3] + (color[3] * (1.0 - clear),)
+    if clear >= 1.0:
+        color = (0.0, 0.0, 0.0, 0.0)
+    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, what)
+    return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
+
+
+def _finish(element, material, opacity, what):
+    """Finish of a <visual>: its <material> beside colour and texture."""
+    casts = child_flag(element, "cast_shadows", what, True)
+    if material is None:
+        return Finish(opacity=opacity, cast_shadows=casts)
+
+    def color(tag, default):
+        text = child_text(material, tag)
+        found = rgba_of(material, text, f"{what} material") if text else None
+        return default if found is None else found[:3]
+
+    has_script = material.find("script") is not None
+    return Finish(
+        None if has_script or not child_text(material, "diffuse") else color("ambient", None),
+        color("specular", None),
+        color("emissive", (0.0, 0.0, 0.0)),
+        child_number(material, "shininess", what, 0.0) or Finish.shininess,
+        opacity,
+        casts,
+        child_flag(material, "lighting", what, True),
+    )

@@ -1,1 +1,0 @@
-"""Gazebo's own tags in URDF and SDF: sensors, plugins, drives -> specs."""

@@ -1,0 +1,469 @@
+"""Mesh files checked, and converted to what PyBullet loads correctly.
+
+Mesh files and textured shapes -> files that PyBullet reads correctly: OBJ, one material each.
+PyBullet reads binary STL and OBJ with one material. Its DAE reader ignores materials and units, it
+reads no ASCII STL, mirrored meshes are inside out, an OBJ is drawn in one colour however many it
+has and black without any, EGL draws stripes where an image's width is no multiple of 4, and a
+broken file can crash the process. So every file is checked, and other files are rewritten with
+trimesh (loaded on demand) into a folder next to the prepared URDF, once for each content.
+
+As in Gazebo and rviz, a DAE's <unit> counts and its <up_axis> does not.
+"""
+
+import functools
+import hashlib
+import json
+import os
+import re
+import struct
+from dataclasses import replace
+
+import numpy as np
+
+from bullet_sim.description.model import Geometry
+from bullet_sim.errors import ModelError
+from bullet_sim.files import read_file
+from bullet_sim.meshes import terrain
+from bullet_sim.meshes.read import (
+    GREY,
+    MAX_PIXELS,
+    MAX_SIZE,
+    WHITE,
+    check_corners,
+    mean_color,
+    open_picture,
+    opened,
+    picture_of,
+    read_parts,
+    rgba,
+)
+
+CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, to the right and up
+
+
+def box_sides():
+    """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) from a picture's
+    lower left counter-clockwise, as seen from outside where the side stands upright."""
+    for axis in range(3):
+        for side in (1.0, -1.0):
+            normal = np.zeros(3)
+            normal[axis] = side
+            right = np.array([0.0, side, 0.0]) if axis == 0 else np.array([1.0, 0.0, 0.0])
+            if axis == 1:
+                right = right * -side
+            up = np.cross(normal, right)
+            yield normal, [normal + a * right + b * up for a, b in CORNERS]
+
+
+_BAD_NUMBER = re.compile(rb"^[ \t]*v[nt]?\s[^\n]*?(?:nan|inf)", re.MULTILINE | re.IGNORECASE)
+_VERTEX = re.compile(rb"^[ \t]*v\s", re.MULTILINE)
+_FACE = re.compile(rb"^[ \t]*f[ \t]+([^\n]*)$", re.MULTILINE)
+_MATERIAL = re.compile(rb"^[ \t]*usemtl[ \t]+(\S+)", re.MULTILINE)
+_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(\S[^\n]*)$", re.MULTILINE)
+_PICTURE = re.compile(r"^[ \t]*map_Kd[ \t]+(\S[^\n]*)$", re.MULTILINE)
+
+
+def kind_of(path, data):
+    """'obj', 'stl' (binary), 'ascii stl' or 'dae'."""
+    ending = os.path.splitext(path)[1].lower()
+    if ending == ".stl":
+        return "stl" if _stl_count(data) is not None else "ascii stl"
+    return ending[1:]
+
+
+def _stl_count(data):
+    """Number of triangles of a binary STL, or None when it is none."""
+    if len(data) < 84:
+        return None
+    (count,) = struct.unpack_from("<I", data, 80)
+    return (
+        count
+        if len(data) >= 84 + 50 * count and not (data[:5] == b"solid" and b"facet" in data[:500])
+        else None
+    )
+
+
+def mesh_fault(path, kind, data):
+    """Reason why PyBullet must not read a file, or ''; DAE and ASCII STL are checked later."""
+    if not data:
+        return f"mesh '{path}' is empty"
+    if kind == "stl":
+        return _stl_fault(path, data)
+    return _obj_fault(path, data) if kind == "obj" else ""
+
+
+def _stl_fault(path, data):
+    count = _stl_count(data)
+    if not count:
+        return f"mesh '{path}' has no triangles"
+    table = np.frombuffer(data, np.uint8, 50 * count, 84).reshape(count, 50)
+    corners = np.ascontiguousarray(table[:, 12:48]).view("<f4")
+    if np.isfinite(corners).all() and np.abs(corners).max() <= MAX_SIZE:
+        return ""
+    return f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
+
+
+def _obj_fault(path, data):
+    if _BAD_NUMBER.search(data):
+        return f"mesh '{path}' has corners that are no numbers"
+    count = len(_VERTEX.findall(data))
+    faces = b" ".join(_FACE.findall(data)).split()
+    if not faces or not count:
+        return f"mesh '{path}' has no faces"
+    try:
+        used = np.array([int(face.split(b"/", 1)[0]) for face in faces])
+    except ValueError:
+        return f"mesh '{path}' has a face that is no list of numbers"
+    wrong = used[(used > count) | (used < -count) | (used == 0)]
+    if not len(wrong):
+        return ""
+    return f"mesh '{path}' has {count} corners, but a face names number {wrong[0]}"
+
+
+def is_plain(shape, kind, data):
+    """Whether PyBullet draws a mesh file correctly without conversion.
+
+    Not when it is mirrored or only a part of it is used. An OBJ needs one material, in a library
+    that exists: with none it is drawn black, and of several only one is
+    used; the description's colour does not replace it.
+    """
+    geometry = shape.geometry
+    if min(geometry.scale) < 0 or geometry.submesh or kind not in ("obj", "stl"):
+        return False
+    if kind == "stl":
+        return True
+    libraries = _libraries(geometry.path, data)
+    if shape.painted or len(set(_MATERIAL.findall(data))) != 1 or not libraries:
+        return False
+    folder = os.path.dirname(geometry.path)
+    return all(
+        _is_aligned(picture) for library in libraries for picture in _pictures(library, folder)
+    )
+
+
+def _libraries(path, data):
+    """Existing material libraries that an OBJ names."""
+    folder = os.path.dirname(path)
+    names = (library.strip().decode(errors="replace") for library in _LIBRARY.findall(data))
+    return [file for file in (os.path.join(folder, name) for name in names) if os.path.isfile(file)]
+
+
+def _pictures(library, folder):
+    """Existing picture files that a material library names; paths begin in the OBJ's folder."""
+    with open(library, encoding="utf-8", errors="replace") as file:
+        names = [picture.split()[-1] for picture in _PICTURE.findall(file.read())]
+    files = (os.path.join(folder, name) for name in names)
+    return [file for file in files if os.path.isfile(file)]
+
+
+def _is_aligned(picture):
+    width, height = _size(picture, os.stat(picture).st_mtime_ns)
+    return width % 4 == 0 and width * height <= MAX_PIXELS
+
+
+@functools.lru_cache(maxsize=256)
+def _size(picture, _):
+    try:
+        with opened(picture) as found:
+            return found.size
+    except ModelError:
+        return 1, 1
+
+
+MAX_PICTURE = 2048  # [px] longest side of a picture
+
+
+def convert(shape, signs, role, folder, faults=None):
+    """Write a mesh file's parts into a folder.
+
+    Args:
+        shape: Shape whose geometry is a mesh; its texture goes over the mesh's materials, and
+            so does its colour when it is painted.
+        signs: three of +1 or -1: axes to mirror.
+        role: 'visual': one part for each material; 'collision': one part.
+        folder: where the files go.
+        faults: list that takes what is wrong with its pictures, which are left out.
+
+    Returns:
+        List of dicts: file; color RGBA or None; textured, whether a picture covers it.
+
+    Raises:
+        ModelError: it cannot be read, is empty, or has numbers that are not finite.
+    """
+    geometry = shape.geometry
+    with np.errstate(all="ignore"):  # corners that are not finite are found below
+        meshes = _load(geometry, faults)
+    for mesh in meshes:
+        check_corners(np.asarray(mesh.vertices, float), geometry.path)
+    if geometry.centered:
+        low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
+        high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
+        for mesh in meshes:
+            mesh.vertices = mesh.vertices - (low + high) / 2.0
+    if role == "collision":
+        path = os.path.join(folder, "part_0.obj")
+        _write(path, meshes, signs)
+        return [{"file": path, "color": None, "textured": False}]
+    parts = []
+    for number, mesh in enumerate(meshes):
+        path = os.path.join(folder, f"part_{number}.obj")
+        color, picture = _looks(mesh, shape)
+        _write(path, [mesh], signs, _library(path, color, picture), picture is not None)
+        parts.append({"file": path, "color": color, "textured": picture is not None})
+    return parts
+
+
+def _load(geometry, faults):
+    """Trimeshes of a file in metres, transforms of its scene applied."""
+    meshes = []
+    for found, place in read_parts(geometry, faults):
+        mesh = found.copy()
+        mesh.apply_transform(place)
+        meshes.append(mesh)
+    return meshes
+
+
+def _looks(mesh, shape):
+    """(RGBA, Pillow picture or None) of a trimesh as part of a Shape."""
+    visual = mesh.visual
+    uv = getattr(visual, "uv", None)
+    if shape.texture:
+        if uv is None:
+            return mean_color(shape.texture), None
+        return WHITE, open_picture(shape.texture)
+    if shape.painted or visual is None or not visual.defined:
+        return shape.color or GREY, None
+    material = getattr(visual, "material", None)
+    if material is None:
+        return rgba(visual.main_color), None
+    picture = picture_of(material)
+    if picture is not None and uv is not None:
+        return WHITE, picture
+    return rgba(material.main_color), None
+
+
+def _save(picture, path):
+    """Save a picture with sides that are multiples of 4: EGL draws others as stripes."""
+    try:
+        picture = picture.convert("RGB")
+    except (OSError, ValueError, SyntaxError) as error:  # cut off, or broken within
+        raise ModelError(f"a picture cannot be read: {error}") from error
+    shrink = min(1.0, MAX_PICTURE / max(picture.size))
+    size = tuple(max(4, 4 * round(side * shrink / 4)) for side in picture.size)
+    if size != picture.size:
+        picture = picture.resize(size)
+    picture.save(path)
+
+
+def _write(path, meshes, signs, head=(), covered=False):
+    """Write meshes as one OBJ after the lines of `head`; covered: with texture coordinates."""
+    lines, first = list(head), 1
+    flip = np.prod(signs) < 0  # mirroring turns the normals inwards: reverse the triangles
+    for mesh in meshes:
+        corners = np.asarray(mesh.vertices, float) * signs
+        normals = np.asarray(mesh.vertex_normals, float) * signs
+        faces = np.asarray(mesh.faces)[:, :: -1 if flip else 1] + first
+        lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(row)) for row in corners]
+        if covered:
+            lines += [
+                "vt {:.6g} {:.6g}".format(*tuple(row[:2])) for row in np.asarray(mesh.visual.uv)
+            ]
+        lines += ["vn {:.6g} {:.6g} {:.6g}".format(*tuple(row)) for row in np.nan_to_num(normals)]
+        form = "f %d/%d/%d %d/%d/%d %d/%d/%d" if covered else "f %d//%d %d//%d %d//%d"
+        each = 3 if covered else 2
+        lines += [form % tuple(row) for row in np.repeat(faces, each, axis=1)]
+        first += len(corners)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+
+
+def _library(path, color, picture=None):
+    """Write the material library of an OBJ, and its picture; gives the lines that name it."""
+    base = os.path.splitext(os.path.basename(path))[0]
+    folder = os.path.dirname(path)
+    lines = [
+        "newmtl look",
+        "Ka 1 1 1",
+        "Kd {:g} {:g} {:g}".format(*tuple(color[:3])),
+        f"d {color[3]:g}",
+    ]
+    if picture is not None:
+        _save(picture, os.path.join(folder, f"{base}.png"))
+        lines.append(f"map_Kd {base}.png")
+    with open(os.path.join(folder, f"{base}.mtl"), "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return [f"mtllib {base}.mtl", "usemtl look"]
+
+
+def write_box(size, texture, folder):
+    """Write a box of a size [m] with a picture on each side; returns parts as convert does."""
+    path = os.path.join(folder, "part_0.obj")
+    lines = _library(path, WHITE, open_picture(texture))
+    lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    half = np.asarray(size, float) / 2.0
+    for number, (normal, corners) in enumerate(box_sides()):
+        lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(corner * half)) for corner in corners]
+        lines.append("vn {:g} {:g} {:g}".format(*tuple(normal)))
+        corner = [f"{4 * number + k}/{k}/{number + 1}" for k in (1, 2, 3, 4)]
+        lines += [
+            f"f {corner[0]} {corner[1]} {corner[2]}",
+            f"f {corner[0]} {corner[2]} {corner[3]}",
+        ]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return [{"file": path, "color": WHITE, "textured": True}]
+
+
+MAX_BYTES = 400_000_000  # of a mesh file
+
+
+def localise(lumped, folder, warn):
+    """Replace the meshes and textures of a LumpedModel in place by files that PyBullet reads.
+
+    Args:
+        lumped: LumpedModel.
+        folder: for converted files; they go to <folder>/meshes.
+        warn: function that takes a sentence, its cause and item (see ReadWarning) for each shape
+            that cannot be used.
+
+    Returns:
+        Link name -> the visuals that can be used, as they were.
+    """
+    store = _Store(os.path.join(folder, "meshes"), warn)
+    usable = {name: [] for name in lumped.links}
+    for link in lumped.links.values():
+        for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
+            ready = []
+            for shape in shapes:
+                try:
+                    ready += convert(shape)
+                    if shapes is link.visuals:
+                        usable[link.name].append(shape)
+                except ModelError as error:
+                    what = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
+                    warn(
+                        f"{what} is left out: {error}",
+                        "meshes cannot be used and are left out",
+                        shape.geometry.path or what,
+                    )
+            shapes[:] = ready
+    return usable
+
+
+class _Store:
+    """Converted files below one folder."""
+
+    def __init__(self, folder, warn):
+        self._folder, self._warn = folder, warn
+
+    def visual(self, shape):
+        """Shapes that replace one visual: one for each material."""
+        if shape.geometry.kind in _MADE:
+            shape = replace(shape, color=self._color(shape), texture="")
+            return [replace(shape, geometry=self._made(shape.geometry))]
+        geometry = shape.geometry
+        if geometry.kind != "mesh":
+            return [self._covered(shape)] if shape.texture else [shape]
+        data = read_file(geometry.path, "mesh", MAX_BYTES)
+        kind = kind_of(geometry.path, data)
+        fault = mesh_fault(geometry.path, kind, data)
+        if fault:
+            raise ModelError(fault)
+        if is_plain(shape, kind, data) and not shape.texture:
+            return [shape]
+        faults = []
+        parts = self._converted(geometry, data, "visual", shape, faults)
+        for fault in dict.fromkeys(faults):
+            self._warn(
+                f"a picture of mesh '{geometry.path}' is left out: {fault}",
+                "pictures of meshes cannot be used and are left out",
+                geometry.path,
+            )
+        return [
+            replace(
+                shape, texture="", geometry=_beside(part["file"], geometry), color=part["color"]
+            )
+            for part in parts
+        ]
+
+    def collision(self, shape):
+        """Shapes that replace one collision; materials are ignored."""
+        if shape.geometry.kind in _MADE:
+            return [replace(shape, geometry=self._made(shape.geometry))]
+        geometry = shape.geometry
+        if geometry.kind != "mesh":
+            return [shape]
+        data = read_file(geometry.path, "mesh", MAX_BYTES)
+        kind = kind_of(geometry.path, data)
+        fault = mesh_fault(geometry.path, kind, data)
+        if fault:
+            raise ModelError(fault)
+        if kind in ("obj", "stl") and min(geometry.scale) > 0 and not geometry.submesh:
+            return [shape]
+        parts = self._converted(geometry, data, "collision", shape)
+        return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
+
+    def _made(self, geometry):
+        """The mesh of a heightmap or a polyline."""
+        data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
+        key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
+
+        def make(folder):
+            path = os.path.join(folder, "shape.obj")
+            terrain.write_obj(path, *_MADE[geometry.kind](geometry))
+            return [{"file": path, "color": None}]
+
+        return Geometry("mesh", path=self._kept(key, make)[0]["file"])
+
+    @staticmethod
+    def _color(shape):
+        return mean_color(shape.texture) if shape.texture else shape.color
+
+    def _covered(self, shape):
+        """A box with a texture on its sides; other shapes get the texture's mean colour."""
+        kind, size = shape.geometry.kind, shape.geometry.size
+        if kind != "box":
+            return replace(shape, texture="", color=mean_color(shape.texture))
+        key = _key(read_file(shape.texture, "picture", MAX_BYTES), repr(size))
+        parts = self._kept(key, lambda folder: write_box(size, shape.texture, folder))
+        return replace(
+            shape,
+            texture="",
+            color=parts[0]["color"],
+            geometry=Geometry("mesh", path=parts[0]["file"]),
+        )
+
+    def _converted(self, geometry, data, role, shape, faults=None):
+        signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
+        looks = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
+        key = _key(
+            data, repr((geometry.path, signs, geometry.submesh, geometry.centered, role, looks))
+        )
+        return self._kept(key, lambda folder: convert(shape, signs, role, folder, faults))
+
+    def _kept(self, key, make):
+        """Parts made before, or made now; each a dict of file, color, textured."""
+        folder = os.path.join(self._folder, key)
+        index = os.path.join(folder, "parts.json")
+        if not os.path.isfile(index):
+            os.makedirs(folder, exist_ok=True)
+            parts = make(folder)
+            with open(index, "w", encoding="utf-8") as file:
+                json.dump(parts, file)
+        with open(index, encoding="utf-8") as file:
+            parts = json.load(file)
+        return [dict(part, color=part["color"] and tuple(part["color"])) for part in parts]
+
+
+_MADE = {
+    "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
+    "polyline": lambda geometry: terrain.extruded(geometry.points, geometry.size[0]),
+}
+
+
+def _beside(path, geometry):
+    return Geometry("mesh", path=path, scale=tuple(abs(factor) for factor in geometry.scale))
+
+
+def _key(data, text):
+    return hashlib.sha256(data + text.encode()).hexdigest()[:24]

@@ -1,0 +1,241 @@
+"""Changes to loaded models: wrenches, efforts, properties of links and joints."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bullet_sim.errors import CommandError, ModelError
+from bullet_sim.pose import matrix_from_quaternion
+
+
+def step_range(step_count, time_step, start, duration):
+    """Physics steps during which a wrench or an effort acts.
+
+    Args:
+        step_count: steps made so far.
+        time_step: [s].
+        start: simulated time [s]; a past one means now.
+        duration: [s]; negative: without end; shorter than a step: one step; 0: not at all.
+
+    Returns:
+        (first, end): it acts in the steps first <= number < end; end may be infinite.
+
+    Raises:
+        CommandError: a number is NaN or infinite.
+    """
+    for name, value in (("start_time", start), ("duration", duration)):
+        if not math.isfinite(value):
+            raise CommandError(f"{name} is {value} s, must be finite")
+    first = max(step_count, math.ceil(start / time_step - 1e-6))
+    if duration < 0:
+        return first, math.inf
+    return first, first + (max(1, round(duration / time_step)) if duration > 0 else 0)
+
+
+@dataclass(frozen=True)
+class _Load:
+    model: object
+    part: str  # name of the link or joint
+    kind: str  # 'link' or 'joint'
+    first: int
+    end: float
+    apply: Callable[[], None]
+
+
+class Forces:
+    """External wrenches and efforts, applied before every physics step; several add up."""
+
+    def __init__(self):
+        self._loads = []
+
+    @property
+    def active(self):
+        """Whether a wrench or an effort acts now or later."""
+        return bool(self._loads)
+
+    def apply_wrench(self, model, link, force, torque, steps):
+        """Apply a force at the centre of mass of a link's rigid part, and a torque.
+
+        Args:
+            model: of the world.
+            link: link name.
+            force, torque: (3,) [N], [N m] along world axes; they keep their direction.
+            steps: as step_range gives it.
+
+        Raises:
+            SimError: no such link, a static model, a number that is NaN or infinite.
+        """
+        self._check(model, f"wrench on link '{link}'", (*force, *torque))
+        index, _ = model.link_in_body(link)
+        force, torque = np.asarray(force, float), np.asarray(torque, float)
+        self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
+
+    def apply_effort(self, model, joint, effort, steps):
+        """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
+
+        Returns:
+            The clipped effort.
+
+        Raises:
+            SimError: as for apply_wrench.
+        """
+        self._check(model, f"effort on joint '{joint}'", (effort,))
+        effort = model.joints.clip_effort(joint, effort)
+        self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
+        return effort
+
+    def _add(self, model, part, kind, steps, apply):
+        if steps[1] > steps[0]:
+            self._loads.append(_Load(model, part, kind, *steps, apply))
+
+    @staticmethod
+    def _check(model, what, values):
+        for value in values:
+            if not math.isfinite(value):
+                raise CommandError(f"{what} of '{model.name}' has {value}, must be finite")
+        if model.is_static:
+            raise CommandError(f"{what} of '{model.name}' has no effect: the model is static")
+
+    def apply(self, step):
+        """Apply all that act in the next physics step; `step` is the number of steps made."""
+        for load in self._loads:
+            if load.first <= step < load.end:
+                load.apply()
+        self._loads = [load for load in self._loads if load.end > step + 1]
+
+    def clear_link(self, model, link):
+        """End all wrenches on a link; returns how many there were."""
+        return self._remove(
+            lambda load: (load.model, load.kind, load.part) == (model, "link", link)
+        )
+
+    def clear_joint(self, model, joint):
+        """End all efforts on a joint; returns how many there were."""
+        return self._remove(
+            lambda load: (load.model, load.kind, load.part) == (model, "joint", joint)
+        )
+
+    def remove_model(self, model):
+        """End all wrenches and efforts on a model; returns how many there were."""
+        return self._remove(lambda load: load.model is model)
+
+    def clear(self):
+        """End all wrenches and efforts."""
+        self._loads = []
+
+    def _remove(self, matches):
+        others = [load for load in self._loads if not matches(load)]
+        count = len(self._loads) - len(others)
+        self._loads = others
+        return count
+
+
+TOLERANCE = 1e-6  # relative tolerance of values that cannot change
+
+
+def link_properties(model, link):
+    """Mass and inertia of a link.
+
+    A link that fixed joints merge into another, or a model's static link, has those of its
+    description; one that carries merged links has the sum, as in Gazebo.
+
+    Returns:
+        mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m^2] about it.
+
+    Raises:
+        ModelError: no such link.
+    """
+    model.link_in_body(link)
+    found = model.rigid_parts.get(link) or model.description.links[link]
+    return found.mass, found.centre, found.inertia
+
+
+def set_link_properties(model, link, mass, centre, inertia, gravity):
+    """Change a link's mass and inertia; survives a reset of the world.
+
+    Args:
+        mass: [kg].
+        centre: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them.
+        gravity: whether gravity acts on it; only True is possible.
+
+    Raises:
+        ModelError: the request is impossible or not physical; nothing has changed then.
+    """
+    index, _ = model.link_in_body(link)
+    what = f"link '{link}' of '{model.name}'"
+    part = model.rigid_parts.get(link)
+    if model.is_static:
+        raise ModelError(f"{what} never moves: the model is static")
+    if part is None:
+        raise ModelError(
+            f"{what} is merged into another by a fixed joint; change one of "
+            f"{', '.join(model.rigid_parts)}"
+        )
+    inertia = np.asarray(inertia, float)
+    if not (np.isfinite(inertia).all() and math.isfinite(mass) and mass > 0):
+        raise ModelError(
+            f"{what}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
+            "the mass above 0"
+        )
+    if not gravity:
+        raise ModelError(f"{what}: gravity_mode cannot be switched off here")
+    if not np.allclose(centre, part.centre, rtol=0.0, atol=1e-6):
+        raise ModelError(f"{what}: the centre of mass cannot move, it is {part.centre.tolist()} m")
+    moments, before = _moments(model, index, inertia), part.inertia
+    if moments is None:
+        raise ModelError(
+            f"{what}: inertia {inertia.tolist()} has other principal axes than "
+            f"{before.tolist()}, which cannot change"
+        )
+    if moments.min() <= 0:
+        raise ModelError(f"{what}: inertia {inertia.tolist()} is not positive definite")
+    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, mass, moments))
+    part.mass, part.inertia = float(mass), inertia
+
+
+def _moments(model, index, inertia):
+    """Moments (3,) of an inertia along the loaded principal axes; None if those do not fit."""
+    axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
+    turned = axes.T @ inertia @ axes
+    off = turned - np.diag(np.diag(turned))
+    return np.diag(turned) if np.abs(off).max() <= TOLERANCE * np.abs(turned).max() else None
+
+
+def set_joint_stops(model, joint, lower=None, upper=None):
+    """Change a joint's stops [rad, m]; None keeps one; survives a reset of the world.
+
+    Raises:
+        ModelError: the joint has no stops, or lower is above upper, or not finite.
+    """
+    number, limits = model.joints.index(joint), model.joints.limits[joint]
+    what = f"joint '{joint}' of '{model.name}'"
+    if limits.lower is None:
+        raise ModelError(f"{what} is {limits.kind} and has no stops to change")
+    lower = limits.lower if lower is None else float(lower)
+    upper = limits.upper if upper is None else float(upper)
+    if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
+        raise ModelError(f"{what}: stops are {lower} and {upper}, must be finite, the lower first")
+    model.change(
+        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, number, lower, upper)
+    )
+    limits.lower, limits.upper = lower, upper
+
+
+def set_joint_damping(model, joint, damping):
+    """Change a joint's damping [N m s/rad, N s/m]; survives a reset of the world.
+
+    Raises:
+        ModelError: negative or not finite.
+    """
+    number = model.joints.index(joint)
+    if not (math.isfinite(damping) and damping >= 0):
+        raise ModelError(
+            f"joint '{joint}' of '{model.name}': damping is {damping}, must be 0 or more"
+        )
+    model.change(
+        ("damping", joint),
+        lambda: model.engine.set_joint_damping(model.body, number, float(damping)),
+    )
+    model.joints.limits[joint].damping = float(damping)

@@ -1,0 +1,192 @@
+"""LumpedModel -> a URDF text that PyBullet loads safely."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from bullet_sim.description.model import Geometry, Shape
+from bullet_sim.pose import Pose
+
+DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
+
+# Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
+# camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
+# Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
+# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the middle, the
+# shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch
+# (each costs time: with a drop of 1 % a step took twice as long). The outline, which lidar and
+# walls see, stays within CROWN_DROP of the description's; visuals are untouched.
+CROWN_DROP = 0.06  # of the radius
+CROWN_WIDTH = 0.12  # of the length
+# Bearing and rolling resistance of wheels without <dynamics friction>: a Coulomb torque on each
+# that together resists with this part of the robot's weight. It keeps a robot that no controller
+# holds from creeping (solver residue pushes with under 1e-3 of the weight) and is little against
+# any motor.
+ROLLING_RESISTANCE = 0.01
+STANDARD_GRAVITY = 9.81  # [m/s^2]
+
+
+def _words(values):
+    return " ".join(repr(float(v)) for v in values)
+
+
+def _origin(parent, pose):
+    ET.SubElement(parent, "origin", xyz=_words(pose.position), rpy=_words(pose.rpy))
+
+
+def _geometry(parent, geometry):
+    holder = ET.SubElement(parent, "geometry")
+    if geometry.kind == "box":
+        ET.SubElement(holder, "box", size=_words(geometry.size))
+    elif geometry.kind == "cylinder":
+        ET.SubElement(
+            holder, "cylinder", radius=_words(geometry.size[:1]), length=_words(geometry.size[1:])
+        )
+    elif geometry.kind == "sphere":
+        ET.SubElement(holder, "sphere", radius=_words(geometry.size))
+    elif geometry.kind == "plane":
+        ET.SubElement(holder, "plane", normal="0 0 1")
+    else:
+        ET.SubElement(holder, "mesh", filename=geometry.path, scale=_words(geometry.scale))
+
+
+def prepared_urdf(lumped, static):
+    """Text for PyBullet: absolute mesh paths, every moving link with mass and inertia.
+
+    Args:
+        lumped: LumpedModel.
+        static: True: no masses, meshes collide as they are; False: meshes collide as hulls,
+            wheels are crowned and have a rolling resistance (see the constants).
+    """
+    robot = ET.Element("robot", name=lumped.root)
+    wheels = {} if static else _wheels(lumped)
+    for link in lumped.links.values():
+        element = ET.SubElement(robot, "link", name=link.name)
+        _inertial(element, link, static)
+        for number, shape in enumerate(link.visuals):
+            visual = ET.SubElement(element, "visual")
+            _origin(visual, shape.pose)
+            _geometry(visual, shape.geometry)
+            if shape.color is not None or shape.geometry.kind != "mesh":
+                material = ET.SubElement(visual, "material", name=f"{link.name}_{number}")
+                ET.SubElement(material, "color", rgba=_words(shape.color or DEFAULT_COLOR))
+        for shape in _crowned(link.collisions, wheels.get(link.name)):
+            collision = ET.SubElement(element, "collision")
+            if static and shape.geometry.kind == "mesh":
+                collision.set("concave", "yes")
+            _origin(collision, shape.pose)
+            _geometry(collision, shape.geometry)
+    weight = STANDARD_GRAVITY * sum(link.mass for link in lumped.links.values())
+    for joint in lumped.joints:
+        friction = joint.friction
+        if not friction and joint.child in wheels:
+            radius = wheels[joint.child].geometry.size[0]
+            friction = ROLLING_RESISTANCE * weight / len(wheels) * radius
+        _joint(robot, joint, friction)
+    for joint in lumped.welds:
+        _joint(robot, joint, 0.0)
+    ET.indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _wheels(lumped):
+    """Map of link name -> collision Shape that is a wheel: a cylinder on its own joint's axis."""
+    wheels = {}
+    for joint in lumped.joints:
+        if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
+            continue
+        for shape in lumped.links[joint.child].collisions:
+            if shape.geometry.kind == "cylinder":
+                off = np.cross(joint.axis, shape.pose.position)
+                tilt = np.cross(joint.axis, shape.pose.matrix[:, 2])
+                if (
+                    np.linalg.norm(off) < 1e-3 * shape.geometry.size[0]
+                    and np.linalg.norm(tilt) < 1e-3
+                ):
+                    wheels[joint.child] = shape
+                    break
+    return wheels
+
+
+def _crowned(shapes, wheel):
+    """The shapes, with the one that is a wheel (or None) as a crowned tyre of two cylinders."""
+    for shape in shapes:
+        if shape is not wheel:
+            yield shape
+            continue
+        radius, length = shape.geometry.size
+        for size in ((radius, CROWN_WIDTH * length), ((1.0 - CROWN_DROP) * radius, length)):
+            yield Shape(Geometry("cylinder", size), shape.pose, shape.color)
+
+
+def _inertial(element, link, static):
+    inertial = ET.SubElement(element, "inertial")
+    mass, inertia = (0.0, np.zeros((3, 3))) if static else (link.mass, link.inertia)
+    if static:
+        _origin(inertial, Pose())
+    else:
+        inertia, turn = _principal(inertia)
+        _origin(inertial, Pose(tuple(link.centre.tolist()), turn))
+    ET.SubElement(inertial, "mass", value=repr(float(mass)))
+    ET.SubElement(
+        inertial,
+        "inertia",
+        ixx=repr(float(inertia[0, 0])),
+        ixy="0",
+        ixz="0",
+        iyy=repr(float(inertia[1, 1])),
+        iyz="0",
+        izz=repr(float(inertia[2, 2])),
+    )
+
+
+def _principal(inertia):
+    """Principal moments on the diagonal (3, 3) and the quaternion of their axes.
+
+    PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame.
+    """
+    if np.abs(inertia - np.diag(np.diag(inertia))).max() <= 1e-9 * np.abs(inertia).max():
+        return np.diag(np.diag(inertia)), (0.0, 0.0, 0.0, 1.0)
+    moments, axes = np.linalg.eigh(inertia)
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] = -axes[:, 0]
+    return np.diag(moments), quaternion_from_matrix(axes)
+
+
+def quaternion_from_matrix(matrix):
+    """Unit quaternion (x, y, z, w) of a rotation matrix (3, 3), after Bar-Itzhack (2000).
+
+    The eigenvector of the greatest eigenvalue of a symmetric 4x4 matrix; stable everywhere.
+    """
+    m = np.asarray(matrix)
+    k = np.array(
+        [
+            [m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
+            [m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
+            [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
+        ]
+    )
+    values, vectors = np.linalg.eigh(k / 3.0)
+    return tuple(vectors[:, np.argmax(values)].tolist())
+
+
+def _joint(robot, joint, friction):
+    kind = joint.kind
+    if kind in ("revolute", "prismatic") and (joint.lower is None or joint.lower == joint.upper):
+        kind = "continuous" if kind == "revolute" and joint.lower is None else kind
+    element = ET.SubElement(robot, "joint", name=joint.name, type=kind)
+    ET.SubElement(element, "parent", link=joint.parent)
+    ET.SubElement(element, "child", link=joint.child)
+    _origin(element, joint.origin)
+    ET.SubElement(element, "axis", xyz=_words(joint.axis))
+    lower, upper = (0.0, -1.0) if joint.lower is None else (joint.lower, joint.upper)
+    ET.SubElement(
+        element,
+        "limit",
+        lower=repr(lower),
+        upper=repr(upper),
+        effort=repr(joint.effort),
+        velocity=repr(joint.velocity),
+    )
+    ET.SubElement(element, "dynamics", damping=repr(joint.damping), friction=repr(float(friction)))

@@ -1,1 +1,0 @@
-"""Meshes and textures: read, given normals, uploaded once."""

@@ -1,0 +1,405 @@
+"""The shader programs: their GLSL and their uniforms.
+
+GLSL of the program that draws surfaces, in variants made for what a batch needs.
+
+`Programs` defines the names of the #if lines, and puts `frame.FRAME` before it. Light is added as
+Gazebo Classic's fixed pipeline does, in the colours' own space:
+    texel * (ambient + sum of diffuse * cosine * shadow * attenuation) + emissive + highlights
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from bullet_sim.errors import RenderError
+
+DEPTH_VERTEX = """
+uniform mat4 shadow;
+in vec3 in_position;
+in vec4 in_row0;
+in vec4 in_row1;
+in vec4 in_row2;
+void main() {
+    vec4 local = vec4(in_position, 1.0);
+    gl_Position = shadow * vec4(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local), 1.0);
+}
+"""
+DEPTH_FRAGMENT = "void main() {}"
+
+LABEL_VERTEX = """
+uniform mat4 clip;
+in vec3 in_position;
+in vec4 in_row0;
+in vec4 in_row1;
+in vec4 in_row2;
+in vec4 in_label;
+flat out vec4 v_label;
+void main() {
+    vec4 local = vec4(in_position, 1.0);
+    gl_Position = clip * vec4(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local), 1.0);
+    v_label = in_label;
+}
+"""
+LABEL_FRAGMENT = """
+flat in vec4 v_label;
+out vec4 out_color;
+void main() { out_color = v_label; }
+"""
+
+SKY_VERTEX = """
+uniform mat3 corner;   // columns: towards the picture's middle, its right edge, its upper edge
+in vec2 in_corner;
+out vec3 v_direction;
+void main() {
+    gl_Position = vec4(in_corner.x, -in_corner.y, 0.0, 1.0);
+    v_direction = corner * vec3(1.0, in_corner);
+}
+"""
+SKY_FRAGMENT = """
+in vec3 v_direction;
+uniform vec3 zenith;
+uniform vec3 horizon;
+out vec4 out_color;
+void main() {
+    float up = clamp(2.0 * v_direction.z * inversesqrt(dot(v_direction, v_direction)), 0.0, 1.0);
+    out_color = vec4(mix(horizon, zenith, up), 1.0);
+}
+"""
+
+
+VERTEX = """
+in vec3 in_position;
+in vec3 in_normal;
+in vec2 in_uv;
+in vec4 in_row0;
+in vec4 in_row1;
+in vec4 in_row2;
+in vec4 in_color;
+in vec4 in_ambient;   // w: shininess
+in vec4 in_specular;
+in vec4 in_emissive;
+flat out vec4 v_color;
+#if NEEDS_NORMAL
+out vec3 v_normal;
+#endif
+#if SUN
+out float v_facing;
+#endif
+#if NEEDS_PLACE
+out vec3 v_place;
+#endif
+#if TEXTURED
+out vec2 v_uv;
+#endif
+#if LIT
+flat out vec3 v_ambient;
+#endif
+#if SHINY
+flat out vec4 v_specular;
+flat out vec3 v_emissive;
+#endif
+#if SHADOWED & 1
+out vec3 v_fixed;
+#endif
+#if SHADOWED & 2
+out vec3 v_moving;
+#endif
+void main() {
+    vec4 local = vec4(in_position, 1.0);
+    vec3 place = vec3(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local));
+    vec3 normal = vec3(dot(in_row0.xyz, in_normal), dot(in_row1.xyz, in_normal),
+                       dot(in_row2.xyz, in_normal));
+    gl_Position = clip * vec4(place, 1.0);
+    v_color = in_color;
+#if SUN || SHADOWED
+    vec3 outward = normalize(normal);
+#endif
+#if NEEDS_NORMAL
+    v_normal = normal;
+#endif
+#if SUN
+    v_facing = dot(outward, sun.xyz);
+#endif
+#if NEEDS_PLACE
+    v_place = place;
+#endif
+#if TEXTURED
+    v_uv = in_uv;
+#endif
+#if LIT
+    v_ambient = ambient.rgb * in_ambient.rgb;
+#endif
+#if SHINY
+    v_specular = vec4(in_specular.rgb, in_ambient.w);
+    v_emissive = in_emissive.rgb;
+#endif
+#if SHADOWED
+    vec3 aside = outward * (0.1 + sqrt(max(1.0 - v_facing * v_facing, 0.0)));
+#endif
+#if SHADOWED & 1
+    v_fixed = (fixed_shadow * vec4(place + sun.w * aside, 1.0)).xyz;
+#endif
+#if SHADOWED & 2
+    v_moving = (moving_shadow * vec4(place + eye.w * aside, 1.0)).xyz;
+#endif
+}
+"""
+
+FRAGMENT = """
+flat in vec4 v_color;
+#if NEEDS_NORMAL
+in vec3 v_normal;
+#endif
+#if SUN
+in float v_facing;
+#endif
+#if NEEDS_PLACE
+in vec3 v_place;
+#endif
+#if TEXTURED
+in vec2 v_uv;
+uniform sampler2D picture;
+#endif
+#if LIT
+flat in vec3 v_ambient;
+#endif
+#if SHINY
+flat in vec4 v_specular;
+flat in vec3 v_emissive;
+#endif
+#if SHADOWED & 1
+in vec3 v_fixed;
+uniform sampler2DShadow fixed_map;
+#endif
+#if SHADOWED & 2
+in vec3 v_moving;
+uniform sampler2DShadow moving_map;
+#endif
+#if SHADOWED
+float reached(sampler2DShadow map, vec3 at) {
+    vec2 off = abs(at.xy - 0.5);
+    return max(off.x, off.y) < 0.5 ? texture(map, at) : 1.0;
+}
+#endif
+out vec4 out_color;
+void main() {
+    vec4 color = v_color;
+#if TEXTURED
+    vec4 texel = texture(picture, v_uv);
+    color *= texel;
+    if (color.a < 0.01) discard;
+#endif
+#if LIT
+#if NEEDS_NORMAL
+    vec3 normal = normalize(gl_FrontFacing ? v_normal : -v_normal);
+#endif
+    vec3 light = v_ambient;
+#if NEEDS_PLACE
+    vec3 back = eye.xyz - v_place;
+    float away = length(back);
+#endif
+#if SHINY
+    vec3 shine = v_emissive;
+    vec3 view = back / away;
+#endif
+#if SUN
+    float facing = max(gl_FrontFacing ? v_facing : -v_facing, 0.0);
+#if SHADOWED == 1
+    facing *= reached(fixed_map, v_fixed);
+#elif SHADOWED == 2
+    facing *= reached(moving_map, v_moving);
+#elif SHADOWED == 3
+    facing *= min(reached(fixed_map, v_fixed), reached(moving_map, v_moving));
+#endif
+    light += facing * sun_diffuse.rgb * v_color.rgb;
+#if SHINY
+    if (facing > 0.0) {
+        float mirrored = max(dot(normal, normalize(sun.xyz + view)), 0.0);
+        shine += pow(mirrored, v_specular.w) * sun_specular.rgb * v_specular.rgb;
+    }
+#endif
+#endif
+#if LIGHTS
+    for (int i = 0; i < LIGHTS; i++) {
+        vec3 towards = lights[i].place.xyz - v_place;
+        float far = length(towards);
+        towards = lights[i].fall.w > 0.5 ? towards / far : -lights[i].direction.xyz;
+        float power = 1.0;
+        if (lights[i].fall.w > 0.5) {
+            power = far > lights[i].place.w ? 0.0
+                : 1.0 / (lights[i].fall.x + far * (lights[i].fall.y + far * lights[i].fall.z));
+        }
+        if (lights[i].fall.w > 1.5) {
+            float inside = dot(-towards, lights[i].direction.xyz);
+            float part = (inside - lights[i].direction.w)
+                / max(lights[i].diffuse.w - lights[i].direction.w, 1e-4);
+            power *= part <= 0.0 ? 0.0 : pow(min(part, 1.0), lights[i].specular.w);
+        }
+        float cosine = max(dot(normal, towards), 0.0);
+        light += cosine * power * lights[i].diffuse.rgb * v_color.rgb;
+#if SHINY
+        if (cosine > 0.0) {
+            float turned = max(dot(normal, normalize(towards + view)), 0.0);
+            shine += pow(turned, v_specular.w) * power * lights[i].specular.rgb * v_specular.rgb;
+        }
+#endif
+    }
+#endif
+#if TEXTURED
+    color.rgb = light * texel.rgb;
+#else
+    color.rgb = light;
+#endif
+#if SHINY
+    color.rgb += shine;
+#endif
+#endif
+#if FOG
+#if !LIT
+    float away = length(eye.xyz - v_place);
+#endif
+#if FOG == 1
+    float clear = 1.0 - clamp((away - fog_reach.x) * fog_reach.y, 0.0, 1.0);
+#elif FOG == 2
+    float clear = exp(-away * fog_reach.z);
+#else
+    float clear = exp(-away * away * fog_reach.z * fog_reach.z);
+#endif
+    color.rgb = mix(fog.rgb, color.rgb, clear);
+#endif
+    out_color = color;
+}
+"""
+
+
+MAX_LIGHTS = 16  # point and spot lights, and suns beyond the first
+MATRICES, VECTORS, LIGHT = 3, 7, 5  # numbers of 4x4, of 4, and of 4 a light
+KINDS = {"directional": 0.0, "point": 1.0, "spot": 2.0}
+SIZE = 16 * MATRICES + 4 * VECTORS + 4 * LIGHT * MAX_LIGHTS
+
+FRAME = """
+struct Light { vec4 place; vec4 direction; vec4 diffuse; vec4 specular; vec4 fall; };
+layout(std140) uniform Frame {
+    mat4 clip;            // from the origin's axes
+    mat4 fixed_shadow;    // to texture coordinates and depth of the shadow maps
+    mat4 moving_shadow;
+    vec4 eye;             // camera; w: offset of shadows along the normal [m], moving map
+    vec4 sun;             // towards it; w: the same, fixed map
+    vec4 sun_diffuse;
+    vec4 sun_specular;
+    vec4 ambient;
+    vec4 fog;             // colour
+    vec4 fog_reach;       // start, 1 / (end - start), density
+    Light lights[16];
+};
+"""
+
+
+def frame_buffer(gl):
+    """moderngl Buffer for the block."""
+    return gl.buffer(reserve=4 * SIZE, dynamic=True)
+
+
+def frame_bytes(clip, eye, scene, sun, lights, shadows):
+    """Content of the block (std140).
+
+    Args:
+        clip: (4, 4) from places relative to the origin to clip space.
+        eye: (3,) [m] of the camera relative to the origin.
+        scene: Scene.
+        sun: Light that shines from everywhere, or None.
+        lights: (n, 5, 4) of the others, as light_rows gives them.
+        shadows: Shadows, or None.
+    """
+    block = np.zeros(SIZE, np.float32)
+    fixed = shadows.fixed.lookup() if shadows else np.eye(4)
+    moving = shadows.moving.lookup() if shadows else np.eye(4)
+    for number, matrix in enumerate((clip, fixed, moving)):
+        block[16 * number : 16 * number + 16] = matrix.T.ravel()
+    vectors = block[16 * MATRICES : 16 * MATRICES + 4 * VECTORS].reshape(VECTORS, 4)
+    vectors[0] = (*eye, shadows.moving.offset if shadows else 0.0)
+    if sun is not None:
+        vectors[1] = (*(-np.array(sun.direction)), shadows.fixed.offset if shadows else 0.0)
+        vectors[2, :3], vectors[3, :3] = sun.diffuse, sun.specular
+    vectors[4, :3] = scene.ambient
+    if scene.fog is not None:
+        fog = scene.fog
+        vectors[5, :3] = fog.color
+        vectors[6, :3] = fog.start, 1.0 / max(fog.end - fog.start, 1e-6), fog.density
+    rows = block[16 * MATRICES + 4 * VECTORS :].reshape(MAX_LIGHTS, LIGHT, 4)
+    for row, light in zip(rows, lights):
+        row[:] = light
+    return block.tobytes()
+
+
+def light_rows(lights, origin):
+    """(n, 5, 4) of the lights in the block.
+
+    Args:
+        lights: Lights.
+        origin: (3,) [m] to which their places are relative.
+
+    Raises:
+        RenderError: too many.
+    """
+    if len(lights) > MAX_LIGHTS:
+        raise RenderError(f"the world has {len(lights)} lights, at most {MAX_LIGHTS} are drawn")
+    rows = np.zeros((len(lights), LIGHT, 4), np.float32)
+    for row, light in zip(rows, lights):
+        row[0] = (*(np.array(light.position) - origin), light.reach)
+        row[1] = (*light.direction, np.cos(light.outer / 2.0))
+        row[2] = (*light.diffuse, np.cos(light.inner / 2.0))
+        row[3] = (*light.specular, light.falloff)
+        row[4] = (light.constant, light.linear, light.quadratic, KINDS[light.kind])
+    return rows
+
+
+class Programs:
+    """Programs of one context, made when first needed.
+
+    Args:
+        gl: moderngl.Context.
+    """
+
+    def __init__(self, gl):
+        self._gl = gl
+        self.surface = lru_cache(maxsize=None)(self._surface)
+        self.depth = self._program(DEPTH_VERTEX, DEPTH_FRAGMENT)
+        self.label = self._program(LABEL_VERTEX, LABEL_FRAGMENT)
+        self.sky = self._program(SKY_VERTEX, SKY_FRAGMENT)
+
+    def _program(self, vertex, fragment, head=""):
+        start = f"#version 330 core\n{head}"
+        return self._gl.program(vertex_shader=start + vertex, fragment_shader=start + fragment)
+
+    def _surface(self, textured, shiny, lit, sun, shadowed, lights, fog):
+        """Program that draws surfaces.
+
+        Args:
+            textured, shiny, lit: of the batch.
+            sun: whether the scene has one.
+            shadowed: whether something that stands still casts shadows (1) and something that
+                moves (2), added up.
+            lights: number of further lights.
+            fog: 0 none, 1 linear, 2 exp, 3 exp2.
+        """
+        shiny, sun, lights = shiny and lit, sun and lit, lights if lit else 0
+        values = {
+            "TEXTURED": textured,
+            "SHINY": shiny,
+            "LIT": lit,
+            "SUN": sun,
+            "SHADOWED": shadowed if sun and lit else 0,
+            "LIGHTS": lights,
+            "FOG": fog,
+            "NEEDS_NORMAL": shiny or lights,
+            "NEEDS_PLACE": shiny or lights or fog,
+        }
+        head = "".join(f"#define {name} {int(value)}\n" for name, value in values.items())
+        program = self._program(VERTEX, FRAGMENT, head + FRAME)
+        for name, unit in (("picture", 0), ("fixed_map", 1), ("moving_map", 2)):
+            if name in program:
+                program[name].value = unit
+        if "Frame" in program:
+            program["Frame"].binding = 0
+        return program

@@ -1,1 +1,0 @@
-"""Lenses that pinholes cannot show: pictures put together from pinholes."""

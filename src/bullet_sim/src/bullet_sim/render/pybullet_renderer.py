@@ -1,0 +1,139 @@
+"""A copy of the world in an engine of PyBullet, whose renderers draw it."""
+
+import math
+
+import numpy as np
+
+from bullet_sim.errors import RenderError
+from bullet_sim.pose import sensor_in_world
+from bullet_sim.render.renderer import Pictures, check_body, check_link, paint_sky
+from bullet_sim.sensors import camera
+
+# TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
+RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
+# EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m its error
+# is up to 3 cm at 10 m. For depths, two pictures with a smaller ratio of clip distances each are
+# combined.
+COARSE_RATIO = 20.0
+
+
+class Mirror(Pictures):
+    """Holds the bodies of the newest source list at the poses of the newest snapshot.
+
+    Args:
+        engine: an Engine of its own with start_renderer() done. It is never stepped.
+        kind: what start_renderer() returned, 'egl' or 'tiny'.
+    """
+
+    def __init__(self, engine, kind):
+        self.engine = engine
+        self._offset = RASTER_OFFSET[kind]
+        self._coarse = kind == "egl"
+        self._sources = {}
+        self._bodies = {}
+        self._states = {}
+
+    def sync_sources(self, sources, scene=None):
+        """Load new bodies, remove missing ones, reload those that changed under the same key.
+
+        A body that cannot be loaded is left out until its source changes; the others are loaded.
+
+        Args:
+            sources: iterable of BodySource.
+            scene: ignored: PyBullet's renderers have a light of their own.
+
+        Raises:
+            RenderError: bodies that could not be loaded, all in one message.
+        """
+        wanted = {source.key: source for source in sources}
+        for key in [key for key, source in self._sources.items() if wanted.get(key) != source]:
+            del self._sources[key]
+            self._states.pop(key, None)
+            if key in self._bodies:
+                self.engine.remove(self._bodies.pop(key))
+        failures = []
+        for key in sorted(wanted.keys() - self._sources.keys()):
+            source = wanted[key]
+            self._sources[key] = source
+            try:
+                self._bodies[key] = self.engine.load(
+                    source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), fixed_base=source.fixed_base
+                )
+            except Exception as error:  # pylint: disable=broad-except
+                failures.append(f"body {key} ({source.path}): {error}")
+        if failures:
+            raise RenderError("not drawn: " + "; ".join(failures))
+
+    def apply(self, snapshot):
+        """Set every body to its state in the snapshot; bodies without one stay.
+
+        Args:
+            snapshot: Snapshot; states of keys that are not loaded are ignored.
+        """
+        for state in snapshot.bodies:
+            body = self._bodies.get(state.key)
+            if body is None or self._states.get(state.key) == state:
+                continue
+            self.engine.set_base_pose(body, state.position, state.orientation)
+            if len(state.joints):
+                self.engine.set_joint_positions(body, state.joints)
+            self._states[state.key] = state
+
+    def picture(self, request, rgb=None, depth=None):
+        """See Pictures."""
+        position, rotation = self._camera_pose(request)
+        view = camera.view_matrix(position, rotation)
+        if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
+            middle = math.sqrt(request.near * request.far)
+            rgb, metres = self._draw(request, view, middle, request.far, rgb)
+            close_rgb, close = self._draw(request, view, request.near, middle)
+            seen = close < middle
+            rgb[seen], metres[seen] = close_rgb[seen], close[seen]
+        else:
+            rgb, metres = self._draw(request, view, request.near, request.far, rgb)
+        if depth is None or metres is None:
+            return rgb, metres
+        depth[:] = metres
+        return rgb, depth
+
+    def label_picture(self, request):
+        """See Pictures."""
+        view = camera.view_matrix(*self._camera_pose(request))
+        projection = self._projection(request, request.near, request.far)
+        seen = self.engine.bodies_seen(request.width, request.height, view, projection)
+        found = np.zeros(seen.shape, np.int32)
+        for key, body in self._bodies.items():
+            found[seen == body] = key
+        return found
+
+    def _projection(self, request, near, far):
+        return camera.projection_matrix(
+            request.horizontal_fov,
+            request.width / request.height,
+            near,
+            far,
+            shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
+        )
+
+    def _draw(self, request, view, near, far, out=None):
+        """Colours and, if requested, distances [m] between two clip distances."""
+        projection = self._projection(request, near, far)
+        rgb, buffer = self.engine.render_with_depth(
+            request.width, request.height, view, projection, out=out
+        )
+        metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
+        return paint_sky(rgb, buffer), metres
+
+    def _camera_pose(self, request):
+        if request.key is None:
+            return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
+        check_body(request, self._bodies)
+        positions, orientations = self.engine.link_poses(self._bodies[request.key])
+        check_link(request, len(positions))
+        return sensor_in_world(
+            positions[request.link_index], orientations[request.link_index], request.pose
+        )
+
+    def close(self):
+        """Close the engine."""
+        self.engine.close()

@@ -1,0 +1,176 @@
+"""What both renderers share: pictures of a request, the sources of models, the sky."""
+
+import zlib
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from bullet_sim.description.lump import lump
+from bullet_sim.description.model import depth_first, visual_links
+from bullet_sim.errors import RenderError
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.render import lenses
+from bullet_sim.sensors import camera
+from bullet_sim.sensors.camera import FAR_DEPTH
+
+ZENITH = (110, 160, 220)
+HORIZON = (205, 222, 240)
+
+
+def gradient(height):
+    """Sky colours of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the middle
+    down (in image rows: it does not tilt with the camera)."""
+    mix = np.minimum(np.arange(height) / max(height / 2.0, 1.0), 1.0)[:, None, None]
+    return np.rint((1 - mix) * np.array(ZENITH) + mix * np.array(HORIZON)).astype(np.uint8)
+
+
+@lru_cache(maxsize=16)
+def _whole(height, width):
+    return np.ascontiguousarray(np.broadcast_to(gradient(height), (height, width, 3)))
+
+
+def paint_sky(rgb, depth):
+    """Replace pixels where nothing was drawn.
+
+    Args:
+        rgb: (H, W, 3) uint8, contiguous, changed in place.
+        depth: (H, W) float32 OpenGL depth buffer, 0 near ... 1 nothing.
+
+    Returns:
+        rgb.
+    """
+    empty = (depth >= FAR_DEPTH).view(np.uint8)
+    return cv2.copyTo(_whole(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks
+
+
+def links_of(source):
+    """VisualLinks of a BodySource; read from its file when it has none.
+
+    Raises:
+        OSError, ModelError: the file cannot be read.
+    """
+    if source.links is not None:
+        return source.links
+    with open(source.path, encoding="utf-8") as file:
+        lumped = lump(parse_urdf(file.read(), lambda uri: uri, "body"))
+    return visual_links(lumped, depth_first(lumped))
+
+
+class Pictures:
+    """A renderer: what draws implements `picture` and `label_picture`."""
+
+    def picture(self, request, rgb=None, depth=None):
+        """What a camera sees of the applied snapshot, without noise.
+
+        Args:
+            request: CameraRequest.
+            rgb, depth: arrays of the right shape and type that take the result; None: new ones.
+
+        Returns:
+            (H, W, 3) uint8 RGB and (H, W) float32 [m] along the optical axis (far where nothing
+            is), None unless the request asks for it; top row first, C-contiguous.
+
+        Raises:
+            RenderError: the camera's body or link is not there.
+        """
+        raise NotImplementedError
+
+    def label_picture(self, request):
+        """Which body a pinhole camera sees in each pixel of the applied snapshot.
+
+        Args:
+            request: CameraRequest.
+
+        Returns:
+            (H, W) int32, BodySource.key, 0 where nothing is.
+
+        Raises:
+            RenderError: the camera's body or link is not there.
+        """
+        raise NotImplementedError
+
+    def labels(self, request, out=None):
+        """A label image through the camera's lens; labels of neighbours are never mixed.
+
+        Args:
+            request: CameraRequest.
+            out: (H, W) int32 that takes the result; None: a new one.
+
+        Returns, Raises:
+            As label_picture().
+        """
+        if out is None:
+            out = np.empty((request.height, request.width), np.int32)
+        if request.lens is not None:
+            out[:] = lenses.wide_labels(self.label_picture, request)
+        elif request.distortion:
+            out[:] = lenses.distorted_labels(self.label_picture, request)
+        else:
+            out[:] = self.label_picture(request)
+        return out
+
+    def render(self, request, step=0):
+        """Draw one camera's view; as render_with_depth, without the distances."""
+        return self.render_with_depth(request, step)[0]
+
+    def render_with_depth(self, request, step=0, rgb=None, depth=None):
+        """Draw one camera's view, with its noise.
+
+        Args:
+            request: CameraRequest.
+            step: physics step of the applied snapshot; chooses the noise.
+            rgb, depth: as of picture().
+
+        Returns:
+            As picture(). The noise is on the colours alone.
+
+        Raises:
+            RenderError: the camera's body or link is not there.
+            ValueError: the camera's size, angle or clip distances make no picture.
+        """
+        camera.check(
+            request.width, request.height, request.horizontal_fov, request.near, request.far
+        )
+        if request.lens is not None:
+            rgb, depth = lenses.wide_picture(self.picture, request, rgb), None
+        elif request.distortion:
+            rgb, depth = lenses.distorted_picture(self.picture, request, rgb, depth)
+        else:
+            rgb, depth = self.picture(request, rgb, depth)
+        if request.noise_stddev > 0.0 or request.noise_mean:
+            rgb[:] = camera.add_noise(
+                rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
+            )
+        return rgb, depth
+
+
+def check_body(request, loaded):
+    """Raise RenderError when the body of a request's camera is not among the loaded keys."""
+    if request.key not in loaded:
+        raise RenderError(
+            f"camera {request.name}: body {request.key} is not loaded, loaded are {sorted(loaded)}"
+        )
+
+
+def check_link(request, count):
+    """Raise RenderError when a request's body has only `count` links."""
+    if not 0 <= request.link_index < count:
+        raise RenderError(
+            f"camera {request.name}: link index {request.link_index}, body "
+            f"{request.key} has 0 to {count - 1}"
+        )
+
+
+def noise_generator(request, step):
+    """Generator of one frame's noise: the same for the same seed, camera name and step,
+    however many frames were left out before.
+
+    Args:
+        request: CameraRequest.
+        step: physics step, >= 0.
+
+    Returns:
+        numpy.random.Generator.
+    """
+    return np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])

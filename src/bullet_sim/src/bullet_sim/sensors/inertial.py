@@ -1,0 +1,189 @@
+"""Ground truth, IMU, GPS, magnetometer and joint wrenches."""
+
+import math
+
+import numpy as np
+
+from bullet_sim.description.lump import WELD_AXIS
+from bullet_sim.pose import rotation_matrix, rows_from_quaternion
+
+GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
+
+
+def reading(
+    orientation, angular_velocity_in_world, acceleration_in_world, gravity_in_world=GRAVITY_IN_WORLD
+):
+    """Angular velocity and specific force; at rest +9.81 m/s^2 upwards (REP 145).
+
+    Args:
+        orientation: (x, y, z, w), sensor frame in the world.
+        angular_velocity_in_world: (3,) [rad/s].
+        acceleration_in_world: (3,) [m/s^2], of the sensor, without gravity.
+        gravity_in_world: (3,) [m/s^2].
+
+    Returns:
+        (angular_velocity (3,) [rad/s], linear_acceleration (3,) [m/s^2]), in the sensor frame.
+    """
+    to_sensor = rotation_matrix(orientation).T
+    force = np.asarray(acceleration_in_world, dtype=float) - np.asarray(gravity_in_world)
+    return to_sensor @ np.asarray(angular_velocity_in_world, dtype=float), to_sensor @ force
+
+
+def mean_acceleration(velocity, velocity_before, elapsed):
+    """Acceleration over one sensor period.
+
+    Args:
+        velocity, velocity_before: (3,) [m/s] in the world.
+        elapsed: simulated time between them [s], > 0.
+
+    Returns:
+        (3,) [m/s^2] in the world.
+    """
+    if not elapsed > 0.0:
+        raise ValueError(f"elapsed {elapsed} s: time > 0 between two readings is expected")
+    return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
+
+
+def add_noise(values, stddev, rng, mean=0.0):
+    """White Gaussian noise of a mean and a standard deviation (unit of `values`); 0 = none."""
+    if mean:
+        values = np.asarray(values, dtype=float) + mean
+    if stddev <= 0.0:
+        return values
+    return values + rng.normal(0.0, stddev, np.shape(values))
+
+
+def twist(orientation, linear_in_world, angular_in_world, in_child=True):
+    """Twist of a link in the axes an Odometry message asks for.
+
+    nav_msgs/Odometry: the twist is in the child frame. Gazebo's p3d plugin leaves it in the
+    world's axes; that is in_child=False.
+
+    Args:
+        orientation: (x, y, z, w), link frame in the world.
+        linear_in_world: (3,) [m/s], of the link frame's origin, in world axes.
+        angular_in_world: (3,) [rad/s], in world axes.
+        in_child: write both in the link's axes.
+
+    Returns:
+        (linear (3,) [m/s], angular (3,) [rad/s]), plain numbers.
+
+    Raises:
+        ValueError: the orientation has length zero or is not finite.
+    """
+    if not in_child:
+        return tuple(map(float, linear_in_world)), tuple(map(float, angular_in_world))
+    (a, d, g), (b, e, h), (c, f, i) = rows_from_quaternion(orientation)  # its transpose
+    (u, v, w), (p, q, r) = linear_in_world, angular_in_world
+    return (
+        (a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
+        (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r),
+    )
+
+
+EQUATORIAL_RADIUS = 6378137.0  # [m], WGS 84
+FLATTENING = 1.0 / 298.257223563  # WGS 84
+
+
+def radii(latitude):
+    """Metres per radian of latitude and of longitude, on the ellipsoid.
+
+    Args:
+        latitude: [degrees].
+
+    Returns:
+        (north, east) [m]: the radius of curvature in the meridian, and that of the parallel.
+    """
+    eccentricity = 1.0 - (1.0 - FLATTENING) ** 2  # squared
+    sine = math.sin(math.radians(latitude))
+    factor = 1.0 / (1.0 - eccentricity * sine * sine)
+    vertical = EQUATORIAL_RADIUS * math.sqrt(factor)
+    return vertical * (1.0 - eccentricity) * factor, vertical * math.cos(math.radians(latitude))
+
+
+def to_north_west(heading, x, y):
+    """Components to the north and to the west of a horizontal vector of the world.
+
+    Args:
+        heading: of the world's x axis [rad], clockwise from north.
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    return c * x + s * y, -s * x + c * y
+
+
+def fix(position, latitude, longitude, altitude, heading):
+    """Geodetic place of a point of the world, whose origin is given.
+
+    Args:
+        position: (3,) [m] in the world.
+        latitude, longitude: of the world's origin [degrees].
+        altitude: of the world's origin [m].
+        heading: of the world's x axis [rad], clockwise from north.
+
+    Returns:
+        latitude, longitude [degrees], altitude [m].
+    """
+    north, west = to_north_west(heading, position[0], position[1])
+    per_latitude, per_longitude = radii(latitude)
+    return (
+        latitude + math.degrees(north / per_latitude),
+        longitude - math.degrees(west / per_longitude),
+        altitude + position[2],
+    )
+
+
+def field(magnitude, heading, declination, inclination):
+    """The earth's magnetic field along the world's axes, (3,), in the unit of its magnitude.
+
+    Args:
+        magnitude: of the field.
+        heading: of the world's x axis [rad], clockwise from north.
+        declination: of the field [rad], clockwise from north.
+        inclination: of the field [rad], positive downwards.
+    """
+    level = magnitude * math.cos(inclination)
+    return np.array(
+        (
+            level * math.cos(heading - declination),
+            level * math.sin(heading - declination),
+            -magnitude * math.sin(inclination),
+        )
+    )
+
+
+def joint_wrench(model, joint):
+    """Force and torque of a joint's child link on its parent link.
+
+    Args:
+        model: of the world; the joint is among those that it measures.
+        joint: its name.
+
+    Returns:
+        force (3,) [N], torque (3,) [N m] about the joint, along the child link's axes: what Gazebo
+        calls the wrench on body 2.
+    """
+    force, torque, effort = model.engine.joint_load(model.body, model.measured[joint])
+    limits = model.joints.limits.get(joint)
+    axis = np.asarray(limits.axis if limits is not None else WELD_AXIS)
+    if limits is not None:
+        (effort,) = model.joints.columns([model.joints.names.index(joint)])[2]
+    part = force if limits is not None and limits.kind == "prismatic" else torque
+    part += (effort - part @ axis) * axis
+    return -force, -torque
+
+
+def net_wrench(mass, inertia, before, after, period):
+    """Mean net force and torque on a rigid body over a period.
+
+    Args:
+        mass: [kg].
+        inertia: (3, 3) [kg m^2] about its centre, world axes.
+        before, after: (velocity of the centre (3,), turn rate (3,)), world axes.
+        period: [s].
+
+    Returns:
+        force (3,) [N], torque (3,) [N m], world axes.
+    """
+    force = mass * (after[0] - before[0]) / period
+    spin = inertia @ after[1]
+    return force, inertia @ (after[1] - before[1]) / period + np.cross(after[1], spin)

@@ -1,0 +1,156 @@
+"""Views of a world for the viewer: picklable values, made on request."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bullet_sim.description.world import Scene
+from bullet_sim.plugins.lidars import RaySpec
+from bullet_sim.pose import sensor_in_world
+from bullet_sim.sensors.lidar import Lidar
+from bullet_sim.snapshot import BodySource, Snapshot
+
+MAX_RAYS = 240  # per lidar that are cast for the viewer
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays of one lidar: from origin (3,) to ends (n, 3), float32 [m] in the world frame."""
+
+    origin: np.ndarray
+    ends: np.ndarray
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact points: places (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
+
+    places: np.ndarray
+    normals: np.ndarray
+    forces: np.ndarray
+
+
+@dataclass(frozen=True)
+class LinkFrames:
+    """Frames of a model's links in the world: names, origins (n, 3) [m], rotations (n, 3, 3)."""
+
+    names: tuple[str, ...]
+    origins: np.ndarray
+    rotations: np.ndarray
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A model: key of its body in the snapshot, name, whether it never moves."""
+
+    key: int
+    name: str
+    static: bool
+
+
+@dataclass(frozen=True)
+class WorldView:
+    """The world at one time.
+
+    Attributes:
+        models: all models.
+        sources: bodies for a mirror; None: as in the last view, as is the scene.
+        snapshot: Snapshot.
+        rays: of the lidars with <visualize>.
+        paused: whether simulated time stands still.
+        scene: lights and background.
+        contacts: what presses on what; None: not asked for.
+        frames: of the selected model; None: none is selected.
+    """
+
+    models: tuple[Entry, ...]
+    sources: tuple[BodySource, ...] | None
+    snapshot: Snapshot
+    rays: tuple[Rays, ...]
+    paused: bool
+    scene: Scene | None = None
+    contacts: Contacts | None = None
+    frames: LinkFrames | None = None
+
+
+class Observer:
+    """Makes views of a world for one viewer; the world is not changed.
+
+    Args:
+        world: World. To be called in the thread that owns its engine.
+    """
+
+    def __init__(self, world):
+        self._world = world
+        self._shown = None
+        self._selected, self._with_contacts = "", False
+        self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
+
+    def show(self, selected, contacts):
+        """Choose what else the next views have.
+
+        Args:
+            selected: name of the model whose link frames they have; '': none.
+            contacts: whether they have the contact points.
+        """
+        self._selected, self._with_contacts = str(selected), bool(contacts)
+
+    def view(self, paused):
+        """View of the world now.
+
+        Args:
+            paused: WorldView.paused.
+
+        Returns:
+            WorldView.
+        """
+        models = self._world.models.values()
+        sources = tuple(self._world.sources())
+        shown = (sources, self._world.scene)
+        changed = sources if shown != self._shown else None
+        self._shown = shown
+        return WorldView(
+            tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
+            changed,
+            self._world.snapshot(),
+            tuple(self._rays(models)),
+            bool(paused),
+            self._world.scene,
+            Contacts(*self._world.engine.all_contacts()) if self._with_contacts else None,
+            self._frames(),
+        )
+
+    def _frames(self):
+        """LinkFrames of the selected model, or None."""
+        model = self._world.models.get(self._selected)
+        if model is None:
+            return None
+        poses = [model.link_state(name)[0] for name in model.link_names]
+        origins = np.reshape([pose.position for pose in poses], (-1, 3))
+        rotations = np.reshape([pose.matrix for pose in poses], (-1, 3, 3))
+        return LinkFrames(tuple(model.link_names), origins, rotations)
+
+    def _rays(self, models):
+        """Rays of all visualised lidars, cast again when their next scan would be due."""
+        now, before, self._cast = self._world.time, self._cast, {}
+        for model in models:
+            for number, spec in enumerate(model.description.sensors):
+                if not isinstance(spec, RaySpec) or not spec.visualize:
+                    continue
+                key = (model.source.key, number)
+                lidar, time, rays = before.get(key) or (Lidar(spec), None, None)
+                if time is None or not time <= now < time + 1.0 / spec.rate:
+                    time, rays = now, self._cast_rays(model, lidar)
+                self._cast[key] = (lidar, time, rays)
+                yield rays
+
+    def _cast_rays(self, model, lidar):
+        spec = lidar.spec
+        link = model.link_state(spec.link)[0]
+        origin, rotation = sensor_in_world(link.position, link.orientation, spec.pose)
+        stride = -(-len(lidar.directions) // MAX_RAYS)
+        rays = lidar.directions[::stride] @ rotation.T
+        inner, outer = origin + spec.range_min * rays, origin + spec.range_max * rays
+        fractions, _ = self._world.engine.ray_batch(inner, outer)
+        ends = inner + np.asarray(fractions)[:, None] * (outer - inner)
+        return Rays(origin.astype(np.float32), ends.astype(np.float32))

@@ -1,1 +1,0 @@
-"""Helpers for the operating system: terminal output, sockets."""

@@ -1,0 +1,559 @@
+"""The world: models in an engine, simulated time, and states to go back to."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.warnings import add_warning
+from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
+from bullet_sim.engine import Engine
+from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.files import OwnFolder
+from bullet_sim.formats import urdf
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.models.changes import Forces
+from bullet_sim.models.contacts import Contacts
+from bullet_sim.models.model import PERIOD, Model
+from bullet_sim.object_state import ObjectState
+from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.snapshot import BodySource, Snapshot
+
+# Modules whose objects hold a state; of the models alone what set_state has set.
+MODULES = ("bullet_sim.controllers.", "bullet_sim.models.", "bullet_sim.world")
+COLD = (
+    "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
+    "last digits will differ from those that followed then"
+)
+
+
+@dataclass(frozen=True)
+class WorldState:
+    """State of a world.
+
+    Attributes:
+        models: the models by name, in order.
+        bodies: their numbers in the engine.
+        controllers: of each model, as they were loaded.
+        engine: what the engine saved, see engine.saving.
+        objects: ObjectState of controllers, forces and contacts.
+        placed: what Model.set_state has set, of each model.
+        time_step: [s].
+        step_count: steps made.
+        next_check: time of the next look for implausible states [s].
+    """
+
+    models: dict
+    bodies: tuple
+    controllers: tuple
+    engine: object
+    objects: ObjectState
+    placed: tuple
+    time_step: float
+    step_count: int
+    next_check: float
+
+
+def save(world, order, next_check):
+    """Save a world's state.
+
+    Args:
+        world: World.
+        order: its ModelOrder.
+        next_check: see WorldState.
+
+    Returns:
+        WorldState.
+    """
+    models = list(world.models.values())
+    roots = [world.forces, world.contacts, order]
+    for model in models:
+        roots += [model.joints, model.mimics, model.manager]
+    return WorldState(
+        dict(world.models),
+        bodies_of(world.models),
+        tuple(controllers_of(model) for model in models),
+        world.engine.save_bodies(clear=world.contacts.is_releasing),
+        ObjectState(roots, MODULES, leave=(Model,)),
+        tuple(model.placed for model in models),
+        world.time_step,
+        world.step_count,
+        next_check,
+    )
+
+
+def restore(world, state, reload):
+    """Restore a checked state.
+
+    Args:
+        world: World.
+        state: WorldState.
+        reload: function that loads all models into a cleared engine.
+
+    Returns:
+        What is not as it was: one sentence, or ''.
+    """
+    pursued = [(each, each.goal) for loaded in state.controllers for each in loaded]
+    world.contacts.begin_restore()
+    world.models = dict(state.models)
+    known = state.engine.is_cleared or world.engine.layout == state.engine.layout
+    if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
+        reload()
+    world.contacts.prepare(world.models)
+    state.objects.restore()
+    world.contacts.end_restore()
+    same = world.engine.restore_bodies(state.engine)
+    for model, placed in zip(state.models.values(), state.placed):
+        model.placed = placed
+    for controller, goal in pursued:
+        controller.resume(goal)
+    return "" if same else COLD
+
+
+def bodies_of(models):
+    return tuple(model.body for model in models.values())
+
+
+def are_first(bodies):
+    """Whether a cleared engine gives bodies these numbers."""
+    return bodies == tuple(range(len(bodies)))
+
+
+def controllers_of(model):
+    return () if model.manager is None else model.manager.controllers()
+
+
+def check_name(name, taken):
+    """Check the name of a new model.
+
+    Raises:
+        ModelError: it is empty or taken.
+    """
+    if not name:
+        raise ModelError("a model needs a name, this one is empty")
+    if name in taken:
+        raise ModelError(f"model '{name}' exists already; models are {', '.join(taken)}")
+
+
+def check_time_step(world, time_step):
+    """Check a new physics step [s].
+
+    Raises:
+        WorldError: out of bounds, or a period is counted in steps of the present length.
+    """
+    if not MIN_STEP <= time_step < 1:
+        raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
+    busy = [
+        name
+        for name, model in world.models.items()
+        if model.manager is not None or model.description.sensors
+    ]
+    if busy:
+        raise WorldError(
+            f"time_step cannot change while models with controllers or sensors "
+            f"exist, their periods count in steps: {', '.join(busy)}"
+        )
+    if world.forces.active:
+        raise WorldError(
+            "time_step cannot change while a wrench or an effort is applied; clear it first"
+        )
+
+
+def check_state(world, state):
+    """Refuse a state that the world cannot go back to.
+
+    Raises:
+        WorldError: names what has come and gone.
+    """
+    for name, model in state.models.items():
+        if name not in world.models:
+            raise WorldError(f"the state has the model '{name}', which was deleted since")
+        if world.models[name] is not model:
+            raise WorldError(
+                f"model '{name}' was deleted and spawned again since the state was saved"
+            )
+    for name in world.models:
+        if name not in state.models:
+            raise WorldError(f"model '{name}' was spawned since the state was saved; delete it")
+    for model, loaded in zip(state.models.values(), state.controllers):
+        present = controllers_of(model)
+        if present != loaded:
+            raise WorldError(
+                f"controllers of '{model.name}' were loaded or unloaded since the state was saved; "
+                f"they were {_names(loaded)} and are {_names(present)}"
+            )
+    if world.time_step != state.time_step:
+        raise WorldError(
+            f"the physics step is {world.time_step:g} s, and was {state.time_step:g} s when the "
+            "state was saved"
+        )
+    if bodies_of(state.models) != state.bodies and not are_first(state.bodies):
+        raise WorldError(
+            "models had been deleted before the state was saved, and the world was reset since; "
+            "save a new state"
+        )
+
+
+def _names(controllers):
+    return ", ".join(controller.spec.name for controller in controllers) or "(none)"
+
+
+class ModelOrder:
+    """Models of the world file in file order, then the others by name.
+
+    The last bits of the engine's results depend on the order in which bodies were loaded, and
+    programs that spawn models at the same time do so in any order.
+    """
+
+    def __init__(self) -> None:
+        self._of_file: tuple[str, ...] = ()
+        self._fresh = True  # no step since the start or the last reset
+        self._changed = self._deleted = False  # models were spawned or deleted; deleted
+
+    def add_of_file(self, names: Iterable[str]) -> None:
+        """Add names of models that a world file holds, in its order."""
+        self._of_file += tuple(names)
+
+    def sorted(self, names: Iterable[str]) -> list[str]:
+        """Names in the order in which their models are loaded."""
+        first = {name: number for number, name in enumerate(self._of_file)}
+        return sorted(names, key=lambda name: (first.get(name, len(first)), name))
+
+    def spawned(self) -> None:
+        """Note that a model was spawned."""
+        self._changed = True
+
+    def deleted(self) -> None:
+        """Note that a model was deleted."""
+        self._changed = self._deleted = True
+
+    def stepped(self) -> None:
+        """Note that time has advanced: from now on models stay as they were loaded."""
+        self._fresh = False
+
+    def reset(self) -> None:
+        """Note that all models were loaded into a cleared engine."""
+        self._fresh, self._changed, self._deleted = True, False, False
+
+    def take_change(self) -> tuple[bool, bool]:
+        """What has happened to the models before the first step, since this was asked last.
+
+        Returns:
+            (whether models were spawned or deleted, whether some were deleted).
+        """
+        if not (self._fresh and self._changed):
+            return False, False
+        deleted, self._changed, self._deleted = self._deleted, False, False
+        return True, deleted
+
+
+def reload_in_place(models, reload):
+    """Reload models; poses and joint positions set since they were loaded stay.
+
+    Args:
+        models: the Models, iterable twice.
+        reload: function that loads all models into a cleared engine.
+    """
+    saved = [model.save_state() for model in models]
+    reload()
+    for model, state in zip(models, saved):
+        model.restore_state(state)
+
+
+Spawn = Callable[[ModelDescription, Pose], Model]
+
+
+class Loader:
+    """Makes Models in an engine; their prepared files are in a temporary folder.
+
+    Args:
+        engine: Engine.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._folder = OwnFolder()
+        self._next_key = 0
+
+    def load(self, description: ModelDescription, pose: Pose) -> Model:
+        """A new Model with its root link's frame at a world pose.
+
+        Raises:
+            ModelError: the pose is out of bounds, or it does not load.
+        """
+        if not pose.is_placeable():
+            raise ModelError(
+                f"pose of '{description.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
+            )
+        self._next_key += 1
+        folder = self._folder.path
+        try:
+            return Model(self._engine, self._next_key, description, pose.normalised(), folder)
+        except OSError as error:  # the disk is full, or somebody has removed the folder
+            raise ModelError(
+                f"'{description.name}' cannot be prepared in {folder}: {error.strerror or error}"
+            ) from error
+
+    def close(self) -> None:
+        """Remove the folder."""
+        self._folder.close()
+
+
+def spawn_all(
+    described: WorldDescription, spawn: Callable[[ModelDescription, Pose], Model]
+) -> None:
+    """Spawn a world file's models; what is wrong with one goes to the world's warnings.
+
+    Args:
+        described: WorldDescription.
+        spawn: World.spawn, or the like.
+    """
+    for model, pose in described.models:
+        try:
+            spawn(model, pose)
+        except ModelError as error:
+            described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
+        for warning in list(model.warnings):
+            add_warning(described.warnings, warning, warning.cause, warning.item)
+
+
+Resolve = Callable[[str], str]  # URI -> path
+
+
+class World:
+    """Everything that is simulated.
+
+    Args:
+        time_step: physics step [s].
+        gravity: [m/s^2] in the world frame.
+        engine: an Engine to use instead of a new one (tests).
+    """
+
+    def __init__(
+        self,
+        time_step: float = 0.001,
+        gravity: Point = (0.0, 0.0, -9.81),
+        engine: Engine | None = None,
+    ) -> None:
+        self._engine = engine or Engine(time_step, gravity)
+        self._loader = Loader(self._engine)
+        self.name = "default"
+        self.scene = Scene()
+        self.models: dict[str, Model] = {}
+        self.forces = Forces()
+        self.contacts = Contacts(self._engine)
+        self.step_count = 0
+        self._next_check = 0.0  # simulated time of the next check for implausible states
+        self._order = ModelOrder()
+
+    @property
+    def time_step(self) -> float:
+        """Physics step [s]."""
+        return self._engine.time_step
+
+    @property
+    def gravity(self) -> Point:
+        """Gravity [m/s^2] in the world frame."""
+        return self._engine.gravity
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.step_count * self._engine.time_step
+
+    @property
+    def engine(self) -> Engine:
+        """The engine, for sensors that cast rays."""
+        return self._engine
+
+    def set_time_step(self, time_step: float) -> None:
+        """Change the physics step [s] between two steps; simulated time stays.
+
+        Raises:
+            WorldError: out of bounds, or a period is counted in steps of the present length.
+        """
+        check_time_step(self, time_step)
+        self.step_count = round(self.time / time_step)
+        self._engine.set_time_step(time_step)
+
+    def close(self) -> None:
+        """Free the engine and the temporary files."""
+        self._engine.close()
+        self._loader.close()
+
+    def load(self, described: WorldDescription) -> list[str]:
+        """Load a WorldDescription: gravity, step and models.
+
+        Returns:
+            Warnings (ReadWarning), one sentence each; a model that cannot be loaded is one.
+        """
+        self.name, self.scene = described.name, described.scene
+        self._engine.set_gravity(described.gravity)
+        self._engine.set_time_step(described.step)
+        spawn_all(described, self.spawn)
+        self._order.add_of_file(
+            model.name for model, _ in described.models if model.name in self.models
+        )
+        return list(described.warnings)
+
+    def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
+        """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
+        return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
+
+    def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
+        """Spawn an SDF model; its own <pose> applies within the given one."""
+        description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'")
+        description.name = name
+        return self.spawn(description, pose * model_pose)
+
+    def spawn(self, description: ModelDescription, pose: Pose = Pose()) -> Model:
+        """Spawn a ModelDescription with its root link's frame at a world pose.
+
+        Raises:
+            ModelError: the name is taken or empty, the pose is out of bounds, or it does not load.
+        """
+        check_name(description.name, self.models)
+        model = self._loader.load(description, pose)
+        self.models[description.name] = model
+        self.contacts.model_added(model)
+        model.on_moved = self.contacts.model_moved
+        self._order.spawned()
+        return model
+
+    def model(self, name: str) -> Model:
+        """The model of that name.
+
+        Raises:
+            WorldError: there is none.
+        """
+        if name not in self.models:
+            raise WorldError(
+                f"model '{name}' does not exist; models are {', '.join(self.models) or '(none)'}"
+            )
+        return self.models[name]
+
+    def delete(self, name: str) -> None:
+        """Remove a model."""
+        self.forces.remove_model(self.model(name))
+        self.contacts.model_removed(self.model(name))
+        self.model(name).remove()
+        del self.models[name]
+        self._order.deleted()
+
+    def step(self, count: int = 1) -> None:
+        """Advance by `count` time steps; before each, periodic controllers and forces act."""
+        managers = [
+            model.manager
+            for model in self.models.values()
+            if model.manager is not None and model.manager.periodic
+        ]
+        mimics = [model.mimics for model in self.models.values() if model.mimics]
+        self.contacts.prepare(self.models)
+        updates = [each.update for each in (*managers, *mimics)]
+        engine, forces, time_step = self._engine, self.forces, self.time_step
+        contacts = None if self.contacts.is_quiet else self.contacts
+        end = self.step_count + count
+        while self.step_count < end:
+            stride = end - self.step_count
+            if updates or forces.active:
+                stride = 1
+                for update in updates:
+                    update(time_step)
+                if forces.active:
+                    forces.apply(self.step_count)
+            if contacts is None:
+                engine.step(stride)
+                self.step_count += stride
+                continue
+            stride = contacts.stride(self.step_count, stride)
+            contacts.apply_forces()
+            engine.step(stride)
+            self.step_count += stride
+            contacts.update(self.step_count)
+        self._order.stepped()
+        if self.time >= self._next_check:
+            self._next_check = self.time + PERIOD
+            self.contacts.check()
+
+    def reset(self, time: bool = True) -> None:
+        """Reload every model at its initial pose into a cleared engine, as after a new start.
+
+        Args:
+            time: also set simulated time to 0.
+        """
+        self.forces.clear()
+        self._reload()
+        self._next_check = 0.0
+        self._order.reset()
+        if time:
+            self.step_count = 0
+
+    def sort_models(self) -> bool:
+        """Sort the models: those of the world file in file order, then the others by name.
+
+        A reset keeps the order (see ModelOrder).
+
+        Returns:
+            Whether the order has changed.
+        """
+        ordered = self._order.sorted(self.models)
+        changed = ordered != list(self.models)
+        self.models = {name: self.models[name] for name in ordered}
+        return changed
+
+    def sort_before_start(self) -> bool:
+        """Before the first step: make the results independent of the order of spawning.
+
+        If the models were spawned in another order than that of `sort_models`, or some were
+        deleted, all are reloaded in that order; poses and joint positions set since then stay.
+        Controllers restart, so it has to be called before commands are applied.
+
+        Returns:
+            Whether models were reloaded.
+        """
+        changed, deleted = self._order.take_change()
+        if not changed or not (self.sort_models() or deleted):
+            return False
+        reload_in_place(self.models.values(), self._reload)
+        return True
+
+    def _reload(self) -> None:
+        """Load all models into a cleared engine, at their initial poses."""
+        self._engine.clear()
+        self.contacts.clear()
+        for model in self.models.values():
+            model.reload()
+            self.contacts.model_added(model)
+
+    def save_state(self) -> WorldState:
+        """Save bodies, joints, controllers, forces and the time.
+
+        Where links of several collision shapes touch something, and while a model is pushed out of
+        another, this clears the contacts, also for the world that goes on.
+        """
+        return save(self, self._order, self._next_check)
+
+    def restore_state(self, state: WorldState) -> str:
+        """Go back to a saved state; what follows is equal to the bit to what followed then.
+
+        Properties (masses, gravity, lights) stay as they are now.
+
+        Returns:
+            What is not as it was, one sentence, or ''.
+
+        Raises:
+            WorldError: models or controllers came or went since; nothing has changed then.
+        """
+        check_state(self, state)
+        note = restore(self, state, self._reload)
+        self.step_count, self._next_check = state.step_count, state.next_check
+        return note
+
+    def sources(self) -> list[BodySource]:
+        """BodySources of all models, for a mirror."""
+        return [model.source for model in self.models.values()]
+
+    def snapshot(self) -> Snapshot:
+        """The state of all bodies now."""
+        return Snapshot(
+            self.time, self.step_count, tuple(model.state() for model in self.models.values())
+        )
