@@ -6,8 +6,7 @@ import sys
 import time
 
 from bullet_bridge.transport import conversions, packed
-from bullet_bridge.transport.direct import DirectConnection
-from bullet_bridge.transport.publishing import QUEUE_SIZE
+from bullet_bridge.transport.publishing import QUEUE_SIZE, DirectConnection
 from bullet_bridge.transport.relay import RelayedConnection
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock

@@ -2,9 +2,9 @@
 
 import threading
 
+from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.control import topics as controller_topics
-from bullet_bridge.control import tuning
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_sim.pose import Pose
@@ -72,7 +72,7 @@ class Bot:
         for kind in ("Subscriber", "Service"):
             monkeypatch.setattr(control.rospy, kind, make)
         monkeypatch.setattr(controller_topics, "publisher", make)
-        monkeypatch.setattr(tuning, "PidTuning", tune)
+        monkeypatch.setattr(reconfigure, "PidTuning", tune)
         monkeypatch.setattr(
             control.rospy, "get_param", lambda name, default=None: params.get(name, default)
         )

@@ -5,7 +5,7 @@ import threading
 import pytest
 import rospy
 from bot_rig import Bot
-from bullet_bridge.control import action_topics
+from bullet_bridge.control import actions
 from control_msgs.msg import (
     FollowJointTrajectoryGoal,
     GripperCommandGoal,
@@ -97,7 +97,7 @@ class Actions:
 
 @pytest.fixture(name="bot")
 def _bot(monkeypatch):
-    monkeypatch.setattr(action_topics, "ActionTopics", Actions)
+    monkeypatch.setattr(actions, "ActionTopics", Actions)
     bot = Bot(monkeypatch, URDF, PARAMS)
     yield bot
     bot.world.close()

@@ -4,8 +4,8 @@ import threading
 import time
 
 import pytest
-from bullet_bridge.loop import arrivals as module
-from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.loop import received as module
+from bullet_bridge.loop.received import Arrivals
 
 
 class FakeSubscriber:

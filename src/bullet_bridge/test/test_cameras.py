@@ -4,8 +4,8 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from bullet_bridge.outputs import cameras as module
-from bullet_bridge.outputs.cameras import Cameras
+from bullet_bridge.plugins import cameras as module
+from bullet_bridge.plugins.cameras import Cameras
 
 LIMIT = 30.0  # [s]
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_bridge.config import Config, parse_config
+from bullet_bridge.node import Config, parse_config
 
 
 def parse(**values):

@@ -4,8 +4,8 @@ import math
 
 import bot_rig
 import pytest
+from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
-from bullet_bridge.control import tuning
 from bullet_bridge.control.robot import RobotControl
 from bullet_sim.pose import Pose
 from std_msgs.msg import Float64, Float64MultiArray
@@ -249,7 +249,7 @@ def _tuned(bot, monkeypatch):
             "pid": {"p": 1.0, "i": 0.0, "d": 0.0},
         },
     )
-    monkeypatch.setattr(tuning, "PidTuning", Tuning)
+    monkeypatch.setattr(reconfigure, "PidTuning", Tuning)
     monkeypatch.setattr(Tuning, "made", [])
     return bot
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 from bot_rig import Bot
+from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
-from bullet_bridge.control import tuning
-from bullet_bridge.control.pid_tuning import config_type
+from bullet_bridge.control.reconfigure import config_type
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
@@ -254,7 +254,7 @@ def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(tuning, "PidTuning", fail)
+    monkeypatch.setattr(reconfigure, "PidTuning", fail)
     assert not bot.ask("load_controller", name="arm").ok
     assert bot.ask("list_controllers").controller == []
     assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed

@@ -6,7 +6,7 @@ import time
 
 import pytest
 from bullet_bridge.transport import publishing
-from bullet_bridge.transport.direct import DirectConnection
+from bullet_bridge.transport.publishing import DirectConnection
 from rospy.exceptions import TransportTerminated
 
 SIZE = 50000  # [B]

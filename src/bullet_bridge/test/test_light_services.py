@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 from bullet_bridge.services import handlers
-from bullet_bridge.services import light as light_services
-from bullet_bridge.services.light import LightServices
+from bullet_bridge.services import lights as light_services
+from bullet_bridge.services.lights import LightServices
 from bullet_sim.description.world import SUN, Light
 from bullet_sim.world import World
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3

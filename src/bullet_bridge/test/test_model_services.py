@@ -6,8 +6,8 @@ import threading
 import pytest
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.services import handlers
-from bullet_bridge.services import model as model_services
-from bullet_bridge.services.model import ModelServices
+from bullet_bridge.services import models as model_services
+from bullet_bridge.services.models import ModelServices
 from bullet_sim.world import World
 from gazebo_msgs import srv
 from geometry_msgs.msg import Pose as PoseMsg

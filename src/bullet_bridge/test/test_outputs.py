@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.outputs import depth as depth_outputs
-from bullet_bridge.outputs import sensors as sensor_outputs
-from bullet_bridge.outputs import table as outputs
-from bullet_bridge.outputs.contact import ContactOutput
-from bullet_bridge.outputs.depth import DepthCameraOutput, depth_image, point_cloud
-from bullet_bridge.outputs.motion import wheels as wheel_outputs
-from bullet_bridge.outputs.sensors import CameraOutput, LidarOutput
+from bullet_bridge.plugins import base as sensor_outputs
+from bullet_bridge.plugins import cameras as depth_outputs
+from bullet_bridge.plugins import drives as wheel_outputs
+from bullet_bridge.plugins import table as outputs
+from bullet_bridge.plugins.cameras import CameraOutput, DepthCameraOutput, depth_image, point_cloud
+from bullet_bridge.plugins.lidars import LidarOutput
+from bullet_bridge.plugins.measurements import ContactOutput
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
@@ -26,7 +26,7 @@ from bullet_sim.world import World
 from fake_impl import Topic
 from geometry_msgs.msg import Twist
 
-from bullet_bridge import connecting
+from bullet_bridge import robots
 
 BOT = (
     '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
@@ -164,8 +164,8 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     spec = RaySpec("l", "base", samples=1, range_max=1e39, topic="/scan")
     bot.description.sensors.append(spec)
     logged = []
-    monkeypatch.setattr(connecting.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
-    connecting.Connector(None, world, None, 0, NoArrivals()).make_outputs(bot, [])
+    monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
+    robots.Connector(None, world, None, 0, NoArrivals()).make_outputs(bot, [])
     assert [topic.closed for topic in made] == [True]
     assert len(logged) == 1 and "/scan is left out" in logged[0]
 

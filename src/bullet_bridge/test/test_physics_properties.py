@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from bullet_bridge.services.physics import config as physics_config
-from bullet_bridge.services.physics import tuning as physics_tuning
-from bullet_bridge.services.physics.properties import PhysicsProperties
+from bullet_bridge.services import physics as physics_tuning
+from bullet_bridge.services import physics_config
+from bullet_bridge.services.physics import PhysicsProperties
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

@@ -5,9 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.outputs import earth, rays, sensors
-from bullet_bridge.outputs.motion import planar, wheels
-from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.plugins import base, drives, lidars, measurements
+from bullet_bridge.plugins.table import OUTPUTS
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import GpsSpec, MagneticSpec
@@ -45,7 +44,7 @@ def _topics(monkeypatch):
     def publisher(name, kind, **_):
         return made.setdefault(name, Topic(name, kind))
 
-    for module in (sensors, wheels, earth, planar):
+    for module in (base, drives, measurements):
         monkeypatch.setattr(module, "publisher", publisher)
     return made
 
@@ -83,7 +82,7 @@ def test_velodyne_cloud(topics, world, cart):
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring", "time"]
     assert (cloud.height, cloud.width, cloud.point_step) == (1, 36, 22) and cloud.is_dense
     assert (cloud.header.frame_id, cloud.header.stamp.to_sec()) == ("velo", 0.5)
-    data = np.frombuffer(cloud.data, rays._POINT)
+    data = np.frombuffer(cloud.data, lidars._POINT)
     assert data["xyz"][:, 0] == pytest.approx(5.0, abs=0.01)
     assert sorted(set(data["ring"].tolist())) == [0, 1, 2, 3]
 
@@ -94,7 +93,7 @@ def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
     made(spec, world, cart).update(0.5)
     cloud = topics["/v"].messages[-1]
     assert (cloud.height, cloud.width) == (2, 9) and not cloud.is_dense
-    data = np.frombuffer(cloud.data, rays._POINT).reshape(2, 9)
+    data = np.frombuffer(cloud.data, lidars._POINT).reshape(2, 9)
     assert (data["ring"][0] == 1).all() and (data["ring"][1] == 0).all()  # highest layer first
     assert np.isnan(data["xyz"][:, 0]).all() and np.isfinite(data["xyz"][:, 4]).all()
 
@@ -176,7 +175,7 @@ def test_planar_move(topics, world, cart, monkeypatch):
     assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
     logged = []
-    monkeypatch.setattr(wheels.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
+    monkeypatch.setattr(drives.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
     command.linear.x = math.nan
     arrivals.take(command)
     output.update(world.time)

@@ -3,12 +3,11 @@
 import logging
 
 import pytest
-from bullet_bridge.reading import load_world, log_warnings
-from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver
+from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver, load_world, log_warnings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.world import World
 
-from bullet_bridge import reading
+from bullet_bridge import resolve
 
 WORLD = """<sdf version="1.6"><world name="w"><physics><max_step_size>0.002</max_step_size>
 <real_time_update_rate>{}</real_time_update_rate></physics>{}</world></sdf>"""
@@ -27,7 +26,7 @@ def _said(monkeypatch):
     warnings, errors = [], []
     for name, into in (("logwarn", warnings), ("logerr", errors)):
         monkeypatch.setattr(
-            reading.rospy, name, lambda text, *values, into=into: into.append(text % values)
+            resolve.rospy, name, lambda text, *values, into=into: into.append(text % values)
         )
     return warnings, errors
 

@@ -8,9 +8,9 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from bullet_bridge.transport import direct, publishing
-from bullet_bridge.transport import relay_channel as module
-from bullet_bridge.transport.direct import DirectConnection
+from bullet_bridge.transport import publishing
+from bullet_bridge.transport import relay as module
+from bullet_bridge.transport.publishing import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
 from paddock_common.testing import pid_from_killed, wait_ended
 from rospy.exceptions import TransportTerminated
@@ -248,7 +248,7 @@ def test_a_topic_unregistered_during_a_connection_closes_it(relay, transports):
             raise TypeError("NoneType")
 
     impl, transport = Unregistered(), transports()
-    direct.send_directly(SimpleNamespace(impl=impl), 10, relay)
+    publishing.send_directly(SimpleNamespace(impl=impl), 10, relay)
     with pytest.raises(TypeError):
         impl.add_connection(transport)
     transport.far.settimeout(DEADLINE)

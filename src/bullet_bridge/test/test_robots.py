@@ -4,11 +4,11 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from bullet_bridge.loop.schedule import SubscribedSchedule
+from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.robots import Robots
 
-from bullet_bridge import connecting as module
 from bullet_bridge import robots
+from bullet_bridge import robots as module
 
 
 class Spec(SimpleNamespace):

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.loop.clock import SimClock
-from bullet_bridge.loop.schedule import Schedule
+from bullet_bridge.loop.clock import Schedule, SimClock
 
 
 def due_steps(schedule, first, last):

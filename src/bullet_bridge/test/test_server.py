@@ -4,12 +4,10 @@ import math
 
 import pytest
 import rospy
-from bullet_bridge.config import Config
 from bullet_bridge.loop import clock as clock_module
-from bullet_bridge.loop.clock import SimClock
-from bullet_bridge.loop.schedule import Schedule
+from bullet_bridge.loop.clock import CLOCK_STRIDE, Schedule, SimClock
 from bullet_bridge.loop.server import Server
-from bullet_bridge.loop.thinning import CLOCK_STRIDE
+from bullet_bridge.node import Config
 from bullet_sim.errors import WorldError
 
 

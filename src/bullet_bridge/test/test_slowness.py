@@ -3,8 +3,8 @@
 import time
 
 import pytest
-from bullet_bridge.loop.pace import Pace
-from bullet_bridge.loop.slowness import PATIENCE, SILENCE, Slowness, thread_times
+from bullet_bridge.loop.clock import Pace
+from bullet_bridge.loop.rtf_monitor import PATIENCE, SILENCE, Slowness, thread_times
 
 STEP = 0.001  # [s]
 

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from bullet_bridge.outputs import states as state_topics
-from bullet_bridge.outputs.states import METRICS_PERIOD, PerformanceTopic, StateTopics
+from bullet_bridge.plugins import states as state_topics
+from bullet_bridge.plugins.states import METRICS_PERIOD, PerformanceTopic, StateTopics
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

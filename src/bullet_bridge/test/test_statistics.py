@@ -3,9 +3,9 @@
 import json
 import threading
 
-from bullet_bridge.loop import statistics as module
+from bullet_bridge.loop.clock import Pace
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.pace import Pace
+from bullet_bridge.services import simulation as module
 
 
 class Server:

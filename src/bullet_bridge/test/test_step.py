@@ -4,11 +4,11 @@ import re
 import threading
 
 import pytest
-from bullet_bridge.loop import arrivals as arrivals_module
-from bullet_bridge.loop import step as module
-from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.loop import received as arrivals_module
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.requests import Steps
+from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.server import Steps
+from bullet_bridge.services import simulation as module
 from bullet_sim.errors import WorldError
 
 from bullet_bridge.srv import StepRequest

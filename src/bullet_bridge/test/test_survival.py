@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from bullet_bridge.control.pid_tuning import NAMES, PidTuning
+from bullet_bridge.control.reconfigure import NAMES, PidTuning
 from bullet_bridge.loop import server
-from bullet_bridge.outputs import sensors as sensor_outputs
-from bullet_bridge.outputs import table as outputs
-from bullet_bridge.outputs.motion import wheels as wheel_outputs
+from bullet_bridge.plugins import base as sensor_outputs
+from bullet_bridge.plugins import drives as wheel_outputs
+from bullet_bridge.plugins import table as outputs
 from bullet_bridge.robots import Robots
-from bullet_bridge.services.physics.properties import Properties
+from bullet_bridge.services.physics import Properties
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.errors import ControllerError, WorldError
 from bullet_sim.plugins.drives import WheelDriveSpec
@@ -22,7 +22,7 @@ from geometry_msgs.msg import Twist
 from test_outputs import CART, NoArrivals, Topic
 from test_server import Rig as Loop
 
-from bullet_bridge import connecting
+from bullet_bridge import robots
 
 IMU = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
@@ -110,7 +110,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
                 raise error
             published.append(step)
 
-    monkeypatch.setattr(connecting, "RobotControl", Control)
+    monkeypatch.setattr(robots, "RobotControl", Control)
     cameras = SimpleNamespace(set_sources=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for name in ("a", "b"):

@@ -1,9 +1,9 @@
 """libpaddock_state_publisher: transforms of joints and of the root link."""
 
 import pytest
-from bullet_bridge.outputs import sensors as sensor_outputs
-from bullet_bridge.outputs.motion import transforms
-from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.plugins import base as sensor_outputs
+from bullet_bridge.plugins import transforms
+from bullet_bridge.plugins.table import OUTPUTS
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins import drives
 from bullet_sim.pose import Pose

@@ -8,8 +8,8 @@ import time
 
 import pytest
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.outputs import viewer_link
-from bullet_bridge.outputs.viewer_link import ViewerLink, missing_display
+from bullet_bridge.plugins import viewer_link
+from bullet_bridge.plugins.viewer_link import ViewerLink, missing_display
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.world import World
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import rospy
 from bot_rig import Bot
-from bullet_bridge.outputs import depth, sensors, wrenches
-from bullet_bridge.outputs.table import OUTPUTS
+from bullet_bridge.plugins import base, cameras, drives
+from bullet_bridge.plugins.table import OUTPUTS
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
@@ -42,7 +42,7 @@ def _topics(monkeypatch):
     def publisher(name, kind, **_):
         return made.setdefault(name, Topic(name, kind))
 
-    for module in (sensors, depth):
+    for module in (base, cameras):
         monkeypatch.setattr(module, "publisher", publisher)
     return made
 
@@ -116,7 +116,7 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
     assert not output.has_subscribers()
     errors = []
-    monkeypatch.setattr(wrenches.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
+    monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))
     assert errors == ["/poses: a point has 2 positions, must have 1"]
 

@@ -1,36 +1,93 @@
-"""Assembly of the bridge node."""
+"""The bridge node: its parameters, and its life from the first world to the last message."""
 
 import sys
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.files import keep_python_output
-from bullet_sim.render.request import Quality
+from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.world import World
 from bullet_sim.xml_reader import is_true
 from paddock_common.logs import bear_failures
 from paddock_common.process import signals
 from paddock_common.process.orphans import end_with_roslaunch
+from paddock_common.settings import check, choice, flag, number, read, text
 
-from bullet_bridge.config import parse_config
-from bullet_bridge.loop.arrivals import Arrivals
 from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.loop.received import Arrivals
 from bullet_bridge.loop.server import Server
-from bullet_bridge.loop.statistics import StatisticsService
-from bullet_bridge.loop.step import StepService
-from bullet_bridge.outputs.cameras import Cameras
-from bullet_bridge.outputs.viewer_link import ViewerLink
-from bullet_bridge.reading import load_world
-from bullet_bridge.resolve import Resolver
+from bullet_bridge.plugins.cameras import Cameras
+from bullet_bridge.plugins.viewer_link import ViewerLink
+from bullet_bridge.resolve import Resolver, load_world
 from bullet_bridge.robots import Robots
-from bullet_bridge.services.describe import DescribeService
 from bullet_bridge.services.gazebo import GazeboServices
+from bullet_bridge.services.simulation import DescribeService, StatisticsService, StepService
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.master_watch import MasterWatch
 from bullet_bridge.transport.relay import Relay
+
+
+@dataclass(frozen=True)
+class Config:
+    """Checked parameters.
+
+    Attributes:
+        world_file: SDF world to load; empty: an empty world.
+        paused: start paused.
+        real_time_factor: simulated seconds per wall second; 0: as fast as possible.
+        world_pace: no real_time_factor is given; that of the world file counts.
+        lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
+        every_picture: wait for each due picture, without lockstep, too; time slows down instead.
+        renderer: auto, gl or tiny.
+        shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
+        labels: every camera also publishes which model each pixel shows.
+        clock_rate: messages on /clock per simulated second [Hz].
+        states_rate: of model_states and link_states in simulated time [Hz].
+        seed: of all sensor noise.
+        monotonic_clock: a reset does not set simulated time back to 0.
+        step_timeout: wall time that /gazebo/step waits for commands [s].
+        gui, headless: gui without headless opens the viewer.
+    """
+
+    world_file: str = text("", empty=True)
+    paused: bool = flag(False)
+    real_time_factor: float = number(1.0, least=0.0)
+    world_pace: bool = False
+    lockstep: bool = flag(False)
+    every_picture: bool = flag(False)
+    renderer: str = choice("auto", RENDERERS)
+    shadows: str = choice("auto", SWITCHES)
+    antialias: str = choice("auto", SWITCHES)
+    labels: bool = flag(False)
+    clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
+    states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
+    seed: int = number(0)
+    monotonic_clock: bool = flag(False)
+    step_timeout: float = number(10.0, least=0.0, unit="s")
+    gui: bool = flag(False)
+    headless: bool = flag(False)
+
+    def __post_init__(self):
+        check(self, prefix="parameter ")
+
+
+def parse_config(get):
+    """Config from a function get(name, default).
+
+    Raises:
+        ValueError: names the parameter, the value and what is valid.
+    """
+    config = read(Config, get, prefix="")
+    return replace(
+        config,
+        world_pace=get("real_time_factor", None) is None,
+        paused=config.paused or config.lockstep,
+        clock_rate=config.clock_rate or Config.clock_rate,  # 0: the default
+        seed=int(config.seed),
+    )
 
 
 def start_relay():

@@ -1,4 +1,4 @@
-"""ros_control's interface of one robot: controllers' life cycles, topics and PID tuning."""
+"""A robot's controllers and what each of them has in ROS."""
 
 import math
 import threading
@@ -6,12 +6,37 @@ import threading
 import rospy
 from bullet_sim.errors import ControllerError, SimError
 
+from bullet_bridge.control.actions import Gripper, Trajectories
+from bullet_bridge.control.reconfigure import Tunings, set_hardware
 from bullet_bridge.control.services import ControllerServices
-from bullet_bridge.control.table import topics_of
-from bullet_bridge.control.tuning import Tunings, set_hardware
-from bullet_bridge.loop.arrivals import Arrivals
+from bullet_bridge.control.topics import (
+    Commands,
+    Drive,
+    FourWheelDrive,
+    JointStates,
+    PidCommands,
+    Sensors,
+)
 from bullet_bridge.loop.jobs import Ended
+from bullet_bridge.loop.received import Arrivals
 from bullet_bridge.transport.publishing import all_or_none
+
+_BASES = {"diff": Drive, "ackermann": Drive, "four_wheel": FourWheelDrive}
+_ACTIONS = {"trajectory": Trajectories, "gripper": Gripper}
+
+
+def topics_of(robot, spec):
+    """The Topics of a ControllerSpec."""
+    kind = spec.kind
+    if kind.interface == "state":
+        return JointStates(robot, spec)
+    if kind.reports_sensors:
+        return Sensors(robot, spec)
+    if kind.drive:
+        return _BASES[kind.drive](robot, spec)
+    if kind.action:
+        return _ACTIONS[kind.action](robot, spec)
+    return (PidCommands if kind.goal else Commands)(robot, spec)
 
 
 class RobotControl:

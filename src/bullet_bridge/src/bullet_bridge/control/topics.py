@@ -1,13 +1,110 @@
-"""Topics of loaded controllers of joints: commands in; joint states and PID states out."""
+"""Topics of controllers: commands in, states out."""
 
+import math
+import zlib
+from dataclasses import replace
+
+import rospy
+from bullet_sim.plugins.forces import ForceTorqueSpec
+from bullet_sim.plugins.inertial import ImuSpec
 from control_msgs.msg import JointControllerState, PidState
+from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
+from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.control import messages as control_messages
-from bullet_bridge.loop.schedule import SubscribedSchedule
+from bullet_bridge.loop.clock import SubscribedSchedule
+from bullet_bridge.plugins.table import OUTPUTS
+from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedJointState
 from bullet_bridge.transport.publishing import publisher
+
+
+def controller_state(time, sample, gains):
+    """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
+    message = JointControllerState(
+        set_point=sample.set_point,
+        process_value=sample.process_value,
+        process_value_dot=sample.process_value_dot,
+        error=sample.error,
+        time_step=sample.period,
+        command=sample.command,
+        p=gains.p,
+        i=gains.i,
+        d=gains.d,
+        i_clamp=gains.i_clamp_max,
+        antiwindup=gains.antiwindup,
+    )
+    message.header.stamp = stamp(time)
+    return message
+
+
+def pid_state(time, period, pid):
+    """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
+    message = PidState(
+        timestep=rospy.Duration.from_sec(period),
+        error=pid.error,
+        error_dot=pid.error_rate,
+        p_error=pid.error,
+        i_error=pid.integral,
+        d_error=pid.error_rate,
+        p_term=pid.terms[0],
+        i_term=pid.terms[1],
+        d_term=pid.terms[2],
+        i_max=pid.gains.i_clamp_max,
+        i_min=pid.gains.i_clamp_min,
+        output=pid.output,
+    )
+    message.header.stamp = stamp(time)
+    return message
+
+
+def drive_odometry(time, drive, odometry):
+    """nav_msgs/Odometry of a DriveConfig and an Odometry; the twist is in the base's frame."""
+    message = Odometry(child_frame_id=drive.base_frame)
+    message.header.stamp, message.header.frame_id = stamp(time), drive.odom_frame
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y = odometry.x, odometry.y
+    orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
+    message.twist.twist.linear.x = odometry.linear
+    message.twist.twist.linear.y = odometry.lateral
+    message.twist.twist.angular.z = odometry.angular
+    message.pose.covariance = _diagonal(drive.pose_covariance)
+    message.twist.covariance = _diagonal(drive.twist_covariance)
+    return message
+
+
+def four_wheel_state(time, frame, odometry):
+    """four_wheel_steering_msgs/FourWheelSteeringStamped of a FourWheelOdometry."""
+    message = FourWheelSteeringStamped()
+    message.header.stamp, message.header.frame_id = stamp(time), frame
+    data = message.data
+    data.speed, data.acceleration, data.jerk = (
+        odometry.speed,
+        odometry.acceleration,
+        odometry.jerk,
+    )
+    data.front_steering_angle, data.rear_steering_angle = odometry.angles
+    data.front_steering_angle_velocity, data.rear_steering_angle_velocity = odometry.rates
+    return message
+
+
+def _diagonal(values):
+    matrix = [0.0] * 36
+    matrix[::7] = values
+    return matrix
+
+
+def limited_twist(time, linear, angular):
+    """geometry_msgs/TwistStamped of a limited command."""
+    message = TwistStamped()
+    message.header.stamp = stamp(time)
+    message.twist.linear.x, message.twist.angular.z = linear, angular
+    return message
+
 
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
@@ -151,8 +248,119 @@ class PidCommands(Commands):
         sample = controller.sample
         time -= self._robot.manager.time - sample.time
         if state_due:
-            self._state.publish(
-                control_messages.controller_state(time, sample, controller.pids[0].gains)
-            )
+            self._state.publish(controller_state(time, sample, controller.pids[0].gains))
         for _, number, states in inner_due:
-            states.publish(control_messages.pid_state(time, sample.period, controller.pids[number]))
+            states.publish(pid_state(time, sample.period, controller.pids[number]))
+
+
+class Drive(Commands):
+    """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
+
+    topic = "cmd_vel"
+
+    def __init__(self, robot, spec):
+        super().__init__(robot, spec)
+        self._odometry = self._publisher(f"{self.name}/odom", Odometry)
+        drive = spec.drive
+        self._transform = self._publisher("/tf", TFMessage) if drive.publish_tf else None
+        self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
+        self._schedule = self._every(spec.publish_rate, *self._outputs)
+        self._limited = None
+        if drive.publish_command:
+            self._limited = self._publisher(f"{self.name}/cmd_vel_out", TwistStamped)
+            self._limited_schedule = self._every(
+                1.0 / robot.manager.control_period(robot.world.time_step), self._limited
+            )
+
+    def _kind(self):
+        return Twist
+
+    def _on_command(self, message):
+        values = (message.linear.x, message.angular.z)
+        if self._spec.drive.single_publisher and self._subscriber.get_num_connections() > 1:
+            rospy.logerr_throttle(
+                1.0,
+                f"{self.name}/{self.topic} has more than one publisher, "
+                "which allow_multiple_cmd_vel_publishers forbids; it brakes",
+            )
+            values = (0.0, 0.0)
+        self._robot.buffer_command(self._spec.name, values)
+
+    def publish(self, step, time):
+        """Publish the odometry of this step and the limited command."""
+        if self._limited is not None and self._limited_schedule.due(step):
+            self._limited.publish(limited_twist(time, *self.controller.limited))
+        if not self._schedule.due(step):
+            return
+        outputs = [out for out in self._outputs if out.get_num_connections()]
+        self._robot.manager.observe()
+        message = drive_odometry(time, self._spec.drive, self.controller.odometry)
+        for out in outputs:
+            out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
+
+
+class FourWheelDrive(Drive):
+    """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer."""
+
+    def __init__(self, robot, spec):
+        super().__init__(robot, spec)
+        self._endpoints.append(
+            robot.arrivals.subscribe(
+                f"{self.name}/cmd_four_wheel_steering", FourWheelSteering, self._on_angles
+            )
+        )
+        self._steering = self._publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
+        self._steering_schedule = self._every(spec.publish_rate, self._steering)
+
+    def _on_angles(self, message):
+        values = (message.speed, message.front_steering_angle, message.rear_steering_angle)
+        self._robot.buffer_command(self._spec.name, values)
+
+    def publish(self, step, time):
+        """Publish the odometry of this step, also as speed and steering angles."""
+        super().publish(step, time)
+        if self._steering_schedule.due(step):
+            self._robot.manager.observe()
+            self._steering.publish(
+                four_wheel_state(time, self._spec.drive.odom_frame, self.controller.odometry)
+            )
+
+
+_KINDS = {"imu": ImuSpec, "force_torque": ForceTorqueSpec}
+
+
+class Sensors(Topics):
+    """Each sensor of a kind on a topic of its own name in the robot's namespace.
+
+    A joint's sensor has the joint's name.
+    """
+
+    def __init__(self, robot, spec):
+        super().__init__(robot, spec)
+        self._outputs = []
+        for found in robot.model.description.sensors:
+            if type(found) is not _KINDS[spec.kind.interface]:
+                continue
+            name = getattr(found, "joint", found.name)
+            wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=spec.publish_rate)
+            seed = zlib.crc32(f"{spec.name}/{name}".encode())
+            output = OUTPUTS[type(found)](robot.world, robot.model, wanted, seed)
+            self._outputs.append(output)
+            self.schedules.append(output.schedule)
+
+    def publish(self, step, time):
+        """Publish the sensors that are due."""
+        for output in self._outputs:
+            if output.schedule.due(step):
+                output.update(time)
+
+    def restart(self, step):
+        """Restart schedules and noise."""
+        for output in self._outputs:
+            output.restart()
+
+    def close(self):
+        """Unregister the topics."""
+        for output in self._outputs:
+            output.close()
+        super().close()

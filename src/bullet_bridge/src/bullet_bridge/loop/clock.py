@@ -1,12 +1,204 @@
-"""/clock: its schedule and its publisher."""
+"""/clock and the pace: schedules of messages, pacing by wall time, clock throttling."""
+
+import collections
+import math
+import time as wall
 
 import rospy
 from rosgraph_msgs.msg import Clock
 
-from bullet_bridge.loop.schedule import Schedule
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedClock
 from bullet_bridge.transport.publishing import publisher
+
+CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when running free ...
+CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
+
+
+class Thinning:
+    """Skips due times of a clock at the present speed of the simulation.
+
+    Args:
+        clock: SimClock.
+        now: function that gives wall time [s].
+        step: physics step at which it begins.
+
+    Attributes:
+        waits: whether messages are further apart than a batch; then the clock is published at the
+            end of a batch, which it does not cut short.
+    """
+
+    def __init__(self, clock, now, step):
+        self._clock, self._now = clock, now
+        self._mark, self.waits = (now(), step), False
+        self._batch = self._stride = 1
+
+    def set_batch(self, batch, time_step):
+        """Set the longest batch [steps] and the physics step [s]."""
+        self._batch, self._stride = batch, round(CLOCK_STRIDE / time_step)
+
+    def skip(self, step):
+        """After a message: skip the due times that lie within CLOCK_GAP."""
+        now, (before, last_step) = self._now(), self._mark
+        self._mark = now, step
+        passed = max(now - before, 1e-6)
+        steps = min(int((step - last_step) * CLOCK_GAP / passed), self._stride)
+        self.waits = steps > self._batch
+        self._clock.skip(min(steps, self._stride - self._batch) if self.waits else steps)
+
+
+class Schedule:
+    """Due times k / rate, each rounded to the nearest physics step.
+
+    A rate that does not divide the step rate (30 Hz at 1 ms) keeps its mean exactly; single
+    periods differ by one step.
+
+    Args:
+        rate: [Hz] of simulated time.
+        time_step: physics step [s].
+        start: step after which it starts.
+
+    Raises:
+        ValueError: the rate is not above 0 or higher than the step rate.
+    """
+
+    def __init__(self, rate, time_step, start=0):
+        if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
+            raise ValueError(
+                f"rate is {rate} Hz, must be above 0 and at most "
+                f"{1 / time_step:g} Hz, one per physics step"
+            )
+        self._ratio = 1.0 / (rate * time_step)
+        self.restart(start)
+
+    def restart(self, step):
+        """Count on from a step: the first due step after it that is k periods from 0."""
+        self._count = math.floor(step / self._ratio + 1e-9) + 1
+        self.next = round(self._count * self._ratio)
+
+    def skip(self, steps):
+        """Skip due steps that are less than `steps` after the last one before `next`."""
+        first = round((self._count - 1) * self._ratio) + steps
+        self._count = max(self._count, math.ceil(first / self._ratio - 1e-9))
+        self.next = round(self._count * self._ratio)
+
+    def due(self, step):
+        """Whether it is due at this step; then the next due step is set."""
+        if step < self.next:
+            return False
+        self._count = max(self._count + 1, math.floor(step / self._ratio + 1e-9) + 1)
+        self.next = round(self._count * self._ratio)
+        return True
+
+
+class SubscribedSchedule(Schedule):
+    """A Schedule that is due only while there are subscribers.
+
+    Without subscribers it ends no batch of steps, but its due times continue: a later subscriber
+    gets messages of the same times as if there had been one from the start.
+
+    Args:
+        rate, time_step, start: see Schedule.
+        has_subscribers: function -> whether the topic has subscribers.
+
+    Attributes:
+        subscribed: whether there were subscribers at the last check.
+    """
+
+    def __init__(self, rate, time_step, start, has_subscribers):
+        super().__init__(rate, time_step, start)
+        self._has_subscribers, self.subscribed = has_subscribers, False
+
+    def check_subscribers(self, step):
+        """Check after a step whether there are subscribers, and return it."""
+        subscribed = bool(self._has_subscribers())
+        if subscribed and not self.subscribed:
+            super().due(step)  # skip what was due without a subscriber
+        self.subscribed = subscribed
+        return subscribed
+
+    def next_due_subscribed(self, step, check=True):
+        """Step after which a message with subscribers is due, or infinity.
+
+        Args:
+            step: the last one.
+            check: check for subscribers; False: as at the last check.
+        """
+        subscribed = self.check_subscribers(step) if check else self.subscribed
+        return self.next if subscribed else math.inf
+
+    def due(self, step):
+        """As Schedule's; False without subscribers at the last check."""
+        return self.subscribed and step >= self.next and super().due(step)
+
+
+MAX_LAG = 0.25  # [s] lateness beyond which the pace restarts instead of catching up
+WINDOW = 1.0  # [s] wall time over which the real time factor is measured
+HISTORY = 4096  # batches whose lateness is stored
+
+
+class Pace:
+    """Wall time at which simulated times are due.
+
+    Args:
+        factor: simulated seconds per wall second; 0: as fast as possible.
+        now: function that gives wall time [s].
+        on_measured: called with the measured real time factor after each full WINDOW.
+
+    Attributes:
+        factor: as above.
+    """
+
+    def __init__(self, factor, now=wall.monotonic, on_measured=None):
+        self.factor, self._now, self._on_measured = factor, now, on_measured
+        self._late = collections.deque(maxlen=HISTORY)
+        self._measured = 0.0
+        self.anchor(0.0)
+
+    def anchor(self, time):
+        """Restart the pace: simulated time [s] is due now."""
+        self._wall_start = self._mark_wall = self._now()
+        self._sim_start = self._mark_sim = time
+
+    def delay(self, time):
+        """Wall time [s] until the step that follows simulated time [s] is due; 0: it is due."""
+        now = self._now()
+        if now - self._mark_wall >= WINDOW:
+            self._measured = (time - self._mark_sim) / (now - self._mark_wall)
+            self._mark_wall, self._mark_sim = now, time
+            if self._on_measured is not None:
+                self._on_measured(self._measured)
+        if self.factor == 0:
+            return 0.0
+        delay = self._wall_start + (time - self._sim_start) / self.factor - now
+        if delay > 0:
+            return delay
+        self._late.append(-delay)
+        if delay < -MAX_LAG:
+            self._wall_start, self._sim_start = now, time
+        return 0.0
+
+    def statistics(self):
+        """Lateness of the last batches and the measured real time factor.
+
+        Returns:
+            dict of lateness_p50, lateness_p99, lateness_max [s] (wall time from when a batch was
+            due to when it began; 0 when running free), batches (their number) and
+            real_time_factor (over the last full WINDOW; 0: none yet).
+        """
+        late = sorted(self._late)
+        pick = (
+            (lambda share: late[min(int(share * len(late)), len(late) - 1)])
+            if late
+            else lambda share: 0.0
+        )
+        return {
+            "lateness_p50": pick(0.5),
+            "lateness_p99": pick(0.99),
+            "lateness_max": pick(1.0),
+            "batches": len(late),
+            "real_time_factor": self._measured,
+        }
 
 
 def set_own_time(now):

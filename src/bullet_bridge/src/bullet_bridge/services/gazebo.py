@@ -1,14 +1,11 @@
 """The services and topics of gazebo_ros below /gazebo."""
 
-from bullet_bridge.outputs.states import PerformanceTopic, StateTopics
-from bullet_bridge.services.joint import JointServices
-from bullet_bridge.services.light import LightServices
-from bullet_bridge.services.link import LinkServices
-from bullet_bridge.services.model import ModelServices
-from bullet_bridge.services.physics.properties import PhysicsProperties
-from bullet_bridge.services.physics.service import PhysicsServices
-from bullet_bridge.services.physics.tuning import PhysicsTuning
-from bullet_bridge.services.states import StateServices
+from bullet_bridge.plugins.states import PerformanceTopic, StateTopics
+from bullet_bridge.services.lights import LightServices
+from bullet_bridge.services.links import JointServices, LinkServices
+from bullet_bridge.services.models import ModelServices
+from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices, PhysicsTuning
+from bullet_bridge.services.simulation import StateServices
 
 
 class GazeboServices:

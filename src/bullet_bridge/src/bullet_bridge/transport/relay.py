@@ -1,21 +1,140 @@
-"""Sending through the relay process: one write of the simulation thread for all subscribers.
+"""The relay process: packed messages go to subscribers from there, not from the bridge.
 
-A write to the socket of a sleeping process also wakes that process. The wake-up takes the sender
-several times as long as the write, and each message has several subscribers. So the simulation
-thread writes to the relay process only, which writes to the subscribers: see relay_process.py.
+Sending through the relay process: one write of the simulation thread for all subscribers. A write
+to the socket of a sleeping process also wakes that process. The wake-up takes the sender several
+times as long as the write, and each message has several subscribers. So the simulation thread
+writes to the relay process only, which writes to the subscribers: see relay_process.py.
 """
 
 import collections
+import pathlib
+import select
+import socket
+import struct
+import subprocess
+import sys
 import threading
 import time
 
 import rospy
+from bullet_sim.child import blocking_pair
 
-from bullet_bridge.transport import relay_channel
-from bullet_bridge.transport.direct import ConnectionWrapper, prepare_socket
-from bullet_bridge.transport.reconnecting import reconnect_subscribers
-from bullet_bridge.transport.relay_channel import ChannelError, RelayChannel
-from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, POLL, REMOVE
+from bullet_bridge.transport.publishing import (
+    ConnectionWrapper,
+    prepare_socket,
+    reconnect_subscribers,
+)
+from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, NUMBER, POLL, REMOVE
+
+TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to end
+
+
+class ChannelError(OSError):
+    """The relay process does not take data; the message is what the process does or is."""
+
+
+class RelayChannel:
+    """Starts the relay process, writes to it and reads from it.
+
+    Attributes:
+        process: subprocess.Popen.
+
+    Raises:
+        OSError: the process does not start.
+    """
+
+    def __init__(self):
+        self._socket, child_end = blocking_pair()
+        self._socket.setsockopt(
+            socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(TIMEOUT), 0)
+        )
+        script = pathlib.Path(__file__).with_name("relay_process.py")
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-I", "-S", str(script), str(child_end.fileno())],
+                stdin=subprocess.DEVNULL,
+                pass_fds=[child_end.fileno()],
+            )
+        except OSError:
+            self._socket.close()
+            raise
+        finally:
+            child_end.close()
+
+    def pass_socket(self, record, passed):
+        """Write a record and pass a socket along with it.
+
+        Raises:
+            ChannelError: the process does not take it.
+        """
+        try:
+            socket.send_fds(self._socket, [record], [passed.fileno()])
+        except OSError:
+            raise ChannelError("does not take subscribers") from None
+
+    def write(self, data):
+        """Write records.
+
+        Raises:
+            ChannelError: the process is gone, or has read nothing for TIMEOUT.
+        """
+        try:
+            sent = self._socket.send(data, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            sent = 0
+        except OSError:
+            raise ChannelError("is gone") from None
+        if sent < len(data):
+            self._write_rest(memoryview(data)[sent:])
+
+    def _write_rest(self, data):
+        """Block until the relay has read the rest; it never blocks on a subscriber itself."""
+        poller = select.poll()
+        try:
+            poller.register(self._socket, select.POLLOUT)
+            while data:
+                if not poller.poll(TIMEOUT * 1000):
+                    raise ChannelError(f"took nothing for {TIMEOUT:g} s")
+                try:
+                    data = data[self._socket.send(data, socket.MSG_DONTWAIT) :]
+                except BlockingIOError:
+                    pass
+        except ChannelError:
+            raise
+        except OSError:
+            raise ChannelError("is gone") from None
+
+    def numbers(self):
+        """Yields the numbers that the process writes, until it ends."""
+        left = b""
+        while True:
+            try:
+                data = self._socket.recv(4096)
+            except OSError:
+                return
+            if not data:
+                return
+            left += data
+            while len(left) >= NUMBER.size:
+                (number,) = NUMBER.unpack_from(left)
+                left = left[NUMBER.size :]
+                yield number
+
+    def end(self):
+        """End the process, which sends what it has read; kill it after TIMEOUT."""
+        try:
+            self._socket.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+        try:
+            self.process.wait(TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+    def close(self):
+        """Close the socket, after numbers() has ended."""
+        self._socket.close()
 
 
 class RelayedConnection(ConnectionWrapper):
@@ -109,10 +228,10 @@ class Relay:
             self._drained.clear()
             self.put(HEAD.pack(DRAIN, 0, 0))
             self._flush()
-        deadline = time.monotonic() + relay_channel.TIMEOUT
+        deadline = time.monotonic() + TIMEOUT
         while self.alive and not self._drained.wait(0.1):
             if time.monotonic() > deadline:
-                self._fail(f"did not answer for {relay_channel.TIMEOUT:g} s")
+                self._fail(f"did not answer for {TIMEOUT:g} s")
 
     def put(self, data):
         """Write complete records, now or in end_batch()."""
@@ -194,5 +313,5 @@ class Relay:
             self._flush()
             self.alive = False
         self._channel.end()
-        self._receiver.join(relay_channel.TIMEOUT)
+        self._receiver.join(TIMEOUT)
         self._channel.close()

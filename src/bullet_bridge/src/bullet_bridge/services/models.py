@@ -1,9 +1,11 @@
-"""Services about whole models: spawn, delete, place, configure, ask."""
+"""Services about models: spawn, delete, state, properties, namespaces."""
 
 import gc
+import xml.etree.ElementTree as ElementTree
 
 import rospy
-from bullet_sim.errors import ModelError
+from bullet_sim.errors import ModelError, SimError
+from bullet_sim.xml_reader import parse
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import (
     DeleteModel,
@@ -24,7 +26,6 @@ from gazebo_msgs.srv import (
 
 from bullet_bridge.services.entities import find_frame
 from bullet_bridge.services.handlers import service_handler, topic_callback
-from bullet_bridge.services.namespaces import with_robot_namespace
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
     pose_to_msg,
@@ -32,6 +33,29 @@ from bullet_bridge.transport.conversions import (
     twist_to_msg,
     vector,
 )
+
+
+def with_robot_namespace(text, namespace):
+    """The model with <robotNamespace> in every <plugin> that has none, as gazebo_ros does.
+
+    Args:
+        text: URDF or SDF, str or bytes.
+        namespace: of the spawn request; empty: the text stays as it is.
+
+    Returns:
+        The text, or the root of what was read of it, whose elements know their lines; a text that
+        is not XML comes back unchanged, its reader says why.
+    """
+    if not namespace:
+        return text
+    try:
+        root = parse(text, "model")
+    except SimError:
+        return text
+    for plugin in root.iter("plugin"):
+        if plugin.find("robotNamespace") is None:
+            ElementTree.SubElement(plugin, "robotNamespace").text = namespace
+    return root
 
 
 class ModelServices:

@@ -1,5 +1,24 @@
 """Table of sensor specifications and their outputs."""
 
+from bullet_bridge.plugins.cameras import CameraOutput, DepthCameraOutput, RangeCameraOutput
+from bullet_bridge.plugins.drives import (
+    HandOfGodOutput,
+    JointPosesOutput,
+    JointStatesOutput,
+    LinkForceOutput,
+    PlanarMoveOutput,
+    WheelDriveOutput,
+)
+from bullet_bridge.plugins.lidars import LidarOutput, RangeOutput, cloud_output
+from bullet_bridge.plugins.measurements import (
+    ContactOutput,
+    ForceTorqueOutput,
+    GpsOutput,
+    GroundTruthOutput,
+    ImuOutput,
+    MagneticOutput,
+)
+from bullet_bridge.plugins.transforms import JointTransformsOutput, RootTransformOutput
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
 from bullet_sim.plugins.drives import (
     JointStatesSpec,
@@ -17,21 +36,6 @@ from bullet_sim.plugins.forces import (
 )
 from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
 from bullet_sim.plugins.lidars import CloudSpec, RangeSpec, RaySpec
-
-from bullet_bridge.outputs.contact import ContactOutput
-from bullet_bridge.outputs.depth import DepthCameraOutput, RangeCameraOutput
-from bullet_bridge.outputs.earth import GpsOutput, MagneticOutput
-from bullet_bridge.outputs.motion.planar import PlanarMoveOutput
-from bullet_bridge.outputs.motion.transforms import JointTransformsOutput, RootTransformOutput
-from bullet_bridge.outputs.motion.wheels import JointStatesOutput, WheelDriveOutput
-from bullet_bridge.outputs.rays import RangeOutput, cloud_output
-from bullet_bridge.outputs.sensors import CameraOutput, GroundTruthOutput, ImuOutput, LidarOutput
-from bullet_bridge.outputs.wrenches import (
-    ForceTorqueOutput,
-    HandOfGodOutput,
-    JointPosesOutput,
-    LinkForceOutput,
-)
 
 OUTPUTS = {
     GroundTruthSpec: GroundTruthOutput,

@@ -1,12 +1,52 @@
-"""Point clouds and ranges from bundles of rays."""
+"""Lidars, range sensors and point clouds."""
 
 import numpy as np
-from bullet_sim.sensors.lidar import LayeredLidar
-from geometry_msgs.msg import Point32
-from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField, Range
-
-from bullet_bridge.outputs.sensors import RaysOutput
+from bullet_bridge.plugins.base import Output
 from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedScan
+from bullet_sim.sensors.lidar import LayeredLidar, Lidar
+from geometry_msgs.msg import Point32
+from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
+
+
+class RaysOutput(Output):
+    """Casts the rays of a lidar, all of a scan at one time.
+
+    Attributes:
+        lidar: class of the core's lidar.
+    """
+
+    lidar = Lidar
+
+    def __init__(self, world, model, spec, seed):
+        self._lidar = self.lidar(spec)
+        super().__init__(world, model, spec, seed)
+
+    def _scan(self):
+        position, orientation, _, _ = self.model.link_motion(self.spec.link)
+        return self._lidar.scan(
+            self.world.engine,
+            position,
+            orientation,
+            self.rng,
+            self.model.body,
+        )
+
+
+class LidarOutput(RaysOutput):
+    """sensor_msgs/LaserScan."""
+
+    message = LaserScan
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedScan(
+            self.publisher, spec, self._lidar.angle_increment, len(self._lidar.angles)
+        )
+
+    def update(self, time):
+        self._sender.send(time, self._scan())
+
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
 _POINT = np.dtype(

@@ -1,0 +1,180 @@
+"""dynamic_reconfigure: servers whose first values are the simulation's, gains of PIDs."""
+
+import math
+import threading
+import types
+
+import rospy
+from bullet_sim.controllers import steer_bot
+from bullet_sim.controllers.pid import PidGains, parse_pid
+from bullet_sim.description.model import STEER_BOT_SIM_TYPE
+from bullet_sim.errors import ControllerError, SimError
+from control_toolbox.cfg import ParametersConfig
+from dynamic_reconfigure.server import Server
+
+NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
+
+
+def config_type(gains):
+    """ParametersConfig with ranges widened to include the present gains."""
+    widened = types.SimpleNamespace(
+        **{
+            name: getattr(ParametersConfig, name)
+            for name in ("config_description", "defaults", "level", "type", "all_level")
+        }
+    )
+    values = {name: getattr(gains, name) for name in NAMES}
+    widened.min = {name: min(low, values[name]) for name, low in ParametersConfig.min.items()}
+    widened.max = {name: max(high, values[name]) for name, high in ParametersConfig.max.items()}
+    return widened
+
+
+def _checked(config):
+    """PidGains of a configuration; a NaN passes dynamic_reconfigure's own bounds.
+
+    Raises:
+        ControllerError: a gain is no finite number.
+    """
+    for name in NAMES:
+        if not math.isfinite(config[name]):
+            raise ControllerError(
+                f"{name} is {config[name]}, must be a finite number; the gains stay as they are"
+            )
+    return PidGains(**{name: config[name] for name in NAMES})
+
+
+class ValuesServer(Server):
+    """A server whose first values are the simulation's, not those of the parameter server.
+
+    Args:
+        config: module that dynamic_reconfigure's generator would make.
+        values: name -> first value.
+        callback, namespace: as of Server.
+    """
+
+    def __init__(self, config, values, callback, namespace):
+        self._values = values
+        super().__init__(config, callback, namespace)
+
+    def _copy_from_parameter_server(self):
+        self.config.update(self._values)
+
+
+class PidTuning:
+    """dynamic_reconfigure server of one PID.
+
+    Args:
+        namespace: of its topics, service and parameters, e.g. '/bot/arm/pid'.
+        gains: PidGains now.
+        apply: function that sets new PidGains in the simulation; its SimErrors and time-outs are
+            logged, and the last gains are published again.
+    """
+
+    def __init__(self, namespace, gains, apply):
+        self._namespace, self._apply, self._started = namespace, apply, False
+        self._last = gains
+        values = {name: getattr(gains, name) for name in NAMES}
+        self._server = ValuesServer(config_type(gains), values, self._changed, namespace)
+        self._started = True
+
+    def _changed(self, config, _level):
+        if self._started:
+            try:
+                gains = _checked(config)
+                self._apply(gains)
+                self._last = gains
+            except (SimError, TimeoutError) as error:
+                rospy.logerr("%s: %s", self._namespace, error)
+                config.update({name: getattr(self._last, name) for name in NAMES})
+        return config
+
+    def close(self):
+        """Shut down the service and unregister the topics."""
+        self._server.set_service.shutdown("the PID is gone")
+        self._server.descr_topic.unregister()
+        self._server.update_topic.unregister()
+
+
+PID_GAINS = "gazebo_ros_control/pid_gains"
+
+
+class Tunings:
+    """The dynamic_reconfigure servers of a robot's PIDs, by their owners.
+
+    Args:
+        jobs: JobQueue of the simulation thread.
+    """
+
+    def __init__(self, jobs):
+        self._jobs, self._lock, self._servers = jobs, threading.Lock(), {}
+
+    def add(self, owner, namespace, gains, apply):
+        """Start a server.
+
+        Args:
+            owner: name of what the PID belongs to.
+            namespace: of the parameters.
+            gains: PidGains.
+            apply: function of PidGains, run in the simulation thread.
+        """
+        server = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
+        with self._lock:
+            self._servers.setdefault(owner, []).append(server)
+
+    def take(self, owner):
+        """Servers of an owner, which the caller closes."""
+        with self._lock:
+            return self._servers.pop(owner, [])
+
+    def take_all(self):
+        """All servers, which the caller closes."""
+        with self._lock:
+            servers, self._servers = self._servers, {}
+        return [server for of_owner in servers.values() for server in of_owner]
+
+
+def set_hardware(model, namespace, tunings):
+    """Set up the hardware layer that a model's <robotSimType> names.
+
+    Args:
+        model: of the core, with a manager.
+        namespace: of its controllers.
+        tunings: Tunings.
+    """
+    if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
+        _set_joint_gains(model.manager.hardware, f"{namespace}/{PID_GAINS}", tunings)
+        return
+    where = f"{namespace}/{steer_bot.NAMESPACE}"
+    try:
+        config = steer_bot.parse_steer_bot(
+            rospy.get_param(where, None), where, model.joints.names, model.description
+        )
+    except SimError as error:
+        rospy.logerr("%s; the joints are those of the URDF", error)
+        return
+    model.manager.hardware.put_before(
+        steer_bot.SteerBotJoints(model.joints, config), config.interfaces()
+    )
+
+
+def _set_joint_gains(hardware, where, tunings):
+    """Read the gains of joints that follow their commands by a PID."""
+    entries = rospy.get_param(where, None) or {}
+    if not isinstance(entries, dict):
+        rospy.logerr("%s is %r, must be a mapping from joints to gains", where, entries)
+        return
+    for joint, values in entries.items():
+        warnings = []
+        try:
+            gains = parse_pid(values, f"{where}/{joint}", warnings)
+            hardware.set_gains(joint, gains)
+            tunings.add(
+                PID_GAINS,
+                f"{where}/{joint}",
+                gains,
+                lambda new, j=joint: hardware.set_gains(j, new),
+            )
+        except (SimError, TimeoutError) as error:
+            warnings.append(f"{error}; the gains are not used")
+        for text in warnings:
+            rospy.logwarn("%s", text)

@@ -1,1 +1,0 @@
-"""How a model moves: bases that follow a Twist, joint states, transforms."""

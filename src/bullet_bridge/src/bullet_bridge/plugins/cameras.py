@@ -1,0 +1,346 @@
+"""Cameras and depth cameras: pictures asked of the renderer, published when they come."""
+
+import json
+import threading
+from dataclasses import replace
+
+import numpy as np
+import rospy
+from bullet_bridge.plugins.base import Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedImage
+from bullet_bridge.transport.publishing import publisher
+from bullet_sim.errors import RenderError
+from bullet_sim.pose import Pose
+from bullet_sim.render.client import RenderClient
+from bullet_sim.render.request import DEFAULT
+from bullet_sim.sensors import camera
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import String
+
+
+class Cameras:
+    """All camera outputs and the worker that draws their pictures.
+
+    Args:
+        renderer: auto, gl or tiny.
+        wait: True: wait for each due picture, as in lockstep: none is left out, and the physics
+            waits for the renderer.
+        quality: Quality of the OpenGL renderer.
+        scene: function without arguments that gives the world's Scene.
+    """
+
+    def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
+        self._renderer, self._wait, self._quality = renderer, wait, quality
+        self._scene = scene
+        self._client, self._outputs = None, {}
+        self._starter, self._starting, self._sending = None, threading.Lock(), threading.Lock()
+        self._publishing = threading.Lock()
+        self._ready = False
+        self._sources = []
+        self._failures = []
+        self._names = self._legend = None
+
+    def start(self):
+        """Begin to start the worker unless that was done; called outside the simulation thread.
+
+        Where each picture is waited for this returns when the worker is up or has failed;
+        elsewhere at once, and pictures come when it is up.
+        """
+        with self._starting:
+            if self._starter is None:
+                self._client = RenderClient(
+                    on_frame=self._publish_late,
+                    on_error=rospy.logerr,
+                    zero_copy=True,
+                    quality=self._quality,
+                )
+                self._starter = threading.Thread(
+                    target=self._start, name="render-start", daemon=True
+                )
+                self._starter.start()
+        if self._wait:
+            self._starter.join()
+
+    def _start(self):
+        try:
+            chosen = self._client.start(self._renderer)
+        except RenderError as error:
+            rospy.logerr("cameras stay dark: %s", error)
+            return
+        rospy.loginfo(
+            "cameras are rendered by '%s' (%s)%s",
+            chosen.kind,
+            chosen.details,
+            f", since {chosen.reason}" if chosen.reason else "",
+        )
+        with self._sending:
+            self._client.set_sources(self._sources, self._scene())
+            self._ready = True
+
+    def publish_labels(self, names):
+        """Publish a label image for each camera, and the latched topic ~labels: what labels mean,
+        as JSON {"label": "model's name"}.
+
+        Args:
+            names: function without arguments that gives them as a dict.
+        """
+        self._names = names
+        self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
+
+    def add(self, output):
+        """Add a camera output."""
+        if self._legend is not None:
+            output.add_labels()
+        self._outputs[output.request.name] = output
+
+    def remove(self, output):
+        """Remove a camera output."""
+        if self._outputs.get(output.request.name) is output:  # not a later one of the same name
+            del self._outputs[output.request.name]
+
+    def set_sources(self, sources):
+        """Send the worker the present bodies."""
+        if self._legend is not None:
+            self._legend.publish(json.dumps(self._names()))
+        with self._sending:
+            self._sources = sources
+            if self._ready:
+                self._client.set_sources(sources, self._scene())
+
+    def restart(self):
+        """Discard pictures ordered before a reset: none is published once this has returned."""
+        client = self._client
+        if client is not None:
+            with self._publishing:
+                client.discard()
+
+    def draw(self, world, outputs):
+        """Order pictures of the due outputs (simulation thread)."""
+        if not self._ready:
+            self._failures = ["there is no renderer, pictures are missing"]
+            return
+        requests = [output.request for output in outputs]
+        if not self._wait:
+            self._client.submit(world.snapshot(), requests)
+            return
+        try:
+            for frame in self._client.render_sync(world.snapshot(), requests):
+                self._publish(frame)
+        except RenderError as error:
+            text = f"pictures at {world.time:.3f} s are missing: {error}"
+            rospy.logerr_throttle(5.0, text)
+            self._failures = self._failures[-2:] + [text]
+
+    def take_failures(self):
+        """Failures in lockstep since the last call, at most three sentences."""
+        failures, self._failures = self._failures, []
+        return failures
+
+    def _publish_late(self, frame):
+        """Publish a picture of the worker, unless there was a reset since it was ordered."""
+        with self._publishing:
+            if frame.epoch == self._client.epoch:
+                self._publish(frame)
+
+    def _publish(self, frame):
+        output = self._outputs.get(frame.camera)
+        if output is not None and not rospy.is_shutdown():
+            try:
+                output.publish_frame(frame)
+                if frame.labels is not None:
+                    output.publish_labels(frame)
+            except rospy.ROSException:
+                pass  # the topic was just unregistered
+
+    def close(self):
+        """End the worker."""
+        self._ready = False
+        if self._client is not None:
+            self._client.close()
+
+
+class CameraOutput(Output):
+    """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
+
+    message = Image
+    relayed = False
+
+    def __init__(self, world, model, spec, seed):
+        from bullet_sim.render.request import CameraRequest
+
+        camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+        super().__init__(world, model, spec, seed)
+        self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
+        self._labels = None
+        self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
+        self._info = camera.camera_info_arrays(
+            spec.width, spec.height, spec.horizontal_fov, spec.distortion
+        )
+        index, offset = model.link_in_body(spec.link)
+        pose = offset * Pose.from_xyz_rpy(*spec.pose)
+        request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
+        index_in_model = next(
+            (number for number, other in enumerate(model.description.sensors) if other is spec),
+            len(model.description.sensors),
+        )
+        values = dict(
+            vars(request),
+            pose=(pose.position, pose.rpy),
+            name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
+        )
+        self._request = CameraRequest(**values)
+
+    @property
+    def request(self):
+        """CameraRequest of the pictures that have subscribers."""
+        return replace(self._request, labels=True) if self._has_labels() else self._request
+
+    def add_labels(self):
+        """Publish label images, too: labels/image_raw beside camera_info."""
+        namespace = self.spec.info_topic.rsplit("/", 1)[0]
+        self._labels = publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
+        self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
+
+    def _has_labels(self):
+        return self._labels is not None and self._labels.get_num_connections() > 0
+
+    def has_subscribers(self):
+        return (
+            super().has_subscribers()
+            or self._info_publisher.get_num_connections() > 0
+            or self._has_labels()
+        )
+
+    def publish_labels(self, frame):
+        """Publish a finished label image with the snapshot's stamp."""
+        self._label_sender.send(frame.time, frame.labels)
+
+    def publish_frame(self, frame):
+        """Publish a finished picture and its camera_info with the snapshot's stamp."""
+        self._info_publisher.publish(self.info_message(frame.time))
+        self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
+
+    def info_message(self, time):
+        """camera_info for a simulated time [s]."""
+        info = conversions.camera_info(self.spec, self._info)
+        info.header.stamp = conversions.stamp(time)
+        return info
+
+    def close(self):
+        super().close()
+        self._info_publisher.unregister()
+        if self._labels is not None:
+            self._labels.unregister()
+
+
+# PCL's layout of a point: x y z, 4 unused bytes, colour (blue, green, red, 0).
+_POINT = np.dtype(
+    {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
+)
+_FIELDS = [
+    PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
+    for name, offset in (("x", 0), ("y", 4), ("z", 8), ("rgb", 16))
+]
+
+
+def depth_image(time, spec, depth):
+    """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
+
+    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown.
+    """
+    height, width = depth.shape
+    if spec.millimetres:
+        data = np.nan_to_num(np.rint(depth * 1000.0), nan=0.0, posinf=0.0, neginf=0.0)
+        data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
+    else:
+        data, encoding, size = depth.astype("<f4"), "32FC1", 4
+    message = Image(
+        height=height, width=width, encoding=encoding, step=size * width, data=data.tobytes()
+    )
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+    return message
+
+
+def point_cloud(time, spec, depth, rgb, k):
+    """sensor_msgs/PointCloud2, organised like the picture, in the optical frame.
+
+    Args:
+        depth: (H, W) float32 [m], NaN: unknown.
+        rgb: (H, W, 3) uint8.
+        k: (3, 3) [px].
+    """
+    data = np.zeros(depth.shape, _POINT)
+    data["xyz"] = camera.points(depth, k)
+    data["bgr"] = rgb[:, :, ::-1]
+    message = conversions.cloud(data, _FIELDS, bool(np.isfinite(depth).all()))
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+    return message
+
+
+class DepthCameraOutput(CameraOutput):
+    """A colour camera's topics, depth pictures with their camera_info, and points."""
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._depth = publisher(spec.depth_topic, Image, relayed=False)
+        self._depth_info = publisher(spec.depth_info_topic, CameraInfo, relayed=False)
+        self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
+
+    def has_subscribers(self):
+        return super().has_subscribers() or any(
+            out.get_num_connections() > 0 for out in (self._depth, self._depth_info, self._points)
+        )
+
+    def publish_frame(self, frame):
+        """Publish a finished picture, its depths and its points with the snapshot's stamp."""
+        super().publish_frame(frame)
+        self._depth_info.publish(self.info_message(frame.time))
+        deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))
+        if frame.depth is None or not (deep or cloud):
+            return
+        depth = camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+        if deep:
+            self._depth.publish(depth_image(frame.time, self.spec, depth))
+        if cloud:
+            self._points.publish(point_cloud(frame.time, self.spec, depth, frame.rgb, self._k))
+
+    def close(self):
+        super().close()
+        for out in (self._depth, self._depth_info, self._points):
+            out.unregister()
+
+
+class RangeCameraOutput(CameraOutput):
+    """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._points = None
+        if spec.points_topic:
+            self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
+
+    def _has_points(self):
+        return self._points is not None and self._points.get_num_connections() > 0
+
+    def has_subscribers(self):
+        return super().has_subscribers() or self._has_points()
+
+    def publish_frame(self, frame):
+        """Publish depths and points with the snapshot's stamp."""
+        self._info_publisher.publish(self.info_message(frame.time))
+        if frame.depth is None:
+            return
+        spec = self.spec
+        depth = camera.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
+        self.publisher.publish(depth_image(frame.time, spec, depth))
+        if self._has_points():
+            near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
+            self._points.publish(point_cloud(frame.time, spec, near, frame.rgb, self._k))
+
+    def close(self):
+        super().close()
+        if self._points is not None:
+            self._points.unregister()

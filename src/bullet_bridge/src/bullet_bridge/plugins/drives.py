@@ -1,0 +1,372 @@
+"""Drive plugins, planar move, hand of god, joint poses, forces on links."""
+
+import math
+
+import numpy as np
+import rospy
+from bullet_bridge.loop.clock import Schedule
+from bullet_bridge.plugins.base import DifferenceOutput, Output
+from bullet_bridge.plugins.measurements import wrench_message
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.publishing import publisher
+from bullet_sim.controllers import MAX_COMMAND
+from bullet_sim.controllers.drive import WheelDrive
+from bullet_sim.errors import SimError
+from bullet_sim.pose import Pose
+from bullet_sim.sensors import inertial
+from bullet_sim.sensors.inertial import net_wrench
+from geometry_msgs.msg import Twist, WrenchStamped
+from nav_msgs.msg import Odometry
+from paddock_common.odometry import transform_of
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory
+
+PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
+
+
+class JointStatesOutput(Output):
+    """sensor_msgs/JointState of the named joints, without efforts."""
+
+    message = JointState
+
+    def update(self, time):
+        positions, velocities = self.model.joints.state()
+        message = JointState(
+            name=list(self.spec.joints),
+            position=[positions[name] for name in self.spec.joints],
+            velocity=[velocities[name] for name in self.spec.joints],
+        )
+        message.header.stamp = conversions.stamp(time)
+        self.publisher.publish(message)
+
+
+class WheelDriveOutput(Output):
+    """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
+
+    A command acts from the next update until the next command, as in Gazebo's plugins.
+    """
+
+    message = Odometry
+
+    def __init__(self, world, model, spec, seed):
+        self._drive = WheelDrive(spec)
+        self._wheels = [
+            [model.joints.index(name) for name in names] for names in (spec.left, spec.right)
+        ]
+        super().__init__(world, model, spec, seed)
+        self._transform = publisher("/tf", TFMessage) if spec.publish_tf else None
+        topic = spec.wheel_states_topic
+        self._wheel_states = publisher(topic, JointState) if topic else None
+        self._wheel_frames = publisher("/tf", TFMessage) if spec.wheel_transforms else None
+        self._wheel_names = [*spec.left, *spec.right]
+        self._subscriber = None
+
+    def attach(self, arrivals):
+        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
+
+    def restart(self):
+        super().restart()
+        self._command, self._before = (0.0, 0.0), None
+        self._drive.restart()
+
+    def _on_command(self, message):
+        command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
+        if command is not None:
+            self._command = command
+
+    def has_subscribers(self):
+        """True: the wheels are driven with and without subscribers."""
+        return True
+
+    def update(self, time):
+        elapsed = 0.0 if self._before is None else time - self._before
+        self._before = time
+        for wheels, speed in zip(self._wheels, self._drive.wheel_speeds(*self._command, elapsed)):
+            for joint in wheels:
+                self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
+        if self.spec.from_wheels:
+            angles = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
+            self._drive.measure(*angles, elapsed)
+        self._publish_wheels(time)
+        outputs = [
+            out
+            for out in (self.publisher, self._transform)
+            if out is not None and out.get_num_connections() > 0
+        ]
+        if not outputs:
+            return
+        message = self._odometry(time)
+        for out in outputs:
+            transform = out is self._transform
+            out.publish(TFMessage([transform_of(message)]) if transform else message)
+
+    def _publish_wheels(self, time):
+        """Positions of the wheels, and their frames below the links that carry them."""
+        states, frames, names = self._wheel_states, self._wheel_frames, self._wheel_names
+        if states is not None and states.get_num_connections() > 0:
+            message = JointState(name=names, position=list(self.model.joints.positions_of(names)))
+            message.header.stamp = conversions.stamp(time)
+            states.publish(message)
+        if frames is not None and frames.get_num_connections() > 0:
+            frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
+
+    def _wheel_transform(self, name, time):
+        joint = self.model.description.joints[name]
+        parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
+        pose = parent.inverse() * child
+        return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
+
+    def _odometry(self, time):
+        if self.spec.from_wheels:
+            pose, (linear, angular) = self._drive.pose, self._drive.twist
+        else:
+            pose, linear, angular = self.model.link_state(self.spec.link)
+            linear, angular = inertial.twist(pose.orientation, linear, angular)
+        return odometry_message(time, self.spec, pose, linear, angular)
+
+    def close(self):
+        super().close()
+        for other in (self._transform, self._wheel_states, self._wheel_frames, self._subscriber):
+            if other is not None:
+                other.unregister()
+
+
+def command_of(topic, values):
+    """Returns a velocity command, or None, logged, where a number is not usable."""
+    if all(abs(value) <= MAX_COMMAND for value in values):
+        return tuple(values)
+    rospy.logerr_throttle(
+        1.0,
+        f"{topic}: command {tuple(values)}, must be finite numbers, at most {MAX_COMMAND:g} "
+        "either way; the last good one stays",
+    )
+    return None
+
+
+def odometry_message(time, spec, pose, linear, angular):
+    """nav_msgs/Odometry of a base that moves in the plane.
+
+    Args:
+        time: simulated [s].
+        spec: has frame_id and child_frame_id.
+        pose: Pose in frame_id.
+        linear, angular: (3,) [m/s, rad/s] in the child frame.
+    """
+    message = Odometry(child_frame_id=spec.child_frame_id)
+    message.header.stamp = conversions.stamp(time)
+    message.header.frame_id = spec.frame_id
+    message.pose.pose = conversions.pose_to_msg(pose)
+    message.twist.twist = conversions.twist_to_msg(linear, angular)
+    for covariance in (message.pose.covariance, message.twist.covariance):
+        covariance[::7] = list(PLANAR)
+    return message
+
+
+class PlanarMoveOutput(Output):
+    """Sets the model's velocity in every step; publishes Odometry and its transform.
+
+    Upstream sets the vertical velocity and the others of rotation to zero, so does this.
+    """
+
+    message = Odometry
+    every_step = True
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._transform = publisher("/tf", TFMessage)
+        self._subscriber = None
+
+    def attach(self, arrivals):
+        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
+
+    def restart(self):
+        super().restart()
+        self._command, self._since, self._new = (0.0, 0.0, 0.0), None, False
+        rate = min(self.spec.rate, 1.0 / self.world.time_step)
+        self._odometry = Schedule(rate, self.world.time_step, self.world.step_count)
+
+    def has_subscribers(self):
+        """True: the model is moved with and without subscribers."""
+        return True
+
+    def _on_command(self, message):
+        command = command_of(
+            self.spec.command_topic, (message.linear.x, message.linear.y, message.angular.z)
+        )
+        if command is not None:
+            self._command, self._new = command, True
+
+    def update(self, time):
+        if self._new:
+            self._since, self._new = time, False
+        if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
+            self._command = (0.0, 0.0, 0.0)
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        x, y, turn = self._command
+        yaw = pose.rpy[2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        self.world.engine.set_base_velocity(
+            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, turn)
+        )
+        if self._odometry.due(self.world.step_count):
+            self._publish(time, pose, linear, angular)
+
+    def _publish(self, time, pose, linear, angular):
+        linear, angular = inertial.twist(pose.orientation, linear, angular)
+        message = odometry_message(time, self.spec, pose, linear, angular)
+        self.publisher.publish(message)
+        self._transform.publish(TFMessage([transform_of(message)]))
+
+    def close(self):
+        super().close()
+        self._transform.unregister()
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+
+
+class LinkForceOutput(DifferenceOutput):
+    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
+
+    message = WrenchStamped
+
+    def update(self, time):
+        part = self.model.description.links[self.spec.link]
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        speed = linear + np.cross(angular, pose.matrix @ part.centre)
+        before, self._before = self._before, (speed, angular, time)
+        if before is None or not time > before[2]:
+            return
+        inertia = pose.matrix @ part.inertia @ pose.matrix.T
+        wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
+        self.publisher.publish(wrench_message(time, self.spec.frame_id, *wrench))
+
+
+class HandOfGodOutput(Output):
+    """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
+
+    message = TFMessage
+    reports = False
+    every_step = True
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        index, _ = model.link_in_body(spec.link)
+        part = next(p for n, p in model.rigid_parts.items() if model.index(n) == index)
+        self._index = index
+        self._damping = (
+            2.0 * math.sqrt(spec.linear * part.mass),
+            2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
+        )
+        self._buffer = self._listener = None
+        self._missing = False
+
+    def attach(self, arrivals):
+        import tf2_ros  # takes a while, and few models need it
+
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def has_subscribers(self):
+        """True: it pulls with and without subscribers."""
+        return True
+
+    def _desired(self):
+        """Pose to pull to, or None, said once."""
+        from tf2_ros import TransformException
+
+        try:
+            found = self._buffer.lookup_transform(
+                "world", f"{self.spec.frame}_desired", rospy.Time(0)
+            ).transform
+        except TransformException as error:
+            if not self._missing:
+                rospy.logerr("hand of god: %s", error)
+            self._missing = True
+            return None
+        self._missing = False
+        p, q = found.translation, found.rotation
+        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+    def update(self, time):
+        desired = self._desired()
+        if desired is None:
+            return
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        away = np.subtract(desired.position, pose.position)
+        x, y, z, w = (pose.inverse() * desired).orientation
+        sign = -1.0 if w < 0.0 else 1.0
+        sine = math.sqrt(x * x + y * y + z * z)
+        half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
+        turn = sign * half * np.array((x, y, z))  # half the rotation vector, as upstream takes it
+        force = self.spec.linear * away - self._damping[0] * linear
+        torque = pose.matrix @ (self.spec.angular * turn) - self._damping[1] * angular
+        self.model.apply_wrench(self._index, force, torque)
+        if self.publisher.get_num_connections() > 0:
+            actual = f"{self.spec.frame}_actual"
+            message = conversions.transform_to_msg(time, "world", actual, pose)
+            self.publisher.publish(TFMessage([message]))
+
+    def close(self):
+        super().close()
+        if self._listener is not None:
+            self._listener.unregister()
+
+
+class JointPosesOutput(Output):
+    """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
+
+    As upstream, each point waits for the time_from_start of the point before it, counted from then.
+    """
+
+    message = JointTrajectory
+    reports = False
+    every_step = True
+
+    def __init__(self, world, model, spec, seed):
+        self._subscriber, self._next = None, 0.0
+        super().__init__(world, model, spec, seed)
+        self.publisher.unregister()  # it only listens
+
+    def attach(self, arrivals):
+        self._subscriber = arrivals.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
+
+    def restart(self):
+        super().restart()
+        self._points, self._next = [], 0.0
+
+    def has_subscribers(self):
+        """While there are points to come."""
+        return bool(self._points)
+
+    def _on_trajectory(self, message):
+        known = set(self.model.joints.names)
+        points = []
+        for point in message.points:
+            values = dict(zip(message.joint_names, point.positions))
+            if len(point.positions) != len(message.joint_names):
+                rospy.logerr(
+                    "%s: a point has %d positions, must have %d",
+                    self.spec.topic,
+                    len(point.positions),
+                    len(message.joint_names),
+                )
+                return
+            mine = {name: value for name, value in values.items() if name in known}
+            points.append((mine, point.time_from_start.to_sec()))
+        self._next = message.header.stamp.to_sec()
+        self._points = points
+
+    def update(self, time):
+        if not self._points or time < self._next:
+            return
+        values, wait = self._points.pop(0)
+        try:
+            self.model.joints.set_positions(values)
+        except SimError as error:
+            rospy.logerr("%s: %s", self.spec.topic, error)
+        self._next = max(time, self._next) + wait
+
+    def close(self):
+        if self._subscriber is not None:
+            self._subscriber.unregister()

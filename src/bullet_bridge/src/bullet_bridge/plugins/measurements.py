@@ -1,0 +1,228 @@
+"""Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
+
+import numpy as np
+from bullet_bridge.plugins.base import DifferenceOutput, Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.conversions import stamp
+from bullet_bridge.transport.packed import PackedOdometry
+from bullet_bridge.transport.publishing import publisher
+from bullet_sim.pose import Pose
+from bullet_sim.sensors import inertial
+from bullet_sim.sensors.contact import nearest, watched_links
+from bullet_sim.sensors.inertial import add_noise, joint_wrench
+from gazebo_msgs.msg import ContactsState, ContactState
+from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+
+
+class GroundTruthOutput(Output):
+    """nav_msgs/Odometry without error."""
+
+    message = Odometry
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._sender = PackedOdometry(
+            self.publisher, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
+        )
+
+    def update(self, time):
+        if self._offset is None:
+            position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        else:
+            pose, linear, angular = self.sensor_state()
+            position, orientation = pose.position, pose.orientation
+        linear, angular = inertial.twist(orientation, linear, angular, self.spec.twist_in_child)
+        if self.spec.noise_stddev > 0:
+            linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
+            angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
+        self._sender.send(time, position, orientation, linear, angular)
+
+
+class ImuOutput(DifferenceOutput):
+    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+
+    message = Imu
+
+    def update(self, time):
+        pose, linear, angular = self.sensor_state()
+        if self._before is None:
+            acceleration = np.zeros(3)
+        else:
+            acceleration = inertial.mean_acceleration(
+                linear, self._before[0], time - self._before[1]
+            )
+        self._before = (linear, time)
+        rate, force = inertial.reading(pose.orientation, angular, acceleration, self.world.gravity)
+        rate = inertial.add_noise(
+            rate, self.spec.gyro_noise_stddev, self.rng, self.spec.gyro_noise_mean
+        )
+        force = inertial.add_noise(
+            force, self.spec.accel_noise_stddev, self.rng, self.spec.accel_noise_mean
+        )
+        self.publisher.publish(
+            conversions.imu_message(time, self.spec, pose.orientation, rate, force)
+        )
+
+
+class GpsOutput(Output):
+    """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
+
+    The velocity's axes point to the north, to the west and up.
+    """
+
+    message = NavSatFix
+
+    def __init__(self, world, model, spec, seed):
+        super().__init__(world, model, spec, seed)
+        self._velocity = publisher(spec.velocity_topic, Vector3Stamped)
+
+    def has_subscribers(self):
+        return super().has_subscribers() or self._velocity.get_num_connections() > 0
+
+    def update(self, time):
+        spec = self.spec
+        pose, linear, _ = self.sensor_state()
+        noise = self.rng.normal(0.0, 1.0, 6)
+        position = np.asarray(pose.position) + spec.offset + noise[:3] * spec.noise_stddev
+        velocity = np.asarray(linear) + noise[3:] * spec.velocity_noise_stddev
+        message = NavSatFix()
+        message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+        message.status.status, message.status.service = spec.status, spec.service
+        message.latitude, message.longitude, message.altitude = inertial.fix(
+            position, spec.latitude, spec.longitude, spec.altitude, spec.heading
+        )
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        for axis in range(3):
+            message.position_covariance[4 * axis] = spec.noise_stddev[axis] ** 2
+        self.publisher.publish(message)
+        speed = Vector3Stamped(header=message.header)
+        north, west = inertial.to_north_west(spec.heading, velocity[0], velocity[1])
+        speed.vector = Vector3(north, west, velocity[2])
+        self._velocity.publish(speed)
+
+    def close(self):
+        super().close()
+        self._velocity.unregister()
+
+
+class MagneticOutput(Output):
+    """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
+
+    message = Vector3Stamped
+
+    def __init__(self, world, model, spec, seed):
+        if spec.field_message:
+            self.message = MagneticField
+        super().__init__(world, model, spec, seed)
+        self._field = inertial.field(
+            spec.magnitude, spec.heading, spec.declination, spec.inclination
+        )
+
+    def update(self, time):
+        pose, _, _ = self.sensor_state()
+        values = pose.matrix.T @ self._field + self.spec.offset
+        values = values + add_noise(np.zeros(3), 1.0, self.rng) * self.spec.noise_stddev
+        message = self.message()
+        message.header.stamp, message.header.frame_id = conversions.stamp(time), self.spec.frame_id
+        vector = message.magnetic_field if self.spec.field_message else message.vector
+        vector.x, vector.y, vector.z = values.tolist()
+        self.publisher.publish(message)
+
+
+def wrench_message(time, frame, force, torque):
+    """geometry_msgs/WrenchStamped of two (3,) [N, N m]."""
+    message = WrenchStamped()
+    message.header.stamp, message.header.frame_id = conversions.stamp(time), frame
+    message.wrench.force = Vector3(*map(float, force))
+    message.wrench.torque = Vector3(*map(float, torque))
+    return message
+
+
+class ForceTorqueOutput(Output):
+    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes."""
+
+    message = WrenchStamped
+
+    def update(self, time):
+        wrench = joint_wrench(self.model, self.spec.joint)
+        if self.spec.noise_stddev:
+            wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
+        self.publisher.publish(wrench_message(time, self.spec.frame_id, *wrench))
+
+
+class ContactOutput(Output):
+    """Contacts of the watched shapes, one state per pair of shapes; without contacts an empty list.
+
+    As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
+    about its centre of mass; the sensor's shape comes first.
+    """
+
+    message = ContactsState
+
+    def __init__(self, world, model, spec, seed):
+        self._watched = watched_links(spec, model.description)
+        self._indices = sorted({model.link_in_body(link)[0] for link, _ in self._watched})
+        super().__init__(world, model, spec, seed)
+
+    def update(self, time):
+        message = ContactsState()
+        message.header.stamp, message.header.frame_id = stamp(time), self.spec.frame_id
+        pairs = {}
+        for index in self._indices:
+            for contact in self.world.engine.contacts(self.model.body, index):
+                mine = self._named(self.model, index, contact.position)
+                if not self._is_watched(mine[1]):
+                    continue
+                other = self._other(contact)
+                pairs.setdefault((mine[0], other), (index, []))[1].append(contact)
+        for (mine, other), (index, contacts) in pairs.items():
+            message.states.append(self._state(mine, other, index, contacts))
+        self.publisher.publish(message)
+
+    def _is_watched(self, shape):
+        return shape is not None and (
+            (shape.link, shape.name) in self._watched or (shape.link, "") in self._watched
+        )
+
+    @staticmethod
+    def _named(model, index, position):
+        """(model::link::collision, its Shape) of the shape that a point in the world is on."""
+        pose = Pose(*model.frame_at(index))
+        name, shapes = model.collisions_at(index)
+        shape = nearest(shapes, pose.matrix.T @ (position - np.asarray(pose.position)))
+        if shape is None:
+            return f"{model.name}::{name}::collision", None
+        return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
+
+    def _other(self, contact):
+        for model in self.world.models.values():
+            if model.body == contact.body:
+                return self._named(model, contact.link, contact.position)[0]
+        return "world"
+
+    def _state(self, mine, other, index, contacts):
+        engine, body = self.world.engine, self.model.body
+        rotation = Pose(*self.model.frame_at(index)).matrix.T
+        centre = engine.link_centre(body, index)
+        state = ContactState(
+            collision1_name=mine,
+            collision2_name=other,
+            info=f"{len(contacts)} contact points of {mine} and {other}",
+        )
+        total = np.zeros(6)
+        for contact in contacts:
+            torque = np.cross(contact.position - centre, contact.force)
+            wrench = np.concatenate([rotation @ contact.force, rotation @ torque])
+            total += wrench
+            state.wrenches.append(_wrench(wrench))
+            state.contact_positions.append(Vector3(*contact.position.tolist()))
+            state.contact_normals.append(Vector3(*contact.normal.tolist()))
+            state.depths.append(contact.depth)
+        state.total_wrench = _wrench(total)
+        return state
+
+
+def _wrench(values):
+    return Wrench(force=Vector3(*values[:3].tolist()), torque=Vector3(*values[3:].tolist()))

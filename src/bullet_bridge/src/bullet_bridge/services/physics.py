@@ -1,0 +1,231 @@
+"""Physics: services that get and set properties, pause, reset; dynamic_reconfigure."""
+
+import math
+from dataclasses import dataclass, replace
+
+import rospy
+from bullet_sim.description.world import MIN_STEP
+from bullet_sim.errors import SimError, WorldError
+from gazebo_msgs.msg import ODEPhysics
+from gazebo_msgs.srv import (
+    GetPhysicsProperties,
+    GetPhysicsPropertiesResponse,
+    SetPhysicsProperties,
+    SetPhysicsPropertiesResponse,
+)
+from geometry_msgs.msg import Vector3
+from std_srvs.srv import Empty
+
+from bullet_bridge.control.reconfigure import ValuesServer
+from bullet_bridge.services import physics_config
+from bullet_bridge.services.handlers import empty_service_handler, service_handler
+from bullet_bridge.transport.conversions import vector
+
+MAX_ITERATIONS = 1000
+# ODE settings that are fixed in Bullet: reported, and requests to change them are ignored.
+FIXED = dict(
+    auto_disable_bodies=False,
+    sor_pgs_precon_iters=0,
+    sor_pgs_w=1.0,
+    sor_pgs_rms_error_tol=0.0,
+    contact_surface_layer=0.0,
+    contact_max_correcting_vel=0.0,
+    cfm=0.0,
+    erp=0.2,
+    max_contacts=4,
+)
+
+
+@dataclass(frozen=True)
+class Properties:
+    """Values under gazebo_ros' names.
+
+    Attributes:
+        time_step: physics step [s].
+        max_update_rate: steps per wall second [Hz]; 0: no limit.
+        gravity: (3,) [m/s^2] in the world frame.
+        iterations: of the constraint solver per step; 0 in a request: as it is.
+    """
+
+    time_step: float
+    max_update_rate: float
+    gravity: tuple[float, float, float]
+    iterations: int
+
+    def check(self):
+        """Raise WorldError with name, value and what is valid when a value is impossible."""
+        if not MIN_STEP <= self.time_step < 1:
+            raise WorldError(
+                f"time_step is {self.time_step} s, must be from {MIN_STEP:g} to below 1"
+            )
+        if not all(math.isfinite(g) for g in self.gravity):
+            raise WorldError(f"gravity is {tuple(self.gravity)} m/s^2, must be finite")
+        if not (math.isfinite(self.max_update_rate) and self.max_update_rate >= 0):
+            raise WorldError(
+                f"max_update_rate is {self.max_update_rate} Hz, must be 0 (no limit) or more"
+            )
+        if not 0 <= self.iterations <= MAX_ITERATIONS:
+            raise WorldError(
+                f"sor_pgs_iters is {self.iterations}, must be 0 (as it is) to {MAX_ITERATIONS}"
+            )
+
+
+class PhysicsProperties:
+    """Reads and changes the properties (simulation thread).
+
+    Args:
+        world: of the core.
+        server: Server, which keeps the pace.
+    """
+
+    def __init__(self, world, server):
+        self._world, self._server = world, server
+
+    def read(self):
+        """Properties now."""
+        step = self._world.time_step
+        return Properties(
+            step,
+            self._server.real_time_factor / step,
+            tuple(self._world.gravity),
+            self._world.engine.solver_iterations,
+        )
+
+    def change(self, **wanted):
+        """Change some fields of Properties.
+
+        Raises:
+            WorldError: a value is impossible, or the step cannot change now; nothing has changed.
+        """
+        now = self.read()
+        new = replace(now, **wanted)
+        new.check()
+        if not math.isclose(new.time_step, now.time_step, rel_tol=1e-9):
+            self._server.set_time_step(new.time_step)
+        self._world.engine.set_gravity(new.gravity)
+        factor = new.max_update_rate * self._world.time_step
+        if not math.isclose(factor, self._server.real_time_factor, rel_tol=1e-9):
+            self._server.set_pace(factor)
+        if new.iterations not in (0, now.iterations):
+            self._world.engine.set_solver_iterations(new.iterations)
+
+
+class PhysicsServices:
+    """Pausing, resetting, gravity, step and pace.
+
+    Args:
+        prefix: of the service names.
+        jobs: JobQueue of the simulation thread.
+        server: Server.
+        properties: PhysicsProperties.
+    """
+
+    def __init__(self, prefix, jobs, server, properties):
+        self._jobs, self._server, self._properties = jobs, server, properties
+        for name, work in (
+            ("pause_physics", lambda: server.set_paused(True)),
+            ("unpause_physics", lambda: server.set_paused(False)),
+            ("reset_simulation", lambda: server.reset(time=True)),
+            ("reset_world", lambda: server.reset(time=False)),
+        ):
+            rospy.Service(
+                f"{prefix}/{name}",
+                Empty,
+                empty_service_handler(lambda _, work=work: jobs.call(work)),
+            )
+        for name, kind, work in (
+            ("get_physics_properties", GetPhysicsProperties, self._get),
+            ("set_physics_properties", SetPhysicsProperties, self._set),
+        ):
+            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+
+    def _get(self, _):
+        now = self._jobs.call(self._properties.read)
+        return GetPhysicsPropertiesResponse(
+            time_step=now.time_step,
+            pause=self._server.paused,
+            max_update_rate=now.max_update_rate,
+            gravity=Vector3(*now.gravity),
+            ode_config=ODEPhysics(sor_pgs_iters=now.iterations, **FIXED),
+            status_message="got the properties",
+        )
+
+    def _set(self, request):
+        config = request.ode_config
+        self._jobs.call(
+            lambda: self._properties.change(
+                time_step=request.time_step,
+                max_update_rate=request.max_update_rate,
+                gravity=tuple(vector(request.gravity).tolist()),
+                iterations=config.sor_pgs_iters,
+            )
+        )
+        others = [
+            name
+            for name, value in FIXED.items()
+            if getattr(config, name) not in (value, type(value)())
+        ]
+        text = "physics properties set"
+        if others:
+            text += f"; ignored, settings of the engine ODE: {', '.join(others)}"
+        return SetPhysicsPropertiesResponse(status_message=text)
+
+
+AXES = ("gravity_x", "gravity_y", "gravity_z")
+
+
+def as_config(properties):
+    """dict of physics_config's names with the values of Properties."""
+    return dict(
+        FIXED,
+        time_step=properties.time_step,
+        max_update_rate=properties.max_update_rate,
+        sor_pgs_iters=properties.iterations,
+        **dict(zip(AXES, properties.gravity)),
+    )
+
+
+def wanted_changes(config, before):
+    """Arguments for PhysicsProperties.change: what differs from the configuration before."""
+    changes = {
+        name: config[name]
+        for name in ("time_step", "max_update_rate")
+        if config[name] != before[name]
+    }
+    if any(config[axis] != before[axis] for axis in AXES):
+        changes["gravity"] = tuple(config[axis] for axis in AXES)
+    if config["sor_pgs_iters"] != before["sor_pgs_iters"]:
+        changes["iterations"] = config["sor_pgs_iters"]
+    return changes
+
+
+class PhysicsTuning:
+    """dynamic_reconfigure server of the world; to be created before the simulation runs.
+
+    Args:
+        namespace: of its service, topics and parameters.
+        jobs: JobQueue of the simulation thread.
+        properties: PhysicsProperties.
+    """
+
+    def __init__(self, namespace, jobs, properties):
+        self._jobs, self._properties = jobs, properties
+        self._last = as_config(properties.read())
+        self._started = False
+        self._server = ValuesServer(physics_config, self._last, self._changed, namespace)
+        self._started = True
+
+    def _changed(self, config, _level):
+        if not self._started:
+            return config
+        changes = wanted_changes(config, self._last)
+        try:
+            self._jobs.call(lambda: self._properties.change(**changes))
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("physics properties: %s", error)
+        try:
+            self._last = as_config(self._jobs.call(self._properties.read))
+        except TimeoutError as error:
+            rospy.logerr("physics properties: %s", error)
+        config.update(self._last)
+        return config

@@ -1,1 +1,0 @@
-"""The services that read and change physics: gazebo_msgs' and dynamic_reconfigure's."""

@@ -1,0 +1,216 @@
+"""Services beyond Gazebo's: step, save and restore states, describe, statistics."""
+
+import json
+
+import rospy
+from bullet_sim.description.warnings import grouped, is_loss
+from bullet_sim.errors import WorldError
+from std_srvs.srv import Trigger, TriggerResponse
+
+from bullet_bridge.plugins.cameras import CameraOutput
+from bullet_bridge.services.handlers import service_handler
+from bullet_bridge.srv import State, StateResponse, Step, StepResponse
+
+
+class StateServices:
+    """Keeps states by their names, in memory.
+
+    Args:
+        prefix: of the service names.
+        jobs: JobQueue of the simulation thread.
+        server: Server.
+    """
+
+    def __init__(self, prefix, jobs, server):
+        self._jobs, self._server, self._states = jobs, server, {}
+        for name, work in (("save_state", self.save), ("restore_state", self.restore)):
+            rospy.Service(f"{prefix}/{name}", State, service_handler(work, State))
+
+    def save(self, request):
+        """Save a state; one of the same name is replaced."""
+        name = request.name
+        if not name:
+            raise WorldError("a state needs a name, this one is empty")
+
+        def work():
+            self._states[name] = self._server.save_state()
+            return self._server.time
+
+        time = self._jobs.call(work)
+        return StateResponse(status_message=f"saved '{name}' at {time:.3f} s")
+
+    def restore(self, request):
+        """Restore a state."""
+
+        def work():
+            return self._server.restore_state(self._get(request.name)), self._server.time
+
+        note, time = self._jobs.call(work)
+        return StateResponse(
+            status_message=f"restored '{request.name}', it is {time:.3f} s" + (note and f"; {note}")
+        )
+
+    def _get(self, name):
+        if name not in self._states:
+            raise WorldError(
+                f"state '{name}' does not exist; saved are {', '.join(self._states) or '(none)'}"
+            )
+        return self._states[name]
+
+
+class DescribeService:
+    """Answers std_srvs/Trigger with what is in the world.
+
+    Args:
+        jobs: JobQueue of the simulation thread.
+        world: of the core.
+        robots: Robots.
+        described: WorldDescription that was loaded, or None.
+    """
+
+    def __init__(self, jobs, world, robots, described=None):
+        self._jobs, self._world, self._robots = jobs, world, robots
+        warnings = [] if described is None else described.warnings
+        self._furniture = set() if described is None else _furniture(described)
+        self._warnings = [warning for warning in warnings if not is_loss(warning)]
+        self._lost = [warning for warning in warnings if is_loss(warning)]
+        self._service = rospy.Service("~describe", Trigger, self.handle)
+
+    def handle(self, _):
+        """Answer a request."""
+        try:
+            return TriggerResponse(True, json.dumps(self._jobs.call(self._describe)))
+        except TimeoutError as error:
+            return TriggerResponse(False, str(error))
+
+    def _describe(self):
+        return {
+            "world": self._world.name,
+            "time_step": self._world.time_step,
+            "warnings": grouped(self._warnings),
+            "lost": [str(warning) for warning in self._lost],
+            "models": [self._model(model) for model in self._world.models.values()],
+        }
+
+    def _model(self, model):
+        outputs, control = self._robots.parts(model.name)
+        found = [warning for warning in model.description.warnings if self._is_new(warning)]
+        return {
+            "name": model.name,
+            "static": model.is_static,
+            "furniture": model.name in self._furniture,
+            "control_namespace": None if control is None else control.namespace,
+            "sensors": [
+                {
+                    "topic": output.spec.topic,
+                    "type": output.message._type,
+                    "rate": getattr(output.spec, "rate", 0.0) or 1.0 / self._world.time_step,
+                    "link": output.spec.link,
+                    "is_camera": isinstance(output, CameraOutput),
+                }
+                for output in outputs
+                if output.reports
+            ],
+            "warnings": grouped(warning for warning in found if not is_loss(warning)),
+            "lost": [str(warning) for warning in found if is_loss(warning)],
+        }
+
+    def _is_new(self, warning):
+        """Whether the world file's own warnings do not have it already."""
+        return warning not in self._warnings and warning not in self._lost
+
+
+def _furniture(described):
+    """Names of a world file's models that have no plugin and no sensor."""
+    return {
+        model.name
+        for model, _ in described.models
+        if not model.sensors and model.control_namespace is None
+    }
+
+
+CHECK_PERIOD = 0.2  # [s] wall time between two checks for a shutdown
+
+
+class StepService:
+    """Waits for commands, makes steps, responds when all due messages are published.
+
+    Args:
+        jobs: JobQueue of the simulation thread.
+        server: Server.
+        arrivals: Arrivals of the command topics.
+        timeout: wall time [s] to wait for commands.
+    """
+
+    def __init__(self, jobs, server, arrivals, timeout):
+        self._jobs, self._server, self._arrivals = jobs, server, arrivals
+        self._timeout = timeout
+        self._service = rospy.Service("~step", Step, self.handle)
+
+    def handle(self, request):
+        """Handle a Step request."""
+        try:
+            wanted = self._wanted(request)
+            self._jobs.call(self._check)
+            steps = self._begin(request.n, self._arrivals.take(wanted, self._timeout))
+        except (ValueError, TimeoutError) as error:  # SimError is a ValueError
+            rospy.logerr("step: %s", error)
+            return StepResponse(False, str(error))
+        while not steps.done.wait(CHECK_PERIOD):
+            if rospy.is_shutdown():
+                return StepResponse(False, "the simulation has ended")
+        if steps.error:
+            rospy.logerr("step: %s", steps.error)
+        return StepResponse(not steps.error, steps.error)
+
+    def _begin(self, count, taken):
+        """Begin the steps; if that fails, the messages count for the next call."""
+        try:
+            return self._jobs.call(lambda: self._server.begin_steps(count))
+        except (ValueError, TimeoutError):
+            self._arrivals.restore(taken)
+            raise
+
+    def _check(self):
+        if not self._server.paused:
+            raise ValueError("the simulation runs; pause it before stepping")
+
+    @staticmethod
+    def _wanted(request):
+        if request.n < 1:
+            raise ValueError("n is 0, must be at least 1 physics step")
+        if len(request.topics) != len(request.counts):
+            raise ValueError(
+                f"{len(request.topics)} topics and {len(request.counts)} counts are "
+                "given, must be as many"
+            )
+        wanted = {}
+        for topic, count in zip(request.topics, request.counts):
+            if not topic:
+                raise ValueError("a topic without a name is given")
+            name = rospy.resolve_name("/" + topic.lstrip("/"))
+            if name in wanted:
+                raise ValueError(f"topic '{name}' is given twice")
+            wanted[name] = count
+        return wanted
+
+
+class StatisticsService:
+    """Answers std_srvs/Trigger with the result of Server.statistics.
+
+    Args:
+        jobs: JobQueue of the simulation thread.
+        server: Server.
+    """
+
+    def __init__(self, jobs, server):
+        self._jobs, self._server = jobs, server
+        self._service = rospy.Service("~statistics", Trigger, self.handle)
+
+    def handle(self, _):
+        """Answer a request."""
+        try:
+            values = self._jobs.call(self._server.statistics)
+        except TimeoutError as error:
+            return TriggerResponse(False, str(error))
+        return TriggerResponse(True, json.dumps(values))
