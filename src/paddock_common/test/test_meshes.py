@@ -74,16 +74,16 @@ def test_a_bent_face_has_one_normal_or_folds():
     maker = Mesh()
     maker.solids.append(bent)
     for folded, count in ((False, 1), (True, 2)):
-        meshes = MeshSet("p", {"m": lambda: maker}, {"m": (1, 0, 0)}, folded=folded)
-        points, normals, faces = read(meshes.obj("m").splitlines())
+        mesh_set = MeshSet("p", {"m": lambda: maker}, {"m": (1, 0, 0)}, folded=folded)
+        points, normals, faces = read(mesh_set.obj("m").splitlines())
         assert (len(points), len(normals), len(faces)) == (4, count, 2)
 
 
 def test_files(tmp_path, capsys):
-    meshes = MeshSet(
+    mesh_set = MeshSet(
         "some_package", {"m": lambda: Mesh(solids.box((0, 0, 0), (1, 1, 1)))}, {"m": (1, 0.5, 0)}
     )
-    assert meshes.main("unused", [str(tmp_path / "out")]) == 0
+    assert mesh_set.main("unused", [str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.split() == [
         str(tmp_path / "out" / name) for name in ("m.obj", "m.mtl")
     ]
