@@ -11,7 +11,7 @@ from urllib.parse import urlparse
 import rospy
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
-from paddock_common.process.starting import keep_freed_memory
+from paddock_common.nodes import keep_freed_memory
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 

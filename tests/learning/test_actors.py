@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.wrappers import TimeLimit
-from paddock_gym.training.actors import collector
-from paddock_gym.training.actors.collector import Collector
-from paddock_gym.training.actors.ppo import RayPPO
-from paddock_gym.training.actors.workers import Actor
-from paddock_gym.training.worker import LOST, Parcel, environment
+from paddock_gym.training import ray_actors
+from paddock_gym.training.ray_actors import Actor, Collector, RayPPO
+from paddock_gym.training.workers import LOST, Parcel, environment
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv
@@ -96,7 +94,7 @@ def test_one_actor_collects_what_one_environment_does(interrupts):
 
 
 def test_a_dead_actor_leaves_what_it_had_sent(interrupts, monkeypatch):
-    monkeypatch.setattr(collector, "LONGEST", 16)  # it dies within a run
+    monkeypatch.setattr(ray_actors, "LONGEST", 16)  # it dies within a run
     actors, infos = Direct(dies_after=2), Infos()
     model = RayPPO("MlpPolicy", actors, **NETWORK)
     model.learn(STEPS, callback=infos)

@@ -6,7 +6,7 @@ import signal
 
 import psutil
 import pytest
-from paddock_gym.training.actors.cluster import share_of
+from paddock_gym.training.ray_actors import share_of
 
 LOOPBACK = ("127.0.0.1", "::1", "::ffff:127.0.0.1")
 LOST = "a worker died and was replaced; its run is lost"

@@ -18,9 +18,7 @@ for _package in ("bullet_sim", "cybertruck"):
 from bullet_sim.formats.sdf import world as sdf  # noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
-from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
-from cybertruck.drive.limits import RateLimiter  # noqa: E402
-from cybertruck.drive.model import CyberModel  # noqa: E402
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry  # noqa: E402
 from cybertruck.trailer.geometry import Geometry  # noqa: E402
 from cybertruck.trailer.kinematics import rear_axle  # noqa: E402
 

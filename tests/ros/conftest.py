@@ -2,7 +2,8 @@
 
 import pytest
 import rospy
-from paddock_common.process import starting
+
+from paddock_common import nodes
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -15,6 +16,6 @@ def node(request):
         yield
         return
     name = getattr(request.module, "NODE", request.path.stem)
-    starting.init_node(name, disable_signals=True)
+    nodes.init_node(name, disable_signals=True)
     yield
     rospy.signal_shutdown("the tests of this file are over")

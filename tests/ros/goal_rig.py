@@ -5,7 +5,7 @@ import unittest
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from cybertruck.goal.shortest import shortest_length
+from cybertruck.goal.controller import shortest_length
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until, yaw_of

@@ -60,8 +60,7 @@ class LapDrivers(LapCase):
 def gym_lap_time(policy, track):
     """Time from the line to the line in the gym [s], after a start LEAD before it."""
     from paddock_gym.envs.deepracer import DeepRacerEnv
-    from paddock_gym.evaluation.drivers import PolicyDriver
-    from paddock_gym.evaluation.laps import drive
+    from paddock_gym.evaluation.laps import PolicyDriver, drive
 
     env = DeepRacerEnv(track)
     lap = drive(env, PolicyDriver(policy), {"start": -LEAD / env.scene.projector.length})

@@ -18,12 +18,12 @@ from bullet_sim.world import World
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import read_map
 from mutation_rig import problems
-from paddock_common.files import yaml_file
 from paddock_gym.errors import GymError
 from paddock_gym.sweep import spec as sweep
 from track_model.files import writer
 from track_model.spec import TrackError
 
+from paddock_common import yaml_file
 from track_model import geometry, source
 
 pytestmark = pytest.mark.isolated  # mutation_rig forks

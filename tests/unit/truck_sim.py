@@ -14,9 +14,7 @@ for folder in (PACKAGE / "src", ROOT / "src" / "bullet_sim" / "src"):
 from bullet_sim.formats.sdf import world as sdf  # noqa: E402
 from bullet_sim.pose import Pose  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
-from cybertruck.drive.geometry import TruckGeometry  # noqa: E402
-from cybertruck.drive.limits import RateLimiter  # noqa: E402
-from cybertruck.drive.model import CyberModel  # noqa: E402
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry  # noqa: E402
 from cybertruck.drive.odometry import Measured  # noqa: E402
 
 PERIOD = 8  # physics steps of 1 ms between commands, as the drive node's joint states

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 TOPICS = {
     "/gazebo/set_model_state": "gazebo_msgs/ModelState",
@@ -27,9 +27,9 @@ rospy.spin()
 @pytest.fixture(scope="module")
 def environment():
     with (
-        testing_nodes.ros_master() as environment,
-        testing_nodes.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"),
-        testing_nodes.running(environment, [sys.executable, "-c", LISTENER]),
+        testing.ros_master() as environment,
+        testing.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"),
+        testing.running(environment, [sys.executable, "-c", LISTENER]),
     ):
         subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
         yield environment
@@ -39,11 +39,11 @@ def environment():
     "lockstep, number", [(False, signal.SIGINT), (True, signal.SIGTERM)], ids=["free", "lockstep"]
 )
 def test_simulator_ends_silently(environment, tmp_path, lockstep, number):
-    testing_nodes.assert_silent_end(
-        testing_nodes.slow_close(tmp_path, environment),
+    testing.assert_silent_end(
+        testing.slow_close(tmp_path, environment),
         "/gazebo",
         [
-            testing_nodes.executable("bullet_bridge", "bridge"),
+            testing.executable("bullet_bridge", "bridge"),
             f"_lockstep:={str(lockstep).lower()}",
         ],
         TOPICS,

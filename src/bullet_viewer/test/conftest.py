@@ -13,8 +13,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.sensors.views import Observer
 from bullet_sim.world import World
 from bullet_viewer.feed import Feed
-from bullet_viewer.painter import Painter
-from bullet_viewer.window import ViewerWindow
+from bullet_viewer.window import Painter, ViewerWindow
 from PyQt5.QtWidgets import QApplication
 
 DEADLINE = 90.0  # [s] of wall time for anything the viewer does

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_viewer.orbit import FARTHEST, NEAREST, OrbitCamera, project, project_rays
+from bullet_viewer.view import FARTHEST, NEAREST, OrbitCamera, project, project_rays
 
 FOV = math.radians(90.0)  # focal length = half the width
 

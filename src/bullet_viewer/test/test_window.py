@@ -4,7 +4,7 @@ import math
 import time
 
 import pytest
-from bullet_viewer.orbit import project
+from bullet_viewer.view import project
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QColor, QMouseEvent, QWheelEvent
 from PyQt5.QtTest import QTest

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cybertruck.backing.plan import make_tracker
-from cybertruck.backing.settings import settings_from
+from cybertruck.backing.server import make_tracker, settings_from
 from cybertruck.trailer.geometry import TrailerError
 
 SETTINGS = settings_from({})

@@ -4,7 +4,7 @@ import math
 
 import pytest
 import rospy
-from cybertruck.drive import conversions
+from cybertruck.drive import commands
 from cybertruck.drive.model import CyberModel
 from cybertruck.drive.node import Drive
 from fake_ros import FakeRos
@@ -16,7 +16,7 @@ TIMEOUT = 0.5  # command_timeout [s]
 RADIUS = 0.1016  # of a wheel [m]
 BRAKING = 2.0  # max_acceleration [m/s^2]
 START = {"start_x": 1.0, "start_y": -2.0, "start_yaw": 0.5}
-NAMES = conversions.WHEELS + conversions.HINGES + conversions.ENCODERS
+NAMES = commands.WHEELS + commands.HINGES + commands.ENCODERS
 AXLE = "/cybertruck/axle_controller/command"
 
 
@@ -37,7 +37,7 @@ class Rig:
         self.bring({**self.positions(), **changes})
 
     def positions(self):
-        return {name: 0.0 if name in conversions.HINGES else self.wheel for name in NAMES}
+        return {name: 0.0 if name in commands.HINGES else self.wheel for name in NAMES}
 
     def bring(self, positions):
         message = JointState(

@@ -3,9 +3,8 @@
 import curses
 
 import pytest
-from cybertruck.teleop.keyboard.keys import KeyTeleop
-from cybertruck.teleop.keyboard.terminal_keys import TerminalKeys
-from cybertruck.teleop.speeds import LEAST, Speeds
+from cybertruck.teleop.keyboard import KeyTeleop, TerminalKeys
+from cybertruck.teleop.limits import LEAST, Speeds
 
 STOP = (0.0, 0.0)
 FORWARD, BACK = (0.5, 0.0), (-0.5, 0.0)

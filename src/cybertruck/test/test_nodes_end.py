@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 TOPICS = {
     "/cybertruck/joint_states": "sensor_msgs/JointState",
@@ -24,8 +24,8 @@ NODES = {
 @pytest.fixture(scope="module")
 def environment():
     with (
-        testing_nodes.ros_master() as environment,
-        testing_nodes.flood(environment, TOPICS, "axes=[0.5] * 8", "buttons=[1] * 12"),
+        testing.ros_master() as environment,
+        testing.flood(environment, TOPICS, "axes=[0.5] * 8", "buttons=[1] * 12"),
     ):
         yield environment
 
@@ -33,11 +33,11 @@ def environment():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing_nodes.assert_silent_end(
-        testing_nodes.slow_close(tmp_path, environment),
+    testing.assert_silent_end(
+        testing.slow_close(tmp_path, environment),
         f"/{node}",
         [
-            testing_nodes.executable("cybertruck", node),
+            testing.executable("cybertruck", node),
             *(["cmd_vel:=out"] if node != "drive" else ["odom:=out"]),
         ],
         NODES[node],

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from cybertruck.teleop.joystick.pad_map import PadReader, parse
-from cybertruck.teleop.joystick.schemes import PadTeleop
+from cybertruck.teleop.joystick import PadReader, PadTeleop, parse
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 PADS = {

@@ -8,8 +8,7 @@ import pytest
 import rosbag
 import rospy
 from cybertruck.plot import command
-from cybertruck.plot.picture import draw, spaced
-from cybertruck.plot.trajectory import Trajectory
+from cybertruck.plot.picture import Trajectory, draw, spaced
 from geometry_msgs.msg import PoseStamped
 from matplotlib import image
 from nav_msgs.msg import Odometry

@@ -1,9 +1,9 @@
 """The teleops' picture at every size: fits, shows what it must, moves."""
 
 import pytest
-from cybertruck.teleop import art
-from cybertruck.teleop.joystick.schemes import SCHEMES
-from cybertruck.teleop.keyboard.node import HELP
+from cybertruck.teleop import screen
+from cybertruck.teleop.joystick import SCHEMES
+from cybertruck.teleop.keyboard import HELP
 from cybertruck.teleop.screen import View, bar, render
 
 VIEW = View(
@@ -69,16 +69,16 @@ def test_small_terminals_get_a_short_text(width, height):
 @pytest.mark.parametrize("turn", [-1, 0, 1])
 def test_truck_fits_and_shows_its_wheels(drive, turn):
     for phase in range(7):
-        lines = art.truck(drive, turn, phase)
-        assert len(lines) == art.HEIGHT and max(map(len, lines)) <= art.WIDTH
-        assert "\n".join(lines).count(art.FRONT[turn]) >= 4
+        lines = screen.truck(drive, turn, phase)
+        assert len(lines) == screen.HEIGHT and max(map(len, lines)) <= screen.WIDTH
+        assert "\n".join(lines).count(screen.FRONT[turn]) >= 4
 
 
 def test_the_truck_moves_only_when_it_drives():
-    assert len({tuple(art.truck(1, 0, phase)) for phase in range(3)}) == 3
-    assert len({tuple(art.truck(-1, 0, phase)) for phase in range(3)}) == 3
-    assert len({tuple(art.truck(0, 0, phase)) for phase in range(3)}) == 1
-    assert art.truck(1, 0, 1) != art.truck(-1, 0, 1)
+    assert len({tuple(screen.truck(1, 0, phase)) for phase in range(3)}) == 3
+    assert len({tuple(screen.truck(-1, 0, phase)) for phase in range(3)}) == 3
+    assert len({tuple(screen.truck(0, 0, phase)) for phase in range(3)}) == 1
+    assert screen.truck(1, 0, 1) != screen.truck(-1, 0, 1)
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from cybertruck.trailer.circle import fit_circle
-from cybertruck.trailer.geometry import TrailerError
+from cybertruck.trailer.geometry import TrailerError, fit_circle
 from cybertruck.trailer.steering import (
     IdealSteering,
     MeasuredSteering,

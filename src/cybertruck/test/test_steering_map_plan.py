@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from cybertruck.backing.map_plan import MapSettings, measure, write_picture
+from cybertruck.backing.steering_map import MapSettings, measure, write_picture
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import MeasuredSteering
 

@@ -5,12 +5,16 @@ import math
 import numpy as np
 import pytest
 from cybertruck.trailer.geometry import Geometry, TrailerError, jackknife_angle
-from cybertruck.trailer.hold import CurvatureHold
-from cybertruck.trailer.kinematics import advance, trailer_axle, trailer_curvature
+from cybertruck.trailer.kinematics import (
+    advance,
+    simulate,
+    start_state,
+    trailer_axle,
+    trailer_curvature,
+)
 from cybertruck.trailer.shapes import make_shape
-from cybertruck.trailer.simulate import simulate, start_state
 from cybertruck.trailer.steering import IdealSteering, MeasuredSteering
-from cybertruck.trailer.tracker import ARRIVED, FAILED, PULLING, Tracker, Tuning
+from cybertruck.trailer.tracker import ARRIVED, FAILED, PULLING, CurvatureHold, Tracker, Tuning
 
 DEFAULT = Geometry()
 TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per metre

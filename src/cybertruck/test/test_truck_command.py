@@ -3,10 +3,8 @@
 import math
 
 import pytest
-from cybertruck.drive.command import Command, refusal
-from cybertruck.drive.geometry import TruckGeometry
-from cybertruck.drive.joystick import JoyDrive
-from cybertruck.drive.limits import RateLimiter
+from cybertruck.drive.commands import Command, JoyDrive, refusal
+from cybertruck.drive.model import RateLimiter, TruckGeometry
 from paddock_common.settings import read
 
 SHAPE = TruckGeometry()

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import xacro
 import yaml
-from cybertruck.drive.geometry import TruckGeometry
-from cybertruck.meshes.writer import MESHES
+from cybertruck.drive.model import TruckGeometry
+
+from cybertruck.meshes import MESHES
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 SHAPE = TruckGeometry()

@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from cybertruck.meshes.writer import MESHES
-from paddock_common.meshes import solids
+
+from cybertruck.meshes import MESHES
+from paddock_common import meshes
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
@@ -26,10 +27,10 @@ def test_committed_meshes_are_reproduced(tmp_path):
 def test_solids_are_closed(name):
     """The area vectors of a closed surface add up to nothing; its volume is positive."""
     for solid in MESHES.makers[name]().solids:
-        triangles = [t for face in solid for t in solids.fan(face)]
-        vectors = np.array([solids.area_vector(t) for t in triangles])
+        triangles = [t for face in solid for t in meshes.fan(face)]
+        vectors = np.array([meshes.area_vector(t) for t in triangles])
         assert np.abs(vectors.sum(axis=0)).max() < 1e-9 * len(triangles)
-        assert solids.volume(solid) > 0.0
+        assert meshes.volume(solid) > 0.0
 
 
 @pytest.mark.parametrize("name", sorted(MESHES.makers))
@@ -72,7 +73,7 @@ def test_sizes():
 def test_the_shell_is_folded_from_planes():
     """Roof and upper sides before and behind the ridge are flat: few directions, much area."""
     triangles = MESHES.makers["shell"]().triangles()
-    vectors = np.array([solids.area_vector(t) / 2.0 for t in triangles])
+    vectors = np.array([meshes.area_vector(t) / 2.0 for t in triangles])
     areas = np.linalg.norm(vectors, axis=1)
     directions = {}
     for vector, area in zip(vectors, areas):

@@ -5,8 +5,7 @@ import pathlib
 
 import pytest
 import yaml
-from cybertruck.drive.geometry import TruckGeometry
-from cybertruck.drive.model import CyberModel
+from cybertruck.drive.model import CyberModel, TruckGeometry
 from paddock_common.settings import read
 
 SHAPE = TruckGeometry()

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cybertruck.drive import conversions
+from cybertruck.drive import commands
 from cybertruck.drive.model import CyberModel
 from cybertruck.drive.odometry import Errors, Measured, WheelOdometry, ticks
 
@@ -122,12 +122,12 @@ class State:
 
 
 def full(**changes):
-    names = conversions.WHEELS + conversions.HINGES + conversions.ENCODERS + ("hitch_yaw_joint",)
+    names = commands.WHEELS + commands.HINGES + commands.ENCODERS + ("hitch_yaw_joint",)
     return State(**{**{name: float(i) for i, name in enumerate(names)}, **changes})
 
 
 def test_measured_picks_joints_by_name():
-    measured, encoders = conversions.measured(full())
+    measured, encoders = commands.measured(full())
     assert measured == Measured(0.0, 1.0, 2.0, 3.0, 0.0, 0.5)
     assert encoders == {"front_left_wheel_joint": 4.0, "front_right_wheel_joint": 5.0}
 
@@ -136,16 +136,16 @@ def test_measured_refuses():
     state = full()
     state.velocity.pop()
     with pytest.raises(ValueError, match="velocities"):
-        conversions.measured(state)
+        commands.measured(state)
     with pytest.raises(ValueError, match="nan"):
-        conversions.measured(full(rear_left_wheel_joint=math.nan))
+        commands.measured(full(rear_left_wheel_joint=math.nan))
     with pytest.raises(ValueError, match="'rear_left_wheel_joint' is missing"):
-        conversions.measured(State(other=1.0))
+        commands.measured(State(other=1.0))
 
 
 def test_message():
     odometry = run(math.radians(20), 1.0, 100, (1.0, 2.0, 0.5))
-    message = conversions.odometry(None, ("odom", "base_footprint"), odometry)
+    message = commands.odometry(None, ("odom", "base_footprint"), odometry)
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_footprint")
     pose, twist = message.pose.pose, message.twist.twist
     assert (pose.position.x, pose.position.y, pose.position.z) == (odometry.x, odometry.y, 0.0)

@@ -5,10 +5,10 @@ import math
 import cv2
 import numpy as np
 import pytest
+from deepracer_control.drivers.commands import Units
 from deepracer_control.drivers.follow_line import LineFollower
 from deepracer_control.drivers.line_vision import LineVision, Mount, ground_points
 from deepracer_control.drivers.pursuit import Path, Pursuit, towards
-from deepracer_control.drivers.units import Units
 
 WIDTH, HEIGHT, FOV = 320, 240, 1.13
 FOCAL = WIDTH / 2.0 / math.tan(FOV / 2.0)

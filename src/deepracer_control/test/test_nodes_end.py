@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 TOPICS = {
     "/cmd_vel": "geometry_msgs/Twist",
@@ -34,8 +34,8 @@ NODES = {
 @pytest.fixture(scope="module")
 def environment():
     with (
-        testing_nodes.ros_master() as environment,
-        testing_nodes.flood(environment, TOPICS, *VALUES),
+        testing.ros_master() as environment,
+        testing.flood(environment, TOPICS, *VALUES),
     ):
         yield environment
 
@@ -43,11 +43,11 @@ def environment():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing_nodes.assert_silent_end(
-        testing_nodes.slow_close(tmp_path, environment),
+    testing.assert_silent_end(
+        testing.slow_close(tmp_path, environment),
         f"/{node}",
         [
-            testing_nodes.executable("deepracer_control", node),
+            testing.executable("deepracer_control", node),
             *(["cmd_vel:=out"] if node != "control" else []),
         ],
         NODES[node],

@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from deepracer_teleop.drivers import driver as module
+
+from deepracer_teleop import drivers as module
 
 
 class LineDetector:

@@ -5,8 +5,7 @@ import threading
 import time
 
 import pytest
-from deepracer_teleop.hand.keys import RELEASE_MS, Keys
-from deepracer_teleop.hand.pad import deflection
+from deepracer_teleop.hand import RELEASE_MS, Keys, deflection
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtTest import QTest

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 import rospy
-from deepracer_teleop.camera.film import Film
-from deepracer_teleop.runs.lap_film import LapFilm
+from deepracer_teleop.recording import Film
+from deepracer_teleop.runs.lap import LapFilm
 from sensor_msgs.msg import Image
 
 from track_model.msg import LapStatus

@@ -1,7 +1,7 @@
 """Timed moves, repetitions and stops on a clock set by hand."""
 
 import pytest
-from deepracer_teleop.window.mover import Mover
+from deepracer_teleop.window.layout import Mover
 
 
 class Bench:

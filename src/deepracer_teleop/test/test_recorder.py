@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepracer_teleop.runs import birdseye
-from deepracer_teleop.runs.recorder import Recorder, along
+from deepracer_teleop.runs import results
+from deepracer_teleop.runs.results import Recorder, along
 from nav_msgs.msg import Odometry
 
 
@@ -61,8 +61,8 @@ def test_birdseye_draws_the_path_where_it_was():
         extent=(-3.0, 3.0, -3.0, 3.0),
         texture="/no/such/texture.png",
     )
-    picture = birdseye.draw(track, recorder.samples, width=800)
-    view = birdseye.View(track.extent, 800)
+    picture = results.draw(track, recorder.samples, width=800)
+    view = results.View(track.extent, 800)
     column, row = view.pixels([(0.5, 0.5)])[0]
-    assert tuple(picture[row, column]) == birdseye.COLOURS[1]
+    assert tuple(picture[row, column]) == results.COLOURS[1]
     assert picture.shape == view.shape

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from deepracer_teleop.window.master_watch import MasterWatch, run_id
 from deepracer_teleop.window.settings import Settings
+from deepracer_teleop.window.status import MasterWatch, run_id
 from paddock_common.settings import read
 
 

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from deepracer_teleop.recording.recording import Recording, excluded
-from deepracer_teleop.window import looks
-from deepracer_teleop.window.memory import Memory
+from deepracer_teleop.recording import Recording, excluded
+from deepracer_teleop.window import layout
+from deepracer_teleop.window.settings import Memory
 from deepracer_teleop.window.status import Pace, Status, lap_words, simulation_words
 from PyQt5.QtCore import QRect
 from PyQt5.QtGui import QColor, QPalette
@@ -141,12 +141,12 @@ def test_letters_can_be_read_on_light_and_dark(rig, palette):
     window = rig.build()
     QApplication.setPalette(palette)
     QApplication.processEvents()
-    name = looks.shade(window.palette())
+    name = layout.shade(window.palette())
     assert name == ("dark" if palette.color(QPalette.Window).lightness() < 128 else "light")
-    assert looks.RED[name] in window.buttons["Stop"].styleSheet()
+    assert layout.RED[name] in window.buttons["Stop"].styleSheet()
     button, ground = palette.color(QPalette.Button), palette.color(QPalette.Window)
-    assert contrast(QColor(looks.RED[name]), button) > 4.5
-    assert contrast(QColor(looks.RECORDING[name]), ground) > 4.5
+    assert contrast(QColor(layout.RED[name]), button) > 4.5
+    assert contrast(QColor(layout.RECORDING[name]), ground) > 4.5
     shot = window.grab().toImage()
     box = window.buttons["Stop"].geometry()
     reds = [

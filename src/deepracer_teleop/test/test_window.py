@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from cv_bridge import CvBridge
-from deepracer_teleop.camera.view import FrameRate, draw_frame_rate, frame_rate_text
+from deepracer_teleop.camera import FrameRate, draw_frame_rate, frame_rate_text
 from deepracer_teleop.window import window as module
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor

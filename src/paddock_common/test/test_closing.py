@@ -7,10 +7,11 @@ import threading
 import pytest
 import rospy
 import rospy.core
-from paddock_common.process import closing
 from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 from std_msgs.msg import String
+
+from paddock_common import nodes
 
 LIMIT = 60.0  # [s]
 
@@ -27,8 +28,8 @@ def silent(monkeypatch):
     ):
         monkeypatch.setattr(kind, name, getattr(kind, name))
     monkeypatch.setattr(_PublisherImpl, "publock", None, raising=False)
-    closing.end_silently()
-    closing.end_silently()
+    nodes.end_silently()
+    nodes.end_silently()
 
 
 @pytest.fixture(params=[False, True], ids=["running", "ending"])
@@ -145,7 +146,7 @@ def test_a_service_that_fails(ends, caplog):
 
 def test_a_thread_that_fails(ends, monkeypatch):
     told = []
-    monkeypatch.setattr(threading, "excepthook", closing._Hook(told.append, Exception))
+    monkeypatch.setattr(threading, "excepthook", nodes._Hook(told.append, Exception))
 
     def fail():
         raise KeyError("wheel")
@@ -162,7 +163,7 @@ def test_a_thread_that_fails(ends, monkeypatch):
 )
 def test_a_main_thread_that_fails(ends, error, told_at_the_end):
     told = []
-    hook = closing._Hook(lambda *args: told.append(args[0]), closing.INTERRUPTIONS)
+    hook = nodes._Hook(lambda *args: told.append(args[0]), nodes.INTERRUPTIONS)
     hook(error, error("a"), None)
     assert told == ([error] if told_at_the_end or not ends else [])
 
@@ -171,9 +172,9 @@ def test_a_main_thread_that_fails(ends, error, told_at_the_end):
 NODE = """
 import threading, time
 import rospy, rospy.core
-from paddock_common.process import closing
+from paddock_common import nodes
 from std_msgs.msg import String
-closing.end_silently()
+nodes.end_silently()
 rospy.core.set_initialized(True)
 rospy.rostime.set_rostime_initialized(True)
 topic = rospy.Publisher("/t", String, queue_size=1)

@@ -6,10 +6,10 @@ import av
 import numpy as np
 import pytest
 import rospy
-from paddock_common.films import writer
-from paddock_common.films.node import FilmNode
-from paddock_common.films.writer import FilmWriter, FrameTimes
+from paddock_common.films import FilmNode, FilmWriter, FrameTimes
 from sensor_msgs.msg import Image
+
+from paddock_common import films
 
 
 def picture(level, height=48, width=64):
@@ -72,7 +72,7 @@ def test_a_closed_film_takes_no_picture(tmp_path):
 def test_closing_waits_for_the_picture_of_another_thread(tmp_path, monkeypatch):
     film = FilmWriter(tmp_path / "film.mp4", 10)
     film.add(picture(1))
-    entered, go_on, even = threading.Event(), threading.Event(), writer.even
+    entered, go_on, even = threading.Event(), threading.Event(), films.even
     added = []
 
     def slow(image):
@@ -80,7 +80,7 @@ def test_closing_waits_for_the_picture_of_another_thread(tmp_path, monkeypatch):
         go_on.wait()
         return even(image)
 
-    monkeypatch.setattr(writer, "even", slow)
+    monkeypatch.setattr(films, "even", slow)
     adding = threading.Thread(target=lambda: added.append(film.add(picture(2))))
     adding.start()
     entered.wait()

@@ -7,10 +7,10 @@ from pathlib import Path
 
 CODE = """
 import logging, logging.handlers, sys
-from paddock_common import logs
+from paddock_common import nodes
 from rosgraph.roslogging import RosStreamHandler
-logs.bear_failures()
-logs.bear_failures()
+nodes.bear_failures()
+nodes.bear_failures()
 log = logging.getLogger("rosout")
 log.setLevel(logging.INFO)
 log.addHandler(RosStreamHandler())

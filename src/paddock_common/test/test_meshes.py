@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from paddock_common.meshes import solids
-from paddock_common.meshes.obj import MeshSet, obj_lines
-from paddock_common.meshes.solids import Mesh
+from paddock_common.meshes import Mesh, MeshSet, obj_lines
+
+from paddock_common import meshes
 
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
 # An L: not convex. Its corners' mean lies inside, so fans about it are good.
@@ -16,35 +16,35 @@ ANGLE = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
 @pytest.mark.parametrize(
     "solid, volume",
     [
-        (solids.box((0, 0, 0), (1, 2, 3)), 6.0),
-        (solids.box((1, 2, 3), (0, 0, 0)), 6.0),
-        (solids.prism(SQUARE, 0.0, 3.0), 6.0),
-        (solids.prism(ANGLE, 0.0, 1.0, fans=True), 4.0),
-        (solids.plate([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], 0.1), 0.2),
+        (meshes.box((0, 0, 0), (1, 2, 3)), 6.0),
+        (meshes.box((1, 2, 3), (0, 0, 0)), 6.0),
+        (meshes.prism(SQUARE, 0.0, 3.0), 6.0),
+        (meshes.prism(ANGLE, 0.0, 1.0, fans=True), 4.0),
+        (meshes.plate([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], 0.1), 0.2),
         # A prism of 24 flats around, with a hole: area n/2 sin(2 pi/n) (R^2 - r^2).
         (
-            solids.lathe([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], 24),
+            meshes.lathe([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], 24),
             12.0 * math.sin(2.0 * math.pi / 24) * 3.0,
         ),
     ],
 )
 def test_volumes_and_closure(solid, volume):
     mesh = Mesh(solid)
-    assert abs(solids.volume(solid)) == pytest.approx(volume)
+    assert abs(meshes.volume(solid)) == pytest.approx(volume)
     assert mesh.volume() == pytest.approx(volume)  # turned outwards
-    total = sum(solids.area_vector(face) for face in mesh.faces)
+    total = sum(meshes.area_vector(face) for face in mesh.faces)
     assert np.abs(total).max() < 1e-12
 
 
 def test_an_arch_spans_its_ring():
-    mesh = Mesh(solids.arch((1.0, 2.0), 0.3, 0.4, 0.0, math.pi, 0.1, 0.2, 12))
+    mesh = Mesh(meshes.arch((1.0, 2.0), 0.3, 0.4, 0.0, math.pi, 0.1, 0.2, 12))
     low, high = mesh.bounds()
     assert (low, high) == (pytest.approx((0.6, 0.1, 2.0)), pytest.approx((1.4, 0.2, 2.4)))
     assert mesh.volume() > 0.0
 
 
 def test_mirrored_solids_point_outwards_too():
-    mesh = Mesh().add_mirrored(solids.box((0, 1, 0), (1, 2, 1)))
+    mesh = Mesh().add_mirrored(meshes.box((0, 1, 0), (1, 2, 1)))
     assert mesh.volume() == pytest.approx(2.0)
     assert mesh.bounds()[0][1] == -2.0
 
@@ -61,7 +61,7 @@ def read(lines):
 
 
 def test_an_obj_shares_corners_and_normals():
-    points, normals, faces = read(obj_lines(Mesh(solids.box((0, 0, 0), (1, 2, 3))).faces, 4))
+    points, normals, faces = read(obj_lines(Mesh(meshes.box((0, 0, 0), (1, 2, 3))).faces, 4))
     assert (len(points), len(normals), len(faces)) == (8, 6, 12)
     a, b, c = (points[faces[:, k, 0] - 1] for k in range(3))
     across = np.cross(b - a, c - a)
@@ -81,7 +81,7 @@ def test_a_bent_face_has_one_normal_or_folds():
 
 def test_files(tmp_path, capsys):
     mesh_set = MeshSet(
-        "some_package", {"m": lambda: Mesh(solids.box((0, 0, 0), (1, 1, 1)))}, {"m": (1, 0.5, 0)}
+        "some_package", {"m": lambda: Mesh(meshes.box((0, 0, 0), (1, 1, 1)))}, {"m": (1, 0.5, 0)}
     )
     assert mesh_set.main("unused", [str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.split() == [

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import pytest
 from dynamic_reconfigure.encoding import encode_description
 from nav_msgs.msg import Odometry
-from paddock_common.angles import yaw_of
-from paddock_common.odometry import transform_of
+from paddock_common.geometry import transform_of, yaw_of
 from paddock_common.reconfigure import describe
 
 

@@ -5,12 +5,12 @@ import subprocess
 import sys
 
 import pytest
-from paddock_common.process.orphans import is_roslaunch
+from paddock_common.process import is_roslaunch
 from paddock_common.testing import is_running, wait_ended
 
 NODE = """
 import signal
-from paddock_common.process.orphans import end_with_roslaunch
+from paddock_common.process import end_with_roslaunch
 end_with_roslaunch()
 print('ready', flush=True)
 signal.pause()

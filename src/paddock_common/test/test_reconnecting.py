@@ -4,12 +4,13 @@ import threading
 import time
 
 import pytest
-from paddock_common.process import reconnecting, subscriptions
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSSub
 from rospy.topics import _SubscriberImpl
 from std_msgs.msg import String
+
+from paddock_common import subscriptions
 
 LIMIT = 60.0  # [s]
 URI, OTHER = "http://one:1/", "http://two:2/"
@@ -35,10 +36,10 @@ class Topics:
 @pytest.fixture
 def topics(monkeypatch):
     made = Topics()
-    for module in (reconnecting, subscriptions):
+    for module in (subscriptions, subscriptions):
         monkeypatch.setattr(module, "get_topic_manager", lambda: made)
-    monkeypatch.setattr(reconnecting, "DELAYS", (0.01, 0.01, 0.01))
-    monkeypatch.setattr(reconnecting, "PATIENCE", 0.2)
+    monkeypatch.setattr(subscriptions, "DELAYS", (0.01, 0.01, 0.01))
+    monkeypatch.setattr(subscriptions, "PATIENCE", 0.2)
     return made
 
 
@@ -80,7 +81,7 @@ def settled(master, reconnecting_):
 )
 def test_the_master_is_asked_some_times(topics, uris, asked, connected):
     master = Master(*uris)
-    made = reconnecting.Reconnecting(master.ask, master.connect)
+    made = subscriptions.Reconnecting(master.ask, master.connect)
     made.lost("/t", URI, worked=True)
     settled(master, made)
     assert (master.asked, master.connected) == (asked, connected)
@@ -88,7 +89,7 @@ def test_the_master_is_asked_some_times(topics, uris, asked, connected):
 
 def test_a_connection_that_fails_again_and_again_is_given_up(topics):
     master = Master(URI)
-    made = reconnecting.Reconnecting(master.ask, lambda *_: made.lost("/t", URI, worked=False))
+    made = subscriptions.Reconnecting(master.ask, lambda *_: made.lost("/t", URI, worked=False))
     made.lost("/t", URI, worked=False)
     settled(master, made)
     assert master.asked == 3
@@ -107,7 +108,7 @@ def test_a_connection_that_fails_again_and_again_is_given_up(topics):
 def test_nothing_is_asked_for_what_is_connected_or_not_wanted(topics):
     topics.connect()
     master = Master(URI)
-    made = reconnecting.Reconnecting(master.ask, master.connect)
+    made = subscriptions.Reconnecting(master.ask, master.connect)
     made.lost("/t", URI, worked=True)
     made.lost("/other", URI, worked=True)
     settled(master, made)
@@ -121,7 +122,7 @@ def test_many_that_are_lost_together_are_asked_for_together(topics):
         begin.wait(LIMIT)
         return master.ask(wanted)
 
-    made = reconnecting.Reconnecting(ask, master.connect)
+    made = subscriptions.Reconnecting(ask, master.connect)
     made.lost("/t", "http://first:1/", worked=True)
     end = time.monotonic() + LIMIT
     while made._due:  # the thread asks for the first
@@ -176,7 +177,7 @@ def test_connection_that_rospy_has_given_up_leaves_the_list(topics, noted):
 
 def test_connection_that_is_replaced_is_closed_after_a_while(topics, monkeypatch):
     master = Master(URI)
-    made = reconnecting.Reconnecting(master.ask, master.connect)
+    made = subscriptions.Reconnecting(master.ask, master.connect)
     monkeypatch.setattr(subscriptions, "_reconnecting", made)
     connection = topics.connect()
     subscriptions._mark("/t", [])

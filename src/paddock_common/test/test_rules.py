@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from paddock_common.rules import Choice, Flag, Number, Text
+from paddock_common.settings import Choice, Flag, Number, Text
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import threading
 import time
 from types import SimpleNamespace
 
-from paddock_common.sending import flush
+from paddock_common.waiting import flush
 
 
 def publisher(*queues):

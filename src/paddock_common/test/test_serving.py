@@ -3,8 +3,9 @@
 import time
 
 import pytest
-from paddock_common.process import serving
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
+
+from paddock_common import nodes
 
 LIMIT, QUIET = 10.0, 0.8  # [s]; it polls for 0.5 s at a time
 
@@ -24,7 +25,7 @@ def node():
 def test_thread_does_not_poll_closed_socket(node, monkeypatch):
     """After a shutdown it looks at nothing any more."""
     monkeypatch.setattr(XmlRpcNode, "shutdown", XmlRpcNode.shutdown)  # put back at the end
-    serving.end_with_node()
+    nodes.end_with_node()
     looks = []
     node.server.service_actions = lambda: looks.append(1)
     node.shutdown("test")
@@ -39,4 +40,4 @@ def test_thread_does_not_poll_closed_socket(node, monkeypatch):
 
 def test_shutdown_before_start():
     """A node that has not served yet can be shut down."""
-    serving._shutdown(XmlRpcNode(0, XmlRpcHandler()), "test")
+    nodes._shutdown(XmlRpcNode(0, XmlRpcHandler()), "test")

@@ -3,8 +3,17 @@
 from dataclasses import FrozenInstanceError, dataclass
 
 import pytest
-from paddock_common.rules import Number
-from paddock_common.settings import check, choice, flag, from_table, number, parameter, read, text
+from paddock_common.settings import (
+    Number,
+    check,
+    choice,
+    flag,
+    from_table,
+    number,
+    parameter,
+    read,
+    text,
+)
 
 
 @dataclass(frozen=True)

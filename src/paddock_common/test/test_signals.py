@@ -12,8 +12,8 @@ LIMIT = 60.0  # [s]
 LOCKED = """
 import threading, time
 import rospy
-from paddock_common.process import signals
-signals.watch()
+from paddock_common import nodes
+nodes.watch()
 lock = threading.Lock()
 def end():
     with lock:
@@ -30,8 +30,8 @@ SLOW = """
 import time
 import rospy
 import rospy.core
-from paddock_common.process import signals
-signals.watch()
+from paddock_common import nodes
+nodes.watch()
 def end(reason):
     time.sleep(0.5)
     print("unregistered", flush=True)
@@ -42,9 +42,9 @@ while not rospy.is_shutdown():
 """
 # There is no master: the node is never made.
 STARTING = """
-from paddock_common.process import signals
+from paddock_common import nodes
 print("ready", flush=True)
-signals.init_node("n")
+nodes.init_interruptible("n")
 """
 
 
@@ -78,7 +78,7 @@ def test_a_node_that_is_not_made_yet_ends_at_once(monkeypatch, number):
 
 
 def test_without_a_signal_nothing_is_waited_for():
-    script = "from paddock_common.process import signals\nsignals.watch()\nprint('ends')\n"
+    script = "from paddock_common import nodes\nnodes.watch()\nprint('ends')\n"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT
     )

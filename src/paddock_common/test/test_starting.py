@@ -8,20 +8,21 @@ from pathlib import Path
 
 import pytest
 import rospy.impl.init
-from paddock_common.process import starting
+
+from paddock_common import nodes
 
 SRC = Path(__file__).resolve().parents[2]
 # It measures a subscriber as everybody's.
 PLAIN = {SRC / "bullet_bridge" / "scripts" / "sending_figures"}
 GIVE_WAY = """
 import os
-from paddock_common.process import priority
+from paddock_common import process
 try:
     group = lambda: open("/proc/self/autogroup").read().split()[-1]
     before = group()
 except OSError:
     group, before = (lambda: "none"), "none"
-priority.give_way({niceness})
+process.give_way({niceness})
 print(os.nice(0), before, group())
 """
 
@@ -34,11 +35,11 @@ def test_registration_is_looked_for_often_and_rospy_left_as_it_was(monkeypatch):
         rospy.impl.init.time.sleep(0.00001)
         raise rospy.ROSInitException("no master")
 
-    monkeypatch.setattr(starting.rospy, "init_node", init_node)
+    monkeypatch.setattr(nodes.rospy, "init_node", init_node)
     monkeypatch.setattr(time, "sleep", waits.append)
     with pytest.raises(rospy.ROSInitException):
-        starting.init_node("n", anonymous=True)
-    assert waits == [starting.LOOK, 0.00001]
+        nodes.init_node("n", anonymous=True)
+    assert waits == [nodes.LOOK, 0.00001]
     assert rospy.impl.init.time is time
 
 
@@ -61,7 +62,7 @@ def test_a_node_gives_way_and_the_rest_of_a_terminal_does_not(own_session):
 
 BLOCKS = """
 import ctypes
-from paddock_common.process import starting
+from paddock_common import nodes
 Numbers = ctypes.c_size_t * 10
 class Info(ctypes.Structure):
     _fields_ = [("numbers", Numbers)]  # the fourth: blocks that the kernel has mapped
@@ -72,7 +73,7 @@ def mapped():
     block = bytes(4 << 20)
     return libc.mallinfo2().numbers[3] - before
 first = mapped()
-starting.keep_freed_memory()
+nodes.keep_freed_memory()
 print(first, mapped())
 """
 
@@ -91,5 +92,5 @@ def test_every_node_starts_here():
         if path.is_file() and path.suffix in ("", ".py") and "test" not in path.parts
     ]
     own = [path for path in scripts if b"rospy.init_node(" in path.read_bytes()]
-    assert {path for path in own if path not in PLAIN} == {Path(starting.__file__).resolve()}
+    assert {path for path in own if path not in PLAIN} == {Path(nodes.__file__).resolve()}
     assert len(scripts) > 200

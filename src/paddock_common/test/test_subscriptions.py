@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 LIMIT = 40.0  # [s] for what comes at once; what is lost never comes
 TIMES = 15
@@ -18,13 +18,13 @@ import sys, threading, time
 import rospy
 from rospy.impl import registration
 from rospy.impl.tcpros_base import TCPROSTransport
-from paddock_common.process import starting
+from paddock_common import nodes
 from std_msgs.msg import Int32
 def say(text):
     sys.stdout.write(text + "\\n")  # in one piece
     sys.stdout.flush()
 {delay}
-starting.init_node("node", disable_signals=True)
+nodes.init_node("node", disable_signals=True)
 heard = rospy.Subscriber("/command", Int32, lambda message: say(str(message.data)))
 say("subscribed")
 rospy.spin()
@@ -178,7 +178,7 @@ class Process:
 
 @pytest.fixture(scope="module")
 def environment():
-    with testing_nodes.ros_master() as environment:
+    with testing.ros_master() as environment:
         yield environment
 
 

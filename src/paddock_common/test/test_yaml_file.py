@@ -3,7 +3,8 @@
 import os
 
 import pytest
-from paddock_common.files import yaml_file
+
+from paddock_common import yaml_file
 
 LAUGHS = "".join(f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 9)}]\n" for n in range(1, 12))
 

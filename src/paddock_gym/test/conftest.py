@@ -2,8 +2,7 @@
 
 import gymnasium
 import pytest
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
+from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
 import paddock_gym

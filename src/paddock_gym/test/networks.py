@@ -4,10 +4,11 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 from paddock_gym.contract import actions
-from paddock_gym.observations import ranges, state
 from paddock_gym.policy.description import KEY, OUTPUT, PolicyDescription
 
-SIZES = {"state": state.SHAPE, "lidar": ranges.SHAPE}
+from paddock_gym import observations
+
+SIZES = {"state": observations.STATE_SHAPE, "lidar": observations.RANGES_SHAPE}
 
 
 def describe(observation="state", chosen=None, **others):
@@ -55,6 +56,6 @@ def write(path, weights, bias, description, size=None):
 
 def lane_keeper(path, speed=-0.6, **others):
     """A policy that steers back to the centreline and into the bend ahead, at a steady speed."""
-    weights = np.zeros((2, state.SHAPE[0]))
+    weights = np.zeros((2, observations.STATE_SHAPE[0]))
     weights[0, 0], weights[0, 1], weights[0, 9] = -1.0, -3.0, 0.35
     return write(path, weights, (0.0, np.arctanh(speed)), describe(**others))

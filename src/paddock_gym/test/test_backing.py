@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 from networks import describe, write
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.errors import GymError
-from paddock_gym.evaluation import backing_runs
+from paddock_gym.evaluation import backing
 from paddock_gym.evaluation.backing import TrackerDriver
 from paddock_gym.evaluation.cli import evaluate
 
@@ -98,7 +98,7 @@ def test_a_policy_and_the_tracker_from_the_same_unseen_starts(tmp_path):
     assert turning["arrived"] == 0 and set(turning["other_ends"]) <= {"jackknifed", "lost"}
     assert tracker["arrived"] == tracker["starts"] == 2 and not tracker["other_ends"]
     assert max(tracker["end_lateral"]) < 0.03 and min(tracker["times"]) > 5.0  # [m], [s]
-    cells = backing_runs.lines(rows)
+    cells = backing.lines(rows)
     assert cells[1][:3] == ("policy", "0 of 2", "-") and cells[2][1] == "2 of 2"
     with pytest.raises(GymError, match="track is 'easy'; a policy for backing has no track"):
         evaluate(policy, ["easy"], 2, None, str(tmp_path / "out"))

@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from paddock_gym.course.judge import STUCK_STEPS, Judge
-from paddock_gym.course.motion import Motion, motion_from
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
-from track_model.referee.rules import Car
+from paddock_gym.course import STUCK_STEPS, Judge, Motion, motion_from
+from track_model.referee.course import Course, Projector
+from track_model.referee.referee import Car
 from track_model.track import load_track
 
 

@@ -6,12 +6,11 @@ from types import SimpleNamespace
 import gymnasium
 import numpy as np
 import pytest
-from paddock_gym.course.motion import Motion
-from paddock_gym.observations import picture, ranges
-from paddock_gym.observations.assemble import Assembler, locate
-from paddock_gym.observations.state import AHEAD, NAMES, StateObserver
+from paddock_gym.course import Motion
+from paddock_gym.observations import AHEAD, NAMES, Assembler, StateObserver, locate
 
 import paddock_gym
+from paddock_gym import observations
 
 
 def test_the_state_on_a_straight(straight_track):
@@ -38,32 +37,32 @@ def test_curvatures_ahead_are_the_courses(circuit):
 def test_ranges():
     measured = np.full(64, 5.0)
     measured[:4] = math.inf, -math.inf, 20.0, math.nan
-    row = ranges.ranges(measured)
+    row = observations.ranges(measured)
     assert row[:5] == pytest.approx([1.0, 0.0, 1.0, 1.0, 0.5])
     assert row.dtype == np.float32
 
 
 def test_rays_of_a_finer_scan():
     half = math.radians(150.0)
-    rays = ranges.pick_rays(-half, 2.0 * half / 599, 600)
+    rays = observations.pick_rays(-half, 2.0 * half / 599, 600)
     angles = -half + rays * 2.0 * half / 599
-    assert np.abs(angles - ranges.ANGLES).max() < math.radians(0.26)
-    assert (ranges.pick_rays(-half, 2.0 * half / 63, 64) == np.arange(64)).all()
+    assert np.abs(angles - observations.ANGLES).max() < math.radians(0.26)
+    assert (observations.pick_rays(-half, 2.0 * half / 63, 64) == np.arange(64)).all()
 
 
 @pytest.mark.parametrize("scan", [(-1.0, 0.02, 100), (-2.618, 0.2, 27), (-2.618, 0.0873, 30)])
 def test_a_scan_that_does_not_do_is_refused(scan):
     with pytest.raises(ValueError, match="the policy needs 64 or more from -150 to 150"):
-        ranges.pick_rays(*scan)
+        observations.pick_rays(*scan)
 
 
 def test_pictures():
     red = np.zeros((120, 160, 3), np.uint8)
     red[..., 0] = 200
-    assert picture.picture(red).shape == (120, 160, 1)
-    assert picture.picture(red)[5, 5, 0] == pytest.approx(0.299 * 200, abs=1)
-    assert (picture.picture(red, colour=True) == red).all()
-    assert picture.picture(np.zeros((480, 640, 3), np.uint8)).shape == (120, 160, 1)
+    assert observations.picture(red).shape == (120, 160, 1)
+    assert observations.picture(red)[5, 5, 0] == pytest.approx(0.299 * 200, abs=1)
+    assert (observations.picture(red, colour=True) == red).all()
+    assert observations.picture(np.zeros((480, 640, 3), np.uint8)).shape == (120, 160, 1)
 
 
 def test_a_robots_messages_make_the_environments_observation():
@@ -78,7 +77,7 @@ def test_a_robots_messages_make_the_environments_observation():
         action = rng.uniform((-0.3, -0.8), (0.3, 0.0))
         observation, *_ = env.step(action)
         assembler.set_motion(env.run.motion)
-        assembler.set_ranges(observation["lidar"] * ranges.FARTHEST)
+        assembler.set_ranges(observation["lidar"] * observations.FARTHEST)
         assembler.set_picture(env.run.camera.picture())
         found = assembler.observe(env.options.actions.command(action))
         assert (found["state"] == observation["state"]).all()
@@ -99,6 +98,8 @@ def test_the_camera_sees_the_track_and_the_lidar_its_walls():
     assert sky[2] >= sky[0] > 150
     wide = observation["lidar"] * 10.0
     # on a lane of 0.76 m with walls 0.15 m beside it: 0.53 m to either side
-    left, right = (wide[np.abs(ranges.ANGLES - side * math.pi / 2).argmin()] for side in (1, -1))
+    left, right = (
+        wide[np.abs(observations.ANGLES - side * math.pi / 2).argmin()] for side in (1, -1)
+    )
     assert (left, right) == pytest.approx((0.53, 0.53), abs=0.05)
     env.close()

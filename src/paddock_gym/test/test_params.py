@@ -4,13 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from paddock_gym.contract.params import params
-from paddock_gym.contract.waypoints import Waypoints
-from paddock_gym.course.judge import Judge
-from paddock_gym.course.motion import Motion
-from paddock_gym.course.objects import Placed
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
+from paddock_gym.contract.params import Waypoints, params
+from paddock_gym.course import Judge, Motion, Placed
+from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
 

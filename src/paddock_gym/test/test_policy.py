@@ -9,8 +9,8 @@ from networks import describe, lane_keeper, write
 from paddock_gym.contract.actions import Continuous, Discrete
 from paddock_gym.errors import GymError
 from paddock_gym.evaluation import laps
-from paddock_gym.evaluation.drivers import PolicyDriver, PursuitDriver
-from paddock_gym.observations.assemble import Assembler
+from paddock_gym.evaluation.laps import PolicyDriver, PursuitDriver
+from paddock_gym.observations import Assembler
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 

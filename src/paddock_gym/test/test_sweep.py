@@ -6,8 +6,7 @@ import json
 import pytest
 from paddock_gym.errors import GymError
 from paddock_gym.sweep import report, spec
-from paddock_gym.sweep.kinds import KINDS, MISSED
-from paddock_gym.sweep.spec import Range
+from paddock_gym.sweep.spec import KINDS, MISSED, Range
 
 PURSUIT = """of: pursuit
 fixed: {starts: 2}

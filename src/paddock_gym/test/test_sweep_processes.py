@@ -4,7 +4,7 @@ import sys
 import threading
 
 from paddock_common.testing import wait_ended
-from paddock_gym.sweep.processes import Processes
+from paddock_gym.sweep.trial import Processes
 
 LIMIT = 30.0  # [s]
 FAMILY = """

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 # The master's answer to the subscription is read after its word of the publisher; the thread that
 # reads both waits for the subscription meanwhile, for it looks at all topics twice a second.
@@ -78,7 +78,7 @@ while True:
 
 @pytest.fixture
 def environment():
-    with testing_nodes.ros_master() as environment:
+    with testing.ros_master() as environment:
         subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
         yield environment
 
@@ -86,26 +86,26 @@ def environment():
 def assert_answers(environment):
     """Moves the marker until the node answers."""
     listener = [sys.executable, "-c", COMMAND.format(limit=30.0)]
-    with testing_nodes.flood(environment, FEEDBACK, *VALUES):
+    with testing.flood(environment, FEEDBACK, *VALUES):
         done = subprocess.run(listener, env=environment, capture_output=True, text=True)
     assert done.stdout == "heard\n", done.stderr
 
 
 def test_marker_server_hears_a_clock_that_comes_as_it_subscribes(environment, tmp_path):
     (tmp_path / "sitecustomize.py").write_text(LATE_ANSWER)
-    late = testing_nodes.with_path(environment, tmp_path)
-    with testing_nodes.running(late, [testing_nodes.executable(*NODE)]) as process:
+    late = testing.with_path(environment, tmp_path)
+    with testing.running(late, [testing.executable(*NODE)]) as process:
         assert process.stdout.readline() == "answered\n"
-        with testing_nodes.running(environment, [sys.executable, "-c", CLOCK]):
+        with testing.running(environment, [sys.executable, "-c", CLOCK]):
             assert_answers(environment)
 
 
 def test_marker_server_answers_where_the_clock_stands(environment, tmp_path):
     """As in a paused world: it hears the clock before it makes its marker."""
     (tmp_path / "sitecustomize.py").write_text(AFTER_CLOCK)
-    later = testing_nodes.with_path(environment, tmp_path)
+    later = testing.with_path(environment, tmp_path)
     with (
-        testing_nodes.running(environment, [sys.executable, "-c", STANDING]),
-        testing_nodes.running(later, [testing_nodes.executable(*NODE)]),
+        testing.running(environment, [sys.executable, "-c", STANDING]),
+        testing.running(later, [testing.executable(*NODE)]),
     ):
         assert_answers(environment)

@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 TOPICS = {
     "/in": "geometry_msgs/Twist",
@@ -60,8 +60,8 @@ NODES = {  # package/script -> name, topics, arguments
 @pytest.fixture(scope="module")
 def environment():
     with (
-        testing_nodes.ros_master() as environment,
-        testing_nodes.flood(environment, TOPICS, *VALUES),
+        testing.ros_master() as environment,
+        testing.flood(environment, TOPICS, *VALUES),
     ):
         yield environment
 
@@ -79,10 +79,10 @@ def terminal():
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, terminal, node, number):
     name, topics, arguments = NODES[node]
-    testing_nodes.assert_silent_end(
-        testing_nodes.slow_close(tmp_path, environment),
+    testing.assert_silent_end(
+        testing.slow_close(tmp_path, environment),
         f"/{name}",
-        [testing_nodes.executable(*node.split("/")), *arguments],
+        [testing.executable(*node.split("/")), *arguments],
         topics,
         number,
         stdin=terminal,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon
 from test_referee import circle
-from track_model.referee.display import lane_marker
+from track_model.referee.node import lane_marker
 
 from track_model import geometry, track_file
 

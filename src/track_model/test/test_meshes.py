@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from track_model.meshes.car import MESHES
+
+from track_model.meshes import MESHES
 
 
 def test_committed_meshes_are_reproduced(package, tmp_path):

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from paddock_common import testing_nodes
+from paddock_common import testing
 
 NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}
 
@@ -12,8 +12,8 @@ NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}
 @pytest.fixture(scope="module")
 def environment():
     with (
-        testing_nodes.ros_master() as environment,
-        testing_nodes.flood(environment, {"/odom": "nav_msgs/Odometry"}, "child_frame_id='b'"),
+        testing.ros_master() as environment,
+        testing.flood(environment, {"/odom": "nav_msgs/Odometry"}, "child_frame_id='b'"),
     ):
         yield environment
 
@@ -21,10 +21,10 @@ def environment():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing_nodes.assert_silent_end(
-        testing_nodes.slow_close(tmp_path, environment),
+    testing.assert_silent_end(
+        testing.slow_close(tmp_path, environment),
         f"/{node}",
-        [testing_nodes.executable("track_model", node)],
+        [testing.executable("track_model", node)],
         NODES[node],
         number,
     )

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
+from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
 OPEN = """points: [[0, 0], [1, 0.1], [2, 0.8], [3, 0.9]]

@@ -2,7 +2,7 @@
 
 import csv
 
-from track_model.referee.log import Log
+from track_model.referee.node import Log
 from track_model.referee.referee import Status
 
 

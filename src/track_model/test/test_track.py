@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from track_model.files import cache, texture
+from track_model.files import cache, writer
 from track_model.files import writer as files
 
 from track_model import curves, geometry, source, spec, track, track_file
@@ -142,9 +142,7 @@ def test_mesh_and_picture_agree(made):
 
 def test_pixels():
     area = (0.0, 2.0, 0.0, 1.0)
-    assert texture.to_pixels([(0, 1), (2, 0)], area) == pytest.approx(
-        np.array([(0, 0), (400, 200)])
-    )
+    assert writer.to_pixels([(0, 1), (2, 0)], area) == pytest.approx(np.array([(0, 0), (400, 200)]))
 
 
 def test_sdf(made):

@@ -10,9 +10,8 @@ from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.world import World
 from bullet_sim.xml_reader import is_true
-from paddock_common.logs import bear_failures
-from paddock_common.process import signals
-from paddock_common.process.orphans import end_with_roslaunch
+from paddock_common.nodes import bear_failures
+from paddock_common.process import end_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.loop.clock import SimClock, set_own_time
@@ -28,6 +27,7 @@ from bullet_bridge.services.simulation import DescribeService, StatisticsService
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.master_watch import MasterWatch
 from bullet_bridge.transport.relay import Relay
+from paddock_common import nodes
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def main():
     keep_python_output()
     bear_failures()
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
-    signals.init_node("gazebo", disable_rostime=True)
+    nodes.init_interruptible("gazebo", disable_rostime=True)
     end_with_roslaunch()
     master = MasterWatch(end)
     master.start()

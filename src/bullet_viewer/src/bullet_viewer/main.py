@@ -11,8 +11,7 @@ from bullet_sim.render.request import Quality
 from PyQt5.QtWidgets import QApplication
 
 from bullet_viewer.feed import Feed
-from bullet_viewer.painter import Painter
-from bullet_viewer.window import ViewerWindow
+from bullet_viewer.window import Painter, ViewerWindow
 
 
 def main(arguments):

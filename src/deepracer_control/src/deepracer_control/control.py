@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import rospy
 from geometry_msgs.msg import Twist
 from paddock_common.nodes import start
-from paddock_common.sending import flush
 from paddock_common.settings import check, choice, number, read
+from paddock_common.waiting import flush
 from std_msgs.msg import Float64
 
 from deepracer_control import topics

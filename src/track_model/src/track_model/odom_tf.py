@@ -3,8 +3,8 @@
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import transform_of
 from paddock_common.nodes import run
-from paddock_common.odometry import transform_of
 from std_msgs.msg import Header
 
 

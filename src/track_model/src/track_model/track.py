@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from track_model import curves, geometry, source, spec
-from track_model.files import cache, texture
+from track_model.files import cache, writer
 from track_model.spec import TrackError  # noqa: F401  (part of this module's interface)
 
 
@@ -37,7 +37,7 @@ class Track:
     outer: np.ndarray
     length: float
     extent: tuple
-    texture: str
+    writer: str
     directory: str
     spec: spec.TrackSpec
 
@@ -71,7 +71,7 @@ def load_track(name_or_path: str) -> Track:
         inner=inner,
         outer=outer,
         length=lane.length,
-        extent=texture.whole_pixels(texture.extent(lane))[0],
+        extent=writer.whole_pixels(writer.extent(lane))[0],
         texture=os.path.join(directory, "track.png"),
         directory=directory,
         spec=parsed,

@@ -11,7 +11,7 @@ from control_msgs.msg import JointControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from paddock_common.odometry import transform_of
+from paddock_common.geometry import transform_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage

@@ -1,9 +1,10 @@
 """What a model publishes through the simulator: the base of its sensors and plugins."""
 
 import numpy as np
+from bullet_sim.pose import Pose, cross
+
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.publishing import publisher
-from bullet_sim.pose import Pose, cross
 
 
 class Output:

@@ -6,10 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import rospy
-from bullet_bridge.plugins.base import Output
-from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedImage
-from bullet_bridge.transport.publishing import publisher
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.client import RenderClient
@@ -17,6 +13,11 @@ from bullet_sim.render.request import DEFAULT
 from bullet_sim.sensors import camera
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
+
+from bullet_bridge.plugins.base import Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedImage
+from bullet_bridge.transport.publishing import publisher
 
 
 class Cameras:

@@ -4,11 +4,6 @@ import math
 
 import numpy as np
 import rospy
-from bullet_bridge.loop.clock import Schedule
-from bullet_bridge.plugins.base import DifferenceOutput, Output
-from bullet_bridge.plugins.measurements import wrench_message
-from bullet_bridge.transport import conversions
-from bullet_bridge.transport.publishing import publisher
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import SimError
@@ -17,10 +12,16 @@ from bullet_sim.sensors import inertial
 from bullet_sim.sensors.inertial import net_wrench
 from geometry_msgs.msg import Twist, WrenchStamped
 from nav_msgs.msg import Odometry
-from paddock_common.odometry import transform_of
+from paddock_common.geometry import transform_of
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
+
+from bullet_bridge.loop.clock import Schedule
+from bullet_bridge.plugins.base import DifferenceOutput, Output
+from bullet_bridge.plugins.measurements import wrench_message
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.publishing import publisher
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
 

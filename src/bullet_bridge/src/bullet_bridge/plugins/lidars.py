@@ -1,12 +1,13 @@
 """Lidars, range sensors and point clouds."""
 
 import numpy as np
-from bullet_bridge.plugins.base import Output
-from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedScan
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
+
+from bullet_bridge.plugins.base import Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedScan
 
 
 class RaysOutput(Output):

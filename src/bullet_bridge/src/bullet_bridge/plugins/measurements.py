@@ -1,11 +1,6 @@
 """Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
 
 import numpy as np
-from bullet_bridge.plugins.base import DifferenceOutput, Output
-from bullet_bridge.transport import conversions
-from bullet_bridge.transport.conversions import stamp
-from bullet_bridge.transport.packed import PackedOdometry
-from bullet_bridge.transport.publishing import publisher
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
@@ -14,6 +9,12 @@ from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+
+from bullet_bridge.plugins.base import DifferenceOutput, Output
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.conversions import stamp
+from bullet_bridge.transport.packed import PackedOdometry
+from bullet_bridge.transport.publishing import publisher
 
 
 class GroundTruthOutput(Output):

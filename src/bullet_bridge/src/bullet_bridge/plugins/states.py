@@ -4,10 +4,11 @@ import math
 import time as wall
 
 import numpy as np
+from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
+
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
 from bullet_bridge.transport.publishing import publisher
-from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
 METRICS_PERIOD = 0.2  # [s] wall time
 

@@ -1,5 +1,23 @@
 """Table of sensor specifications and their outputs."""
 
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
+from bullet_sim.plugins.drives import (
+    JointStatesSpec,
+    JointTransformsSpec,
+    PlanarMoveSpec,
+    RootTransformSpec,
+    WheelDriveSpec,
+)
+from bullet_sim.plugins.forces import (
+    ContactSpec,
+    ForceTorqueSpec,
+    HandOfGodSpec,
+    JointPosesSpec,
+    LinkForceSpec,
+)
+from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
+from bullet_sim.plugins.lidars import CloudSpec, RangeSpec, RaySpec
+
 from bullet_bridge.plugins.cameras import CameraOutput, DepthCameraOutput, RangeCameraOutput
 from bullet_bridge.plugins.drives import (
     HandOfGodOutput,
@@ -19,23 +37,6 @@ from bullet_bridge.plugins.measurements import (
     MagneticOutput,
 )
 from bullet_bridge.plugins.transforms import JointTransformsOutput, RootTransformOutput
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
-from bullet_sim.plugins.drives import (
-    JointStatesSpec,
-    JointTransformsSpec,
-    PlanarMoveSpec,
-    RootTransformSpec,
-    WheelDriveSpec,
-)
-from bullet_sim.plugins.forces import (
-    ContactSpec,
-    ForceTorqueSpec,
-    HandOfGodSpec,
-    JointPosesSpec,
-    LinkForceSpec,
-)
-from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
-from bullet_sim.plugins.lidars import CloudSpec, RangeSpec, RaySpec
 
 OUTPUTS = {
     GroundTruthSpec: GroundTruthOutput,

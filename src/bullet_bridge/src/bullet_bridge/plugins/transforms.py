@@ -3,12 +3,13 @@
 import math
 import threading
 
+from bullet_sim.pose import Pose, multiply
+from tf2_msgs.msg import TFMessage
+
 from bullet_bridge.plugins.base import Output
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedTransforms
 from bullet_bridge.transport.publishing import publisher
-from bullet_sim.pose import Pose, multiply
-from tf2_msgs.msg import TFMessage
 
 
 class FixedTransforms:

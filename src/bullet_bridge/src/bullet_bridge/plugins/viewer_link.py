@@ -13,12 +13,13 @@ import threading
 from multiprocessing.connection import Connection
 
 import rospy
-from bullet_bridge.loop.jobs import Ended
 from bullet_sim.child import blocking_pair
 from bullet_sim.errors import SimError
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.sensors.views import Observer
 from std_srvs.srv import Trigger, TriggerResponse
+
+from bullet_bridge.loop.jobs import Ended
 
 COMMAND = (sys.executable, "-m", "bullet_viewer.main")
 CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end

@@ -16,16 +16,15 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
-from paddock_common.process import signals
 
-from cybertruck.backing.commands import Driver
-from cybertruck.backing.settings import settings_from
+from cybertruck.backing.server import Driver, settings_from
 from cybertruck.backing.state import StateSource
 from cybertruck.msg import BackUpAction, BackUpGoal
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.report import summary, table, write_csv, write_picture
 from cybertruck.trailer.shapes import SHAPES, make_shape
+from paddock_common import nodes
 
 START_LIMIT = 60.0  # wall time until truck and action are up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the demo fails [s]
@@ -172,7 +171,7 @@ class Demo:
 
 def main():
     """Runs the demonstration; exit status 0 if the trailer arrived."""
-    signals.init_node("back_demo")
+    nodes.init_interruptible("back_demo")
     try:
         good = Demo().run()
     except (TrailerError, ValueError, KeyError, OSError, rospy.ROSException) as error:

@@ -1,5 +1,6 @@
-"""The node `back_up`: an action that backs the trailer's axle along a path."""
+"""The back_up action: settings, plan, commands, feedback, faults."""
 
+import dataclasses
 import math
 import threading
 from dataclasses import dataclass, field
@@ -10,14 +11,199 @@ from actionlib import ActionServer
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as PathMessage
 from paddock_common.nodes import start
+from paddock_common.settings import check, from_table, number, read, text
+from paddock_common.waiting import flush
 
-from cybertruck.backing.commands import Driver
-from cybertruck.backing.plan import make_tracker
-from cybertruck.backing.settings import settings_from
 from cybertruck.backing.state import StateSource
-from cybertruck.msg import BackUpAction, BackUpFeedback, BackUpResult
-from cybertruck.trailer.geometry import TrailerError
-from cybertruck.trailer.tracker import ARRIVED, BACKING, FAILED, MODES
+from cybertruck.msg import BackUpAction, BackUpFeedback, BackUpResult, CyberDriveStamped
+from cybertruck.trailer.geometry import Geometry, TrailerError
+from cybertruck.trailer.paths import from_points
+from cybertruck.trailer.shapes import make_shape
+from cybertruck.trailer.steering import IdealSteering, read_map
+from cybertruck.trailer.tracker import (
+    ARRIVED,
+    BACKING,
+    FAILED,
+    MODES,
+    TOP_SPEED,
+    CurvatureHold,
+    Tracker,
+    Tuning,
+)
+
+
+class Driver:
+    """Publishes /cmd_cyberdrive."""
+
+    def __init__(self):
+        self._publisher = rospy.Publisher(
+            "/cmd_cyberdrive", CyberDriveStamped, queue_size=1, tcp_nodelay=True
+        )
+        self._steering = 0.0
+        self._lock, self._ended = threading.RLock(), False
+        rospy.on_shutdown(self._end)
+
+    def send(self, steering, speed):
+        """Sends a steering angle [rad] and a speed [m/s]."""
+        message = CyberDriveStamped()
+        message.header.stamp = rospy.Time.now()
+        message.drive.steering_angle, message.drive.speed = float(steering), float(speed)
+        self._steering = float(steering)
+        with self._lock:
+            if not self._ended:
+                self._publisher.publish(message)
+
+    def stop(self):
+        """Sends speed 0; the steering stays where it is."""
+        self.send(self._steering, 0.0)
+
+    def _end(self):
+        """Stops the truck at shutdown; nothing follows, rospy closes the topic next."""
+        with self._lock:
+            self.stop()
+            self._ended = True
+        flush(self._publisher)
+
+    @property
+    def subscribers(self):
+        """Number of subscribers."""
+        return self._publisher.get_num_connections()
+
+
+MAX_START_DISTANCE = 3.0  # from the trailer's axle to the path's first metres [m]
+MAX_START_HEADING = math.radians(75.0)  # between trailer and path at the start [rad]
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """Settings of the node itself.
+
+    Attributes:
+        control_period: Simulated time between two commands [s].
+        state_timeout: Time without odometry or joint states after which the truck stops [s].
+        stuck_time: A goal ends when nothing moved for this time [s].
+        odom_frame: Frame of goals' paths.
+        hitch_joint: Name in /joint_states.
+        steering_map: File of a measured map, or "" for the ideal tan φ / L.
+    """
+
+    control_period: float = number(0.032, above=0.0, unit="s")
+    state_timeout: float = number(0.5, above=0.0, unit="s")
+    stuck_time: float = number(5.0, above=0.0, unit="s")
+    odom_frame: str = text("odom")
+    hitch_joint: str = text("hitch_yaw_joint")
+    steering_map: str = text("", empty=True)
+
+    def __post_init__(self):
+        check(self, TrailerError)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings: geometry, tuning, node, and the steering map."""
+
+    geometry: Geometry
+    tuning: Tuning
+    node: NodeSettings
+    steering: object
+
+
+def settings_from(parameters):
+    """Makes Settings from the node's private parameters.
+
+    Args:
+        parameters: Dict with truck.yaml's keys, of which the geometry is used, and the tables
+            `tuning`, `node` and (optionally) `hitch_stop` [rad].
+
+    Raises:
+        TrailerError: Names the parameter, its value and what is valid.
+    """
+    geometry = read(Geometry, parameters.get, prefix="")
+    node = from_table(NodeSettings, parameters.get("node", {}), "node", TrailerError)
+    tuning = from_table(Tuning, parameters.get("tuning", {}), "tuning", TrailerError)
+    steering = (
+        read_map(node.steering_map)
+        if node.steering_map
+        else IdealSteering(geometry.wheelbase, geometry.max_steering)
+    )
+    return Settings(geometry, tuning, node, steering)
+
+
+HOLD = "hold"  # a shape without a path: hold a curvature over a length
+
+
+def make_tracker(goal, trailer, settings):
+    """Checks a goal and makes its tracker, starting at the trailer's pose.
+
+    Args:
+        goal: What has the fields of cybertruck/BackUpGoal.
+        trailer: (x, y [m], θ2 [rad]) of the trailer's axle now, in the odometry frame.
+        settings: Settings.
+
+    Returns:
+        Tracker, or CurvatureHold for the shape "hold".
+
+    Raises:
+        TrailerError: The goal cannot be driven; names the value and what is valid.
+    """
+    tuning = settings.tuning
+    if goal.speed != 0.0:
+        if not 0.0 < goal.speed < TOP_SPEED:
+            raise TrailerError(
+                f"speed {goal.speed:g} m/s; it must be above 0 and below "
+                f"{TOP_SPEED:g}, or 0 for the default"
+            )
+        tuning = dataclasses.replace(tuning, speed=goal.speed)
+    if goal.shape == HOLD and not goal.path.poses:
+        if len(goal.size) != 2:
+            raise TrailerError(
+                f"hold: {len(goal.size)} numbers; it takes curvature [1/m], left "
+                "positive as driven, and length [m]"
+            )
+        return CurvatureHold(*goal.size, settings.geometry, settings.steering, tuning)
+    path = goal_path(goal, trailer, settings.node.odom_frame)
+    tracker = Tracker(path, settings.geometry, settings.steering, tuning)
+    tracker.begin(trailer[0], trailer[1])
+    _, heading = path.errors(trailer[0], trailer[1], trailer[2] + math.pi, tracker.arc)
+    x, y, _, _ = path.place(np.clip(tracker.arc, 0.0, path.length))
+    distance = math.hypot(trailer[0] - x, trailer[1] - y)
+    if distance > MAX_START_DISTANCE:
+        raise TrailerError(
+            f"path: it begins {distance:.1f} m from the trailer; it must be within "
+            f"{MAX_START_DISTANCE:g} m"
+        )
+    if tracker.arc >= path.length:
+        raise TrailerError("path: the trailer stands at or behind its end already")
+    if abs(heading) > MAX_START_HEADING:
+        raise TrailerError(
+            f"path: it leads {math.degrees(abs(heading)):.0f} degrees away from where the "
+            f"trailer backs to; at most {math.degrees(MAX_START_HEADING):.0f} are taken"
+        )
+    return tracker
+
+
+def goal_path(goal, trailer, frame):
+    """Makes the Path of a goal.
+
+    Args:
+        goal: What has the fields of cybertruck/BackUpGoal.
+        trailer: (x, y, θ2) as above.
+        frame: The odometry frame's name.
+    """
+    poses = goal.path.poses
+    if bool(poses) == bool(goal.shape):
+        raise TrailerError(
+            "goal: it must have either a path or a shape, it has "
+            + ("both" if poses else "neither")
+        )
+    if not poses:
+        x, y, heading = trailer
+        return make_shape(goal.shape, tuple(goal.size)).moved(x, y, heading + math.pi)
+    given = goal.path.header.frame_id or frame
+    if given.lstrip("/") != frame:
+        raise TrailerError(f"path: its frame is '{given}'; it must be '{frame}'")
+    return from_points([(item.pose.position.x, item.pose.position.y) for item in poses])
+
 
 POLL = 0.1  # wall time between checks for cancel and shutdown when no message arrives [s]
 FEEDBACK_PERIOD = 0.1  # simulated time [s]

@@ -1,13 +1,92 @@
-"""CyberModel: from the bicycle's steering angle and speed to four wheels, and back.
+"""The truck's drive: geometry, limits, speeds and angles of wheels.
 
-No ROS. Frames follow REP-103: x forward, y left, angles positive to the left. Curvature is that of
-the rear axle's middle; the turning centre lies on the rear axle's line at y = 1 / curvature.
+CyberModel: from the bicycle's steering angle and speed to four wheels, and back. No ROS. Frames
+follow REP-103: x forward, y left, angles positive to the left. Curvature is that of the rear axle's
+middle; the turning centre lies on the rear axle's line at y = 1 / curvature.
 """
 
 import math
 from dataclasses import dataclass
 
-from cybertruck.drive.geometry import TruckGeometry
+from paddock_common.settings import check, number
+
+
+@dataclass(frozen=True)
+class TruckGeometry:
+    """Lengths and limits.
+
+    Attributes:
+        wheelbase: rear axle to front axle [m].
+        track_width: between the middles of left and right wheel [m].
+        wheel_radius: of all wheels [m].
+        wheel_width: of all wheels [m].
+        hitch_offset: L1, rear axle back to the hitch [m].
+        tongue_length: L2, hitch back to the trailer's axle [m].
+        max_steering: largest angle of the bicycle's front wheel [rad].
+        max_speed: of the rear axle's middle, either way [m/s].
+        max_steering_rate: of the bicycle's angle [rad/s].
+        max_acceleration: pulling away and braking [m/s^2].
+    """
+
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    track_width: float = number(0.43, above=0.0, unit="m")
+    wheel_radius: float = number(0.1016, above=0.0, unit="m")
+    wheel_width: float = number(0.0762, above=0.0, unit="m")
+    hitch_offset: float = number(0.30, above=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, unit="rad")
+    max_speed: float = number(3.0, above=0.0, unit="m/s")
+    max_steering_rate: float = number(2.5, above=0.0, unit="rad/s")
+    max_acceleration: float = number(2.0, above=0.0, unit="m/s²")
+
+    def __post_init__(self):
+        check(self)
+        limit = math.atan(2.0 * self.wheelbase / self.track_width)
+        if self.max_steering >= limit:
+            raise ValueError(
+                f"max_steering is {self.max_steering!r}; it must be below {limit:.4f} "
+                "rad, where the turning centre would lie under a rear wheel"
+            )
+
+
+def towards(value, target, step):
+    """`value` moved towards `target` by at most `step` (>= 0)."""
+    return target if abs(target - value) <= step else value + math.copysign(step, target - value)
+
+
+class RateLimiter:
+    """The bicycle's steering angle and speed over time.
+
+    Args:
+        geometry: TruckGeometry, for max_steering_rate and max_acceleration.
+
+    Attributes:
+        steering: [rad] as commanded to the hinges now.
+        speed: [m/s] as commanded to the rear wheels now.
+    """
+
+    def __init__(self, geometry):
+        self._steering_rate = geometry.max_steering_rate
+        self._acceleration = geometry.max_acceleration
+        self.reset()
+
+    def reset(self):
+        """Stand still, wheels straight."""
+        self.steering = self.speed = 0.0
+
+    def advance(self, steering, speed, period):
+        """Advance towards a target by one period.
+
+        Args:
+            steering, speed: target [rad], [m/s].
+            period: [s], not negative.
+
+        Returns:
+            (steering [rad], speed [m/s]).
+        """
+        self.steering = towards(self.steering, steering, self._steering_rate * period)
+        self.speed = towards(self.speed, speed, self._acceleration * period)
+        return self.steering, self.speed
 
 
 @dataclass(frozen=True)

@@ -1,31 +1,57 @@
-"""The node `drive`: commands in, wheels out; joint states in, odometry and TF out.
+"""The drive node: settings, commands in, joints, odometry and TF out.
 
-Everything happens once per message of the bridge's joint states (every 8 ms of simulated time);
-if they stop, a timer stops the wheels.
+The node `drive`: commands in, wheels out; joint states in, odometry and TF out. Everything happens
+once per message of the bridge's joint states (every 8 ms of simulated time); if they stop, a timer
+stops the wheels.
 """
 
 import threading
+from dataclasses import dataclass
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import transform_of
 from paddock_common.nodes import run
-from paddock_common.odometry import transform_of
-from paddock_common.sending import flush
-from paddock_common.settings import read
+from paddock_common.settings import check, choice, flag, number, read, text
+from paddock_common.waiting import flush
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
 
-from cybertruck.drive import conversions
-from cybertruck.drive.command import Command, refusal
-from cybertruck.drive.geometry import TruckGeometry
-from cybertruck.drive.joystick import JoyDrive
-from cybertruck.drive.limits import RateLimiter
-from cybertruck.drive.model import CyberModel
+from cybertruck.drive import commands
+from cybertruck.drive.commands import Command, JoyDrive, refusal
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry
 from cybertruck.drive.odometry import Errors, WheelOdometry, ticks
-from cybertruck.drive.settings import Settings
 from cybertruck.msg import CyberDriveStamped
+
+ODOM_SOURCES = ("wheels", "ground_truth")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Parameters of the node.
+
+    Attributes:
+        command_timeout: Age of a command above which the truck stops [s].
+        start_x, start_y, start_yaw: Pose that wheel odometry starts from [m], [rad].
+        odom_source: "wheels" or "ground_truth".
+        odom_frame, base_frame: Frames of /odom and TF.
+        joy: Whether /joy drives.
+    """
+
+    command_timeout: float = number(0.5, above=0.0, unit="s")
+    start_x: float = number(0.0, unit="m")
+    start_y: float = number(0.0, unit="m")
+    start_yaw: float = number(0.0, unit="rad")
+    odom_source: str = choice("wheels", ODOM_SOURCES)
+    odom_frame: str = text("odom")
+    base_frame: str = text("base_footprint")
+    joy: bool = flag(False)
+
+    def __post_init__(self):
+        check(self)
+
 
 ROBOT = "/cybertruck"
 LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
@@ -133,7 +159,7 @@ class Drive:
         """Drive and measure by a message of joint states; called with the lock held."""
         measured = wheels = None
         try:
-            measured, wheels = conversions.measured(message)
+            measured, wheels = commands.measured(message)
         except ValueError as error:
             rospy.logerr_throttle(
                 1.0, f"{ROBOT}/joint_states cannot be used: {error}. The truck brakes."
@@ -160,7 +186,7 @@ class Drive:
             publisher.publish(ticks(wheels[name]))
         if self._source == "wheels":
             self._publish_odometry(
-                conversions.odometry(message.header.stamp, self._frames, self._odometry)
+                commands.odometry(message.header.stamp, self._frames, self._odometry)
             )
 
     def _reset_reason(self, now, measured):

@@ -9,11 +9,10 @@ from pathlib import Path
 import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
-from paddock_common.angles import yaw_of
-from paddock_common.process import signals
+from paddock_common.geometry import yaw_of
 
-from cybertruck.plot.picture import draw
-from cybertruck.plot.trajectory import Trajectory
+from cybertruck.plot.picture import Trajectory, draw
+from paddock_common import nodes
 
 SPACING = 0.01  # between stored poses [m]
 
@@ -105,7 +104,7 @@ def record(topic, goal_topic, duration):
             if duration and trajectory.duration >= duration:
                 done.set()
 
-    signals.init_node("plot_pose")
+    nodes.init_interruptible("plot_pose")
     rospy.on_shutdown(done.set)
     rospy.Subscriber(topic, Odometry, lambda message: take(add_odometry, message), queue_size=None)
     rospy.Subscriber(goal_topic, PoseStamped, lambda message: take(add_goal, message))

@@ -13,7 +13,7 @@ import sys
 import termios
 import time
 
-from paddock_common.process.orphans import signal_at_end_of
+from paddock_common.process import signal_at_end_of
 
 COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
 GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
@@ -60,11 +60,12 @@ def send_zero(arguments):
         return
     import rospy
     from geometry_msgs.msg import Twist
-    from paddock_common.process import starting
-    from paddock_common.sending import flush
+    from paddock_common.waiting import flush
+
+    from paddock_common import nodes
 
     remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
-    starting.init_node(
+    nodes.init_node(
         "teleop_guard", argv=["guard", *remappings], anonymous=True, disable_signals=True
     )
     publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)

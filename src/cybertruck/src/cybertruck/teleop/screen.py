@@ -1,10 +1,68 @@
-"""The teleops' terminal screen: text for any size, drawn by curses."""
+"""The terminal's screen: car, keys, speeds."""
 
 import curses
 import textwrap
 from dataclasses import dataclass
 
-from cybertruck.teleop import art
+WIDTH, HEIGHT = 25, 15  # of the picture, in characters
+FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # turn of the wheels -> a wheel from above
+TREAD = "-=~"  # characters of a rolling wheel, one after the other
+BODY = (
+    "   ,-------.   ",
+    "  /_________\\  ",
+    "  |  ,---.  |  ",
+    "  | /_____\\ |  ",
+    "  | |     | |  ",
+    "  | |_____| |  ",
+    "  | |:::::| |  ",
+    "  | |:::::| |  ",
+    "  |_________|  ",
+)
+
+
+def truck(drive, turn, phase):
+    """Draws the truck.
+
+    Args:
+        drive: 1 forward, -1 backward, 0 at rest.
+        turn: Where the front wheels point: 1 left, -1 right, 0 straight ahead.
+        phase: Whole number that grows while the truck moves.
+
+    Returns:
+        HEIGHT lines of at most WIDTH characters.
+    """
+    mark = {1: "^", -1: "v"}.get(drive, "")
+    lean = {1: "<", -1: ">"}.get(turn, "")
+    trail = ["", "", ""]
+    if mark:
+        count = 1 + phase % 3
+        for row in range(3):
+            near = 2 - row if drive > 0 else row
+            trail[row] = f"{mark} {mark} {mark}" if near < count else ""
+    arrow = (lean + " ") * 3 if turn else ""
+    ahead = trail if drive > 0 else ["", "", ""]
+    behind = trail if drive < 0 else ["", "", ""]
+    tread = TREAD[-drive * phase % 3]
+    front, rear = FRONT[turn], f"|{tread}|"
+    lines = [line.center(WIDTH) for line in ahead]
+    for row, text in enumerate(BODY):
+        if row in (1, 2):
+            lines.append(f" {front} {text[1:-1]} {front} ".center(WIDTH))
+        elif row in (6, 7):
+            lines.append(f" {rear} {text[1:-1]} {rear} ".center(WIDTH))
+        else:
+            lines.append(text.center(WIDTH))
+    lines += [line.center(WIDTH) for line in behind]
+    side = 1 if drive >= 0 else len(lines) - 2
+    if arrow and drive:
+        line = arrow.strip()
+        lines[side] = (
+            (line + lines[side][len(line) :])
+            if turn > 0
+            else (lines[side][: WIDTH - len(line)] + line)
+        )
+    return [line.rstrip() for line in lines]
+
 
 LEAST_WIDTH, LEAST_HEIGHT = 60, 20  # smaller terminals get a short text
 BAR = 12  # characters of a velocity's bar, to either side
@@ -96,10 +154,10 @@ def render(view, width, height):
         "",
         *view.help,
     ]
-    picture = art.truck(view.drive, view.turn, view.phase)
-    column = max(width - art.WIDTH - 1, 0)
+    picture = truck(view.drive, view.turn, view.phase)
+    column = max(width - WIDTH - 1, 0)
     if width > 100:
-        column = 70 + (width - 70 - art.WIDTH) // 2
+        column = 70 + (width - 70 - WIDTH) // 2
     rows = [view.title, "-" * width]
     for index in range(max(len(left), len(picture))):
         text = left[index] if index < len(left) else ""

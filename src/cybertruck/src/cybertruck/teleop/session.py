@@ -13,15 +13,13 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
-from paddock_common.process import starting
-from paddock_common.rules import Number
-from paddock_common.sending import flush
-from paddock_common.settings import parameter, read
+from paddock_common.settings import Number, parameter, read
+from paddock_common.waiting import flush
 
 from cybertruck.teleop import guard
-from cybertruck.teleop.limits import Limits, RateLimiter
+from cybertruck.teleop.limits import Limits, RateLimiter, Speeds
 from cybertruck.teleop.screen import Screen, View
-from cybertruck.teleop.speeds import Speeds
+from paddock_common import nodes
 
 
 class Ended(Exception):
@@ -44,7 +42,7 @@ class Session:
         if not rosgraph.is_master_online():
             raise Ended(f"no ROS master at {rosgraph.get_master_uri()}")
         self.signal = None  # number of the signal that ends the session
-        starting.init_node(name, disable_signals=True)
+        nodes.init_node(name, disable_signals=True)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, self._on_signal)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck

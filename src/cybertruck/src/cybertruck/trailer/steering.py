@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from paddock_common.files import yaml_file
 from scipy.interpolate import PchipInterpolator
 
 from cybertruck.trailer.geometry import TrailerError
+from paddock_common import yaml_file
 
 BISECTIONS = 60  # bisections of an interval of a few radians to a float's precision
 EXTRAPOLATION = 0.03  # how far past the outermost measured angles the map goes on [rad]

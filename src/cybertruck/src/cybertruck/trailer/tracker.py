@@ -1,8 +1,9 @@
-"""Backing the trailer's axle along a path, one command at a time; any number of rigs at once.
+"""Tracks a path backwards with the trailer, and holds the hitch angle.
 
-After Leng and Minor 2010 (doi 10.1109/IROS.2010.5650489): the wanted curvature of the trailer is
-the path's plus a law in the trailer's lateral and heading error, so that both decay along arc
-length. The error laws are derived in docs/trailer.md.
+Backing the trailer's axle along a path, one command at a time; any number of rigs at once. After
+Leng and Minor 2010 (doi 10.1109/IROS.2010.5650489): the wanted curvature of the trailer is the
+path's plus a law in the trailer's lateral and heading error, so that both decay along arc length.
+The error laws are derived in docs/trailer.md.
 """
 
 import math
@@ -17,7 +18,7 @@ from cybertruck.trailer.geometry import (
     towing_limit,
     trailer_curvature_limit,
 )
-from cybertruck.trailer.laws import backing_law
+from cybertruck.trailer.laws import backing_law, hold_law
 
 START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
 TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
@@ -244,3 +245,72 @@ def backing_speed(left, tuning):
     """Returns v < 0 [m/s] for a distance left [m]: the fastest that can still be slowed down."""
     fastest = np.sqrt(2.0 * tuning.deceleration * np.maximum(left, 0.0))
     return -np.clip(fastest, min(tuning.creep_speed, tuning.speed), tuning.speed)
+
+
+LONGEST = 1000.0  # [m]
+
+
+class CurvatureHold:
+    """Commands a rig backwards so that its trailer's curvature converges; used like a Tracker.
+
+    Attributes:
+        path: None; errors are reported as 0.
+        length: Distance to drive [m].
+        arc: Distance that the trailer's axle has driven [m].
+    """
+
+    path = None
+
+    def __init__(self, curvature, length, geometry, steering, tuning=Tuning()):
+        """Starts.
+
+        Args:
+            curvature: As driven, positive to the left; κd of the trailer is its negative [1/m].
+            length: Distance to drive [m].
+            geometry: Geometry.
+            steering: IdealSteering or MeasuredSteering.
+            tuning: Tuning.
+
+        Raises:
+            TrailerError: The trailer cannot be backed so sharply, or the distance is no distance.
+        """
+        limit = trailer_curvature_limit(tuning.reference_limit, geometry)
+        if not abs(curvature) <= limit:
+            raise TrailerError(
+                f"hold: curvature is {curvature:g} 1/m; it must be within ±{limit:.3f}"
+            )
+        if not 0.0 < length <= LONGEST:
+            raise TrailerError(
+                f"hold: length is {length:g} m; it must be above 0 and at most {LONGEST:g}"
+            )
+        self.wanted, self.length = -curvature, length
+        self.geometry, self.steering, self.tuning = geometry, steering, tuning
+        self.guard = backing_limit(geometry, tuning.guard_margin)
+        self.arc, self.mode, self._last = 0.0, BACKING, None
+
+    def step(self, x, y, trailer_heading, hitch_angle):
+        """Returns the command for the rig's pose; see Tracker.step.
+
+        A hitch angle beyond the guard ends it: there is no path to go back to.
+        """
+        if self._last is not None:
+            self.arc += math.hypot(x - self._last[0], y - self._last[1])
+        self._last = x, y
+        if self.mode == BACKING and abs(hitch_angle) > self.guard:
+            self.mode = FAILED
+        if self.mode == BACKING and self.arc >= self.length - self.tuning.end_tolerance:
+            self.mode = ARRIVED
+        speed = backing_speed(self.length - self.arc, self.tuning) if self.mode == BACKING else 0.0
+        return Status(
+            speed, self.steering_angle(hitch_angle), self.wanted, self.arc, 0.0, 0.0, self.mode
+        )
+
+    def steering_angle(self, hitch_angle):
+        """Returns φ [rad] for a hitch angle [rad], either of any shape."""
+        curvature = hold_law(self.wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
+        limit = self.steering.max_curvature
+        return np.clip(
+            self.steering.steering(np.clip(curvature, -limit, limit)),
+            -self.steering.max_steering,
+            self.steering.max_steering,
+        )

@@ -1,13 +1,50 @@
-"""Shared by the driver nodes: the publisher of /cmd_vel, which ends with a zero."""
+"""Commands of a driver: published, and between metres a second and the car's units."""
 
+import math
 import threading
+from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist
-from paddock_common.sending import flush
+from paddock_common.settings import check, choice
+from paddock_common.waiting import flush
 
 from deepracer_control import topics
-from deepracer_control.drivers.units import Units
+from deepracer_control.ackermann import Geometry
+from deepracer_control.control import DEGREES_PER_UNIT, MODES
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of /cmd_vel.
+
+    Attributes:
+        mode: "original" or "ackermann", as control's parameter.
+        geometry: The car's Geometry.
+    """
+
+    mode: str = choice("ackermann", MODES)
+    geometry: Geometry = Geometry()
+
+    def __post_init__(self):
+        check(self)
+
+    def steering(self, curvature):
+        """Returns the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""
+        limit = self.geometry.max_steering
+        return max(-limit, min(limit, math.atan(self.geometry.wheelbase * curvature)))
+
+    def twist(self, speed, curvature):
+        """Returns the Twist for a speed [m/s] and a curvature [1/m, left positive]."""
+        angle = self.steering(curvature)
+        message = Twist()
+        if self.mode == "ackermann":
+            message.linear.x = speed
+            message.angular.z = speed * math.tan(angle) / self.geometry.wheelbase
+        else:
+            message.linear.x = speed / self.geometry.wheel_radius
+            message.angular.z = -math.degrees(angle) / DEGREES_PER_UNIT
+        return message
 
 
 class CommandPublisher:

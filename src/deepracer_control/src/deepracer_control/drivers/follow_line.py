@@ -5,7 +5,7 @@ import math
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
 from paddock_common.nodes import run
-from paddock_common.rules import Number
+from paddock_common.settings import Number
 from sensor_msgs.msg import CameraInfo, Image
 
 from deepracer_control import topics

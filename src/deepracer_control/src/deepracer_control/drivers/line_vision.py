@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from paddock_common.rules import Number
-from paddock_common.settings import check, number, read
+from paddock_common.settings import Number, check, number, read
 
 from deepracer_control.drivers.pursuit import towards
 

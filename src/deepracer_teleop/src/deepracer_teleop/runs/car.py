@@ -1,5 +1,6 @@
-"""The car of the demo: the window's widgets, the odometry, and waits with deadlines."""
+"""The car of a run: found, placed, checked."""
 
+import math
 import time
 
 import rospy
@@ -7,8 +8,53 @@ from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from nav_msgs.msg import Odometry
 from PyQt5.QtTest import QTest
 
-from deepracer_teleop.drivers.mouse import Mouse
-from deepracer_teleop.runs.recorder import Recorder
+from deepracer_teleop.drivers import Mouse
+from deepracer_teleop.runs.results import Recorder
+
+
+class Checks:
+    """A list of checks.
+
+    Attributes:
+        results: Dicts with what, measured, low, high, unit, ok.
+    """
+
+    def __init__(self):
+        self.results = []
+
+    def add(self, what, measured, low, high, unit):
+        """Prints and stores one check: low <= measured <= high."""
+        passed = bool(low <= measured <= high)
+        self.results.append(
+            {
+                "what": what,
+                "measured": round(measured, 5),
+                "low": low,
+                "high": high,
+                "unit": unit,
+                "ok": passed,
+            }
+        )
+        ends = [
+            "-inf" if low == -math.inf else f"{low:.3f}",
+            f"{high:.3f}" if high < math.inf else "inf",
+        ]
+        print(
+            f"demo: {what:<38} {measured:+8.3f} {unit:<5} expected {ends[0]} .. {ends[1]}  "
+            f"{'ok' if passed else 'FAILED'}",
+            flush=True,
+        )
+
+    @property
+    def passed(self):
+        """Number of checks that passed."""
+        return sum(check["ok"] for check in self.results)
+
+    @property
+    def all_passed(self):
+        """Whether every check passed."""
+        return self.passed == len(self.results)
+
 
 STILL = 0.01  # speed below which the car counts as stopped [m/s]
 

@@ -1,25 +1,68 @@
-"""The node `demo`: drives with the window's widgets and checks the car's motion.
+"""./run demo: the drive that shows and checks everything.
 
-Runs offscreen or on a screen. All manoeuvres are timed by ROS time; every wait also has a deadline
-in wall time. Writes pictures, path and result.json into ~out_dir.
+The node `demo`: drives with the window's widgets and checks the car's motion. Runs offscreen or on
+a screen. All manoeuvres are timed by ROS time; every wait also has a deadline in wall time. Writes
+pictures, path and result.json into ~out_dir.
 """
 
 import math
 import os
 import sys
+import threading
 import time
 
+import numpy as np
 import rospy
 from deepracer_control.drivers.pursuit import Path, Pursuit
-from paddock_common.rules import Number
-from paddock_common.settings import parameter
+from paddock_common.settings import Number, parameter
 from track_model.track import load_track
 
-from deepracer_teleop.runs import birdseye, results
-from deepracer_teleop.runs.car import STILL, Car, DemoError
-from deepracer_teleop.runs.checks import Checks
-from deepracer_teleop.runs.recorder import along
+from deepracer_teleop.runs import results
+from deepracer_teleop.runs.car import STILL, Car, Checks, DemoError
+from deepracer_teleop.runs.results import along
 from deepracer_teleop.window.node import connect, send_last
+
+
+class Judge:
+    """Stores LapStatus messages, in a subscriber's thread, up to the finish of a lap."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._status, self._errors, self._stale = None, [], False
+
+    @property
+    def status(self):
+        """The newest LapStatus of this start, or None."""
+        return self._status
+
+    def restart(self):
+        """Starts anew; to be called right before the referee is restarted."""
+        with self._lock:
+            self._status, self._errors, self._stale = None, [], True
+
+    def callback(self, status):
+        """Stores a LapStatus."""
+        with self._lock:
+            if self._stale and (status.laps or status.running):
+                return  # it was sent before the referee was restarted
+            self._stale = False
+            if self._status is not None and self._status.laps:
+                return  # what comes after the finish does not count
+            self._status = status
+            if status.running:
+                self._errors.append(abs(status.lateral_error))
+
+    def result(self):
+        """Returns the figures of the start: lap time and penalty [s], lateral errors [m]."""
+        with self._lock:
+            status, errors = self._status, np.array(self._errors or [0.0])
+        return {
+            "lap_time": round(status.last_lap_time, 4),
+            "penalty": status.penalty,
+            "mean_lateral_error": round(float(errors.mean()), 4),
+            "max_lateral_error": round(float(errors.max()), 4),
+        }
+
 
 FILES = ("window.png", "camera.png", "birdseye.png", "path.csv")
 WHEEL_RADIUS = 0.03  # [m]
@@ -133,7 +176,7 @@ class Demo:
         samples = self.car.recorder.samples
         self.car.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
         results.write_picture(self.out_dir, "camera.png", self._frame)
-        results.write_picture(self.out_dir, "birdseye.png", birdseye.draw(self.track, samples))
+        results.write_picture(self.out_dir, "birdseye.png", results.draw(self.track, samples))
 
     def run(self):
         """Runs all manoeuvres; returns whether every check passed."""

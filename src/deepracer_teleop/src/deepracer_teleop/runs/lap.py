@@ -1,35 +1,108 @@
-"""The node `lap`: places the car, waits for its laps, records film, path and figures.
+"""./run lap: laps by a driver, with their film and result.
 
-It does not drive: a driver on /cmd_vel does. Writes into ~out_dir: lap.mp4, lap.png (a frame of
-the film), path.png, path.csv and result.json. Every wait ends: by ROS time and by wall time.
+The node `lap`: places the car, waits for its laps, records film, path and figures. It does not
+drive: a driver on /cmd_vel does. Writes into ~out_dir: lap.mp4, lap.png (a frame of the film),
+path.png, path.csv and result.json. Every wait ends: by ROS time and by wall time.
 """
 
 import math
 import os
 import sys
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import rospy
+from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
-from paddock_common.process import signals
-from paddock_common.settings import read
+from paddock_common.settings import check, number, read, text
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 from track_model.referee.course import Course
 from track_model.track import load_track
 
-from deepracer_teleop.camera.film import Film
-from deepracer_teleop.runs import birdseye, results
-from deepracer_teleop.runs.judge import Judge
-from deepracer_teleop.runs.lap_film import LapFilm
-from deepracer_teleop.runs.recorder import Recorder
-from deepracer_teleop.runs.settings import LapSettings
+from deepracer_teleop.recording import Film
+from deepracer_teleop.runs import results
+from deepracer_teleop.runs.demo import Judge
+from deepracer_teleop.runs.results import Recorder
+from paddock_common import nodes
 from track_model.msg import LapStatus
+
+
+@dataclass(frozen=True)
+class LapSettings:
+    """Parameters of the node beyond ~out_dir and ~track.
+
+    Attributes:
+        driver: Name for the overlay and the report.
+        model: Name of the car in the simulator.
+        starts: Number of starts; with several all are placed at random.
+        seed: Of the random places.
+        time_limit: Of a lap [s] of ROS time.
+        roam: Drive so long instead of a lap [s] of ROS time; 0: a lap.
+        patience: Longest wall time without progress [s].
+        film_rate: Of the film [Hz].
+    """
+
+    driver: str = text("", empty=True)
+    model: str = text("racecar")
+    starts: int = number(1, least=1, whole=True)
+    seed: int = number(0, least=0, whole=True)
+    time_limit: float = number(240.0, above=0.0, unit="s")
+    roam: float = number(0.0, least=0.0, unit="s")
+    patience: float = number(120.0, above=0.0, unit="s")
+    film_rate: float = number(15.0, above=0.0, unit="Hz")
+
+    def __post_init__(self):
+        check(self)
+
+
+MOST_PROGRESS = 55.0  # [%] of the lap, up to which a frame may be the picture of the lap
+
+
+class LapFilm:
+    """Adds camera frames to a Film, in the subscriber's thread.
+
+    Args:
+        film: Film.
+        judge: Judge.
+        driver: its name.
+
+    Attributes:
+        film: as above.
+        seeing: whether a frame has come.
+        filming: whether frames are added; False at first.
+        frame: (H, W, 3) uint8 BGR, the picture of the lap, or None.
+    """
+
+    def __init__(self, film, judge, driver):
+        self.film, self._judge, self._driver = film, judge, driver
+        self._bridge, self.frame = CvBridge(), None
+        self.seeing = self.filming = False
+
+    def callback(self, message):
+        """Adds a camera frame."""
+        self.seeing = True
+        status = self._judge.status
+        if not self.filming or status is None:
+            return
+        words = (
+            f"{self._driver}  lap {status.laps + 1}  {status.progress:3.0f} %  "
+            f"{status.lap_time:5.1f} s  {status.speed:.2f} m/s"
+        )
+        try:
+            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            frame = self.film.add(message.header.stamp.to_sec(), picture, words)
+        except (CvBridgeError, OSError) as error:
+            rospy.logerr_throttle(10.0, f"film: {error}")
+            return
+        if frame is not None and (self.frame is None or status.progress < MOST_PROGRESS):
+            self.frame = frame
+
 
 FILES = ("lap.mp4", "lap.png", "path.png", "path.csv")
 LEAD = 0.3  # start before the line of a circuit [m]
@@ -169,7 +242,7 @@ class LapKeeper:
         samples = self.recorder.samples
         self.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
         names = (f"{self.settings.driver} driver",)
-        picture = birdseye.draw(self.track, samples, names=names)
+        picture = results.draw(self.track, samples, names=names)
         results.write_picture(self.out_dir, "path.png", picture)
         if self._camera.frame is not None:
             results.write_picture(self.out_dir, "lap.png", self._camera.frame)
@@ -215,7 +288,7 @@ def report(keeper, starts, error):
 
 def main():
     """Runs the node; returns its exit code, which result.json repeats."""
-    signals.init_node("lap")
+    nodes.init_interruptible("lap")
     keeper, starts, error = None, [], ""
     try:
         keeper = LapKeeper()

@@ -1,6 +1,7 @@
-"""The widgets of the teleop window and their places; InterfaceWindow connects them."""
+"""The window's widgets: where they are, what they look like."""
 
-from PyQt5.QtCore import QEvent, Qt, QTimer
+from PyQt5.QtCore import QCoreApplication, QEvent, Qt, QTimer
+from PyQt5.QtGui import QColor, QGuiApplication, QPalette
 from PyQt5.QtWidgets import (
     QCheckBox,
     QGridLayout,
@@ -11,8 +12,103 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from deepracer_teleop.camera.view import CameraView
-from deepracer_teleop.window.looks import RECORDING, RED, outlined, shade
+from deepracer_teleop.camera import CameraView
+
+RED = {"light": "#b3261e", "dark": "#ff8a80"}  # of letters on a button
+RECORDING = {"light": "#9a1c14", "dark": "#ff8a80"}  # of letters on the window
+
+
+def prepare_scaling():
+    """Lets Qt follow the screen's scale; call it before the QApplication is made.
+
+    From a scale of 1.75 on everything doubles; below, letters alone grow and widgets with them.
+    """
+    QCoreApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
+    QCoreApplication.setAttribute(Qt.AA_UseHighDpiPixmaps)
+    QGuiApplication.setHighDpiScaleFactorRoundingPolicy(
+        Qt.HighDpiScaleFactorRoundingPolicy.RoundPreferFloor
+    )
+
+
+def shade(palette):
+    """Returns "dark" if a QPalette's windows are darker than their letters, else "light"."""
+    window, letters = (palette.color(role) for role in (QPalette.Window, QPalette.WindowText))
+    return "dark" if window.lightness() < letters.lightness() else "light"
+
+
+def outlined(name):
+    """Returns a QPalette of slider and checkbox: Fusion draws ticks and rims darker than Window."""
+    palette = QPalette()
+    if name == "dark":
+        palette.setColor(QPalette.Window, QColor("#a0a0a0"))
+    return palette
+
+
+class Mover:
+    """Publishes commands, ends timed moves and repeats a moving car's command.
+
+    It never blocks: a timer has to call tick() while `active` is true.
+    """
+
+    def __init__(self, publish, clock, repeat_rate=10.0):
+        """Starts at rest.
+
+        Args:
+            publish: Function (linear, angular), called for each command.
+            clock: Function that gives the ROS time [s].
+            repeat_rate: Repetitions of a moving command [Hz].
+        """
+        self._publish = publish
+        self._clock = clock
+        self._period = 1.0 / repeat_rate
+        self._since = 0.0  # start of the running move [s]
+        self._duration = None  # of the running timed move [s]; None: no timed move
+        self._sent = 0.0  # when the command was sent last [s]
+        self.command = (0.0, 0.0)
+
+    @property
+    def active(self):
+        """Whether tick() is needed: a timed move runs or the commanded speed is not 0."""
+        return self._duration is not None or self.command[0] != 0.0
+
+    def move(self, linear, angular, duration):
+        """Commands for a time, then zero.
+
+        Args:
+            linear: linear.x of the command.
+            angular: angular.z of the command.
+            duration: ROS time [s] after which zero is sent.
+        """
+        self._since, self._duration = self._clock(), duration
+        self._send(linear, angular)
+
+    def hold(self, linear, angular):
+        """Commands until the next command; a running timed move ends."""
+        self._duration = None
+        self._send(linear, angular)
+
+    def stop(self):
+        """Commands zero once, at once, and nothing after it."""
+        self.hold(0.0, 0.0)
+
+    def tick(self):
+        """Ends a timed move whose time is over, and repeats the command when that is due.
+
+        A clock that jumps backwards (the simulation was reset) ends a timed move, too.
+        """
+        if not self.active:
+            return
+        now = self._clock()
+        if self._duration is not None and not 0.0 <= now - self._since < self._duration - 1e-9:
+            self.stop()
+        elif not 0.0 <= now - self._sent < self._period - 1e-9:
+            self._send(*self.command)
+
+    def _send(self, linear, angular):
+        self.command = (linear, angular)
+        self._sent = self._clock()
+        self._publish(linear, angular)
+
 
 TITLE = "Teleop Interface"
 DISPLAY_WIDTH, DISPLAY_HEIGHT = 640, 480  # of the camera [px]; shown at half size

@@ -5,16 +5,15 @@ import sys
 
 import rosgraph
 import rospy
-from paddock_common.logs import bear_failures
-from paddock_common.process import starting
-from paddock_common.process.orphans import end_with_roslaunch
-from paddock_common.sending import flush
+from paddock_common.nodes import bear_failures
+from paddock_common.process import end_with_roslaunch
 from paddock_common.settings import read
+from paddock_common.waiting import flush
 
-from deepracer_teleop.window.master_watch import MasterWatch, run_id
-from deepracer_teleop.window.memory import Memory
-from deepracer_teleop.window.settings import Settings
+from deepracer_teleop.window.settings import Memory, Settings
+from deepracer_teleop.window.status import MasterWatch, run_id
 from deepracer_teleop.window.window import InterfaceWindow
+from paddock_common import nodes
 
 MASTER_LIMIT = 30.0  # for a master that takes connections and does not answer, at the start [s]
 
@@ -40,7 +39,7 @@ def connect(name, memory=None):
             "or set ROS_MASTER_URI"
         )
     bear_failures()
-    starting.init_node(name, disable_signals=True)
+    nodes.init_node(name, disable_signals=True)
     end_with_roslaunch()
     window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri), memory)
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -1,8 +1,9 @@
-"""Settings of the window: speeds, times, limits. The defaults are the original's values."""
+"""The window's settings, and what it remembers."""
 
 from dataclasses import dataclass
 
 from paddock_common.settings import check, choice, number, text
+from PyQt5.QtCore import QByteArray, QSettings
 
 DEFAULT_SPEED = 10.0
 DEFAULT_ANGULAR_SPEED = 5.0
@@ -51,3 +52,35 @@ class Settings:
     def slider_to_angular(self, value):
         """Returns angular.z for a slider value (positive is right in the window)."""
         return self.angular_sign * value / self.slider_scale
+
+
+KEY = "window/geometry"
+
+
+class Memory:
+    """Keeps place and size in the user's settings (~/.config/paddock/teleop.ini).
+
+    Args:
+        path: Of another file.
+    """
+
+    def __init__(self, path=None):
+        self._settings = (
+            QSettings(QSettings.IniFormat, QSettings.UserScope, "paddock", "teleop")
+            if path is None
+            else QSettings(str(path), QSettings.IniFormat)
+        )
+
+    def restore(self, window):
+        """Puts a window where it was; one that would lie outside of all screens is moved in.
+
+        Returns:
+            Whether there was something to restore.
+        """
+        geometry = self._settings.value(KEY)
+        return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
+
+    def keep(self, window):
+        """Remembers place and size of a window."""
+        self._settings.setValue(KEY, window.saveGeometry())
+        self._settings.sync()

@@ -13,13 +13,10 @@ from geometry_msgs.msg import Twist
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
-from deepracer_teleop.camera.feed import CameraFeed
-from deepracer_teleop.camera.view import to_pixmap
-from deepracer_teleop.hand.hand import Hand
-from deepracer_teleop.recording.button import RecordButton
-from deepracer_teleop.window.layout import Layout
-from deepracer_teleop.window.looks import prepare_scaling
-from deepracer_teleop.window.mover import Mover
+from deepracer_teleop.camera import CameraFeed, to_pixmap
+from deepracer_teleop.hand import Hand
+from deepracer_teleop.recording import RecordButton
+from deepracer_teleop.window.layout import Layout, Mover, prepare_scaling
 from deepracer_teleop.window.settings import Settings
 from deepracer_teleop.window.status import Status
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from paddock_gym.contract import json_file
+from paddock_gym.contract import hyperparameters
 from paddock_gym.errors import GymError
 
 MAX_STEERING = 30.0  # [degrees]
@@ -94,7 +94,7 @@ def parse(action):
         raise GymError(
             f"action is {action!r}; it must be continuous, or the path of a model_metadata.json"
         )
-    return _parse(action, json_file.load(action))
+    return _parse(action, hyperparameters.load_json(action))
 
 
 def table(actions):
@@ -128,10 +128,10 @@ def _parse(path, data):
     if "action_space" not in data:
         raise GymError(f"{path}: action_space is missing; it must be a list, or two ranges")
     for sensor in data.get("sensor", ()):
-        json_file.one_of(path, "sensor", sensor, SENSORS)
+        hyperparameters.one_of(path, "sensor", sensor, SENSORS)
     space = data["action_space"]
     kind = data.get("action_space_type", "discrete" if isinstance(space, list) else "continuous")
-    json_file.one_of(path, "action_space_type", kind, ("discrete", "continuous"))
+    hyperparameters.one_of(path, "action_space_type", kind, ("discrete", "continuous"))
     return _discrete(path, space) if kind == "discrete" else _continuous(path, space)
 
 
@@ -146,7 +146,7 @@ def _discrete(path, space):
         rows.append(
             (
                 _angle(path, f"{key}.steering_angle", row["steering_angle"]),
-                json_file.number(path, f"{key}.speed", row["speed"], *SPEEDS, "m/s"),
+                hyperparameters.json_number(path, f"{key}.speed", row["speed"], *SPEEDS, "m/s"),
             )
         )
     return Discrete(tuple(rows))
@@ -164,7 +164,9 @@ def _continuous(path, space):
                 f"{path}: action_space.{key} is {limits!r}; continuous ones have low and high"
             )
         ends[key] = tuple(
-            json_file.number(path, f"action_space.{key}.{end}", limits[end], low, high, unit)
+            hyperparameters.json_number(
+                path, f"action_space.{key}.{end}", limits[end], low, high, unit
+            )
             for end in ("low", "high")
         )
         if ends[key][0] > ends[key][1]:
@@ -178,4 +180,4 @@ def _angle(path, key, value):
             value = float(value)
         except ValueError:
             pass
-    return json_file.number(path, key, value, -MAX_STEERING, MAX_STEERING, "degrees")
+    return hyperparameters.json_number(path, key, value, -MAX_STEERING, MAX_STEERING, "degrees")

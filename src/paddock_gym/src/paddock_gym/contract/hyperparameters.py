@@ -1,9 +1,57 @@
-"""hyperparameters.json of DeepRacer, as PPO of stable-baselines3 takes it."""
+"""DeepRacer's JSON files: action spaces, hyperparameters."""
 
+import json
+import math
 from dataclasses import dataclass
 
-from paddock_gym.contract import json_file
 from paddock_gym.errors import GymError
+
+
+def load_json(path):
+    """Read a JSON file that holds a table.
+
+    Raises:
+        GymError: it cannot be read, or is none.
+    """
+    try:
+        with open(path, encoding="utf-8") as stream:
+            data = json.load(stream)
+    except OSError as error:
+        raise GymError(f"{path}: {error.strerror}; it must be a readable JSON file") from error
+    except ValueError as error:
+        raise GymError(f"{path} is no JSON ({error})") from error
+    if not isinstance(data, dict):
+        raise GymError(f"{path} holds {data!r}; it must be a table {{...}}")
+    return data
+
+
+def json_number(path, key, value, low, high, unit=""):
+    """Return a number within a range.
+
+    Raises:
+        GymError: it is none, or outside.
+    """
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not math.isfinite(value)
+        or not low <= value <= high
+    ):
+        words = f"from {low:g} to {high:g}" + (f" [{unit}]" if unit else "")
+        raise GymError(f"{path}: {key} is {value!r}; it must be a number {words}")
+    return float(value)
+
+
+def one_of(path, key, value, valid):
+    """Return a value that is one of some.
+
+    Raises:
+        GymError: it is none of them.
+    """
+    if value not in valid:
+        raise GymError(f"{path}: {key} is {value!r}; it must be one of {', '.join(valid)}")
+    return value
+
 
 # Key -> smallest, largest; of the console.
 RANGES = {
@@ -54,7 +102,7 @@ def load(path):
     Raises:
         GymError: a key or value is wrong.
     """
-    return parse(path, json_file.load(path))
+    return parse(path, load_json(path))
 
 
 def parse(path, table):
@@ -70,13 +118,13 @@ def parse(path, table):
     found, ignored = {}, []
     for key, value in table.items():
         if key in RANGES:
-            number = json_file.number(path, key, value, *RANGES[key])
+            number = json_number(path, key, value, *RANGES[key])
             whole = isinstance(RANGES[key][0], int)
             if whole and number != int(number):
                 raise GymError(f"{path}: {key} is {value!r}; it must be a whole number")
             found[key] = int(number) if whole else number
         elif key == "loss_type":
-            found[key] = "huber" if json_file.one_of(path, key, value, LOSSES) == "huber" else "mse"
+            found[key] = "huber" if one_of(path, key, value, LOSSES) == "huber" else "mse"
         elif key in IGNORED:
             ignored.append(key)
         else:

@@ -8,17 +8,15 @@ from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.ackermann import Geometry
 from deepracer_control.drivers.commands import CommandPublisher
 from nav_msgs.msg import Odometry
-from paddock_common.angles import yaw_of
+from paddock_common.geometry import yaw_of
 from paddock_common.nodes import run
 from sensor_msgs.msg import Image, LaserScan
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
+from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
 from deepracer_control import topics
-from paddock_gym.course.motion import Motion
-from paddock_gym.observations.assemble import Assembler
-from paddock_gym.observations.ranges import pick_rays
+from paddock_gym.course import Motion
+from paddock_gym.observations import Assembler, pick_rays
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
 EARLY = 0.1  # of the control period: so much sooner a message may be acted upon

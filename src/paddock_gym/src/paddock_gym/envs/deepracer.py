@@ -6,9 +6,8 @@ from paddock_gym.envs import options as gym_options
 from paddock_gym.envs.run import Run, action_space, advance, observation_space
 from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.obstacles import Obstacles
 from paddock_gym.simulation.randomize import offset_pose
-from paddock_gym.simulation.scene import Scene
+from paddock_gym.simulation.scene import Obstacles, Scene
 from paddock_gym.simulation.sensors import Onlooker
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from paddock_gym.contract import actions
 from paddock_gym.contract.reward_file import RewardFile
-from paddock_gym.course.objects import RACES
+from paddock_gym.course import RACES
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import randomize
 

@@ -1,6 +1,6 @@
 """The reward `progress`."""
 
-from paddock_gym.course.judge import LAP, RUNNING
+from paddock_gym.course import LAP, RUNNING
 
 PER_METRE = 1.0
 FAILURE = -3.0  # for a run that ended before its lap

@@ -3,14 +3,12 @@
 import numpy as np
 from gymnasium import spaces
 
+from paddock_gym import observations
+from paddock_gym import observations as states
 from paddock_gym.contract.actions import Continuous
-from paddock_gym.contract.params import params
-from paddock_gym.contract.waypoints import Waypoints
-from paddock_gym.course.judge import LAP, RUNNING, Judge
-from paddock_gym.course.objects import SEEN, seen
+from paddock_gym.contract.params import Waypoints, params
+from paddock_gym.course import LAP, RUNNING, SEEN, Judge, seen
 from paddock_gym.envs.rewards import progress
-from paddock_gym.observations import picture, ranges
-from paddock_gym.observations import state as states
 from paddock_gym.simulation.randomize import Randomizer
 from paddock_gym.simulation.sensors import CarCamera, CarLidar
 
@@ -26,11 +24,11 @@ def action_space(options):
 
 def observation_space(options):
     """Gymnasium space of the observations."""
-    count = states.SHAPE[0] + (2 * SEEN if options.objects else 0)
-    shape = picture.COLOUR_SHAPE if options.colour else picture.GREY_SHAPE
+    count = states.STATE_SHAPE[0] + (2 * SEEN if options.objects else 0)
+    shape = observations.COLOUR_SHAPE if options.colour else observations.GREY_SHAPE
     boxes = {
         "state": spaces.Box(-states.LIMIT, states.LIMIT, (count,), np.float32),
-        "lidar": spaces.Box(0.0, 1.0, ranges.SHAPE, np.float32),
+        "lidar": spaces.Box(0.0, 1.0, observations.RANGES_SHAPE, np.float32),
         "camera": spaces.Box(0, 255, shape, np.uint8),
     }
     if options.alone:
@@ -155,11 +153,11 @@ class Run:
         return np.concatenate((row, seen(self._obstacles.placed, standing.s, self._projector)))
 
     def _ranges(self):
-        return ranges.ranges(self._lidar.scan(self._rng))
+        return observations.ranges(self._lidar.scan(self._rng))
 
     def _picture(self):
         rgb = self._randomizer.picture(self.camera.picture(self._randomizer.jitter))
-        return picture.picture(rgb, self._options.colour)
+        return observations.picture(rgb, self._options.colour)
 
 
 def advance(scene, runs):

@@ -10,9 +10,8 @@ import numpy as np
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.errors import GymError
-from paddock_gym.evaluation import backing_runs, plots
-from paddock_gym.evaluation.drivers import DRIVERS, PolicyDriver
-from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.evaluation import backing, plots
+from paddock_gym.evaluation.laps import DRIVERS, PolicyDriver, drive, starts
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
@@ -27,7 +26,7 @@ def main(arguments=None):
     except (GymError, ValueError) as error:
         print(f"evaluate: {error}", file=sys.stderr)
         return 1
-    print(aligned(backing_runs.lines(rows) if "arrived" in rows[0] else lines(rows)))
+    print(aligned(backing.lines(rows) if "arrived" in rows[0] else lines(rows)))
     print(
         f"in {os.path.relpath(table['folder'])}/: {' '.join(sorted(os.listdir(table['folder'])))}"
     )
@@ -54,7 +53,7 @@ def evaluate(policy, tracks, starts, walls, folder):
     os.makedirs(folder)
     rows = []
     if about.env == BACKING:
-        rows = backing_runs.compare(policy, starts)
+        rows = backing.compare(policy, starts)
     else:
         for track in tracks or [about.track]:
             rows += on_track(policy, about, track, starts, walls, folder)

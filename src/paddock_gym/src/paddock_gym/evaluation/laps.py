@@ -1,11 +1,18 @@
-"""Laps of a driver in the environment, from given starts."""
+"""Laps in the gym: drivers, films, results."""
 
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+from deepracer_control.drivers.pursuit import Path, Pursuit
+from paddock_common.films import FilmWriter
+from track_model.referee.referee import Car
 
-from paddock_gym.course.judge import LAP
+from paddock_gym.course import LAP
+from paddock_gym.ids import DEEPRACER
+from paddock_gym.policy.onnx_policy import OnnxPolicy
+from paddock_gym.simulation.car import GEOMETRY
 
 FIRST_SEED = 10_000  # of the starts; training uses others
 SIDE, TURN = 0.15, math.radians(10.0)  # largest offset [m] and turn of a start
@@ -84,3 +91,98 @@ def drive(env, driver, start, seed=0, each=None):
         float(np.sqrt(np.mean(np.square(lateral)))),
         float(np.max(np.abs(lateral))),
     )
+
+
+def film_lap(env, driver, start, path):
+    """Drive once and film it.
+
+    Args:
+        env: DeepRacerEnv.
+        driver: as of laps.drive.
+        start: of the lap.
+        path: of the mp4.
+
+    Returns:
+        Lap.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    rate = env.metadata["render_fps"]
+    film = FilmWriter(path, rate)
+
+    def add():
+        picture = env.onlooker_picture()[..., ::-1].copy()
+        standing, motion = env.run.standing, env.run.motion
+        words = (
+            f"{standing.progress:3.0f} %  {standing.steps / rate:4.1f} s  {motion.forward:.2f} m/s"
+        )
+        for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 1)):
+            cv2.putText(
+                picture, words, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, width, cv2.LINE_AA
+            )
+        film.add(picture)
+
+    try:
+        return drive(env, driver, start, each=add)
+    finally:
+        film.close()
+
+
+REAR_AXLE = Car().rear  # x of the rear axle from base_link [m]
+
+
+class PolicyDriver:
+    """A trained policy.
+
+    Args:
+        path: of its ONNX file.
+        env: as of OnnxPolicy.
+    """
+
+    def __init__(self, path, env=DEEPRACER):
+        self.policy = OnnxPolicy(path, env)
+
+    def restart(self):
+        """Nothing to forget."""
+
+    def act(self, observation, _env):
+        """The action for an observation."""
+        return self.policy.act(observation)
+
+
+class PursuitDriver:
+    """Pure pursuit along the centreline, from the true pose: the driver of ./run lap.
+
+    Args:
+        max_speed: on straights [m/s].
+        gains: lookahead [m], max_lateral_acceleration [m/s^2] of Pursuit.
+    """
+
+    def __init__(self, max_speed=1.0, **gains):
+        self._gains, self._pursuit = dict(gains, max_speed=max_speed), None
+
+    def restart(self):
+        """Forget the place on the path."""
+        self._pursuit = None
+
+    def act(self, _observation, env):
+        """The action at the car's pose."""
+        if self._pursuit is None:
+            track = env.scene.track
+            path = Path(track.centreline, closed=track.closed)
+            self._pursuit = Pursuit(path, **self._gains)
+        motion = env.run.motion
+        speed, curvature = self._pursuit.command(
+            motion.x + REAR_AXLE * math.cos(motion.yaw),
+            motion.y + REAR_AXLE * math.sin(motion.yaw),
+            motion.yaw,
+        )
+        steering = math.atan(GEOMETRY.wheelbase * curvature)
+        return env.options.actions.action(speed, steering)
+
+
+DRIVERS = {
+    "pursuit": lambda: PursuitDriver(1.0),
+    "fast_pursuit": lambda: PursuitDriver(2.0),
+}

@@ -5,7 +5,7 @@ import math
 from bullet_sim.pose import Pose, multiply
 from deepracer_control.ackermann import Geometry, wheel_commands
 
-from paddock_gym.course.motion import motion_from
+from paddock_gym.course import motion_from
 from paddock_gym.simulation import description
 
 GEOMETRY = Geometry()

@@ -7,9 +7,7 @@ import yaml
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose, multiply, quaternion_from_rpy
 from bullet_sim.world import World
-from cybertruck.drive.geometry import TruckGeometry
-from cybertruck.drive.limits import RateLimiter
-from cybertruck.drive.model import CyberModel
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry
 from cybertruck.trailer import paths
 from cybertruck.trailer.geometry import Geometry
 from cybertruck.trailer.kinematics import rear_axle

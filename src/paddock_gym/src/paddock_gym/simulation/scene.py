@@ -1,15 +1,138 @@
-"""A track with one or several cars in a world of the core, stepped action by action."""
+"""A track with obstacles in the gym, drawn from above."""
 
+import dataclasses
+import math
+
+from bullet_sim.engine import Engine
+from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
+from bullet_sim.render.gl.renderer import GlRenderer
+from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.request import Quality
 from bullet_sim.world import World
-from track_model.referee.course import Course
-from track_model.referee.projector import Projector
+from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
+from paddock_gym.course import Placed
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import description
 from paddock_gym.simulation.car import Car
-from paddock_gym.simulation.painter import Painter
+
+COUNT = 3
+CLEAR = 1.5  # between the car's start and the first object [m]
+BOT_SPEEDS = (0.5, 1.0)  # [m/s]
+BOX, BOT = (0.20, 0.20, 0.20), (0.30, 0.19, 0.12)  # length, width, height [m]
+_SDF = """<sdf version="1.6"><model name="{name}"><static>true</static><link name="link">
+<collision name="c"><geometry><box><size>{x} {y} {z}</size></box></geometry></collision>
+<visual name="v"><geometry><box><size>{x} {y} {z}</size></box></geometry>
+<material><ambient>{colour} 1</ambient><diffuse>{colour} 1</diffuse></material></visual>
+</link></model></sdf>"""
+
+
+class Obstacles:
+    """Objects of one race.
+
+    Args:
+        scene: Scene, before its first use.
+        kind: "boxes" or "bots".
+
+    Attributes:
+        placed: list of Placed, as of now.
+    """
+
+    def __init__(self, scene, kind):
+        self._projector, self._period = scene.projector, scene.period
+        self._bots = kind == "bots"
+        self._size = BOT if self._bots else BOX
+        x, y, z = self._size
+        colour = "0.8 0.2 0.1" if self._bots else "0.75 0.55 0.3"
+        self._models = [
+            scene.world.spawn_sdf(
+                f"{kind}{number}",
+                _SDF.format(name=kind, x=x, y=y, z=z, colour=colour),
+                Pose((0.0, 0.0, -5.0 - number)),
+                str,
+            )
+            for number in range(COUNT)
+        ]
+        self.placed = []
+
+    def start(self, rng, s):
+        """Place the objects at random, some way ahead of a car at arc length s [m]."""
+        room = (self._projector.length - 2.0 * CLEAR) / COUNT
+        self._courses = []
+        for number in range(COUNT):
+            at = s + CLEAR + (number + rng.uniform(0.2, 0.8)) * room
+            side = rng.choice((-1.0, 1.0)) * rng.uniform(0.4, 0.55)
+            speed = rng.uniform(*BOT_SPEEDS) if self._bots else 0.0
+            self._courses.append([at, side, speed])
+        self._show()
+
+    def advance(self):
+        """Move on by one action."""
+        if self._bots:
+            for course in self._courses:
+                course[0] += course[2] * self._period
+            self._show()
+
+    def _show(self):
+        length, self.placed = self._projector.length, []
+        for model, (at, side, speed) in zip(self._models, self._courses):
+            s = at % length if self._projector.closed else min(at, length)
+            left, right = self._projector.sides(s)
+            lateral = side * float(left if side > 0.0 else right)
+            x, y, yaw = self._projector.pose(s)
+            x, y = x - lateral * math.sin(yaw), y + lateral * math.cos(yaw)
+            model.set_state(Pose.from_xyz_rpy((x, y, self._size[2] / 2.0), (0.0, 0.0, yaw)))
+            self.placed.append(Placed(x, y, yaw, s, lateral, speed))
+
+
+QUALITY = Quality(shadows="false", antialias="false")
+
+
+class Painter:
+    """Draws a world.
+
+    Args:
+        world: bullet_sim.world.World; models may still come.
+
+    Attributes:
+        kind: "gl" or "tiny".
+    """
+
+    def __init__(self, world):
+        self._world, self._count = world, 0
+        try:
+            self._renderer, self.kind = GlRenderer(QUALITY), "gl"
+        except RenderError:
+            self._renderer, self.kind = _tiny(), "tiny"
+
+    def picture(self, request, pose):
+        """A camera's picture of the world now.
+
+        Args:
+            request: CameraRequest; its own pose does not count.
+            pose: bullet_sim.pose.Pose of the camera in the link or world.
+
+        Returns:
+            (H, W, 3) uint8 RGB, top row first.
+        """
+        if len(self._world.models) != self._count:
+            self._count = len(self._world.models)
+            self._renderer.sync_sources(self._world.sources(), self._world.scene)
+        self._renderer.apply(self._world.snapshot())
+        placed = dataclasses.replace(request, pose=(pose.position, pose.rpy))
+        return self._renderer.render(placed, self._world.step_count)
+
+    def close(self):
+        """Free the renderer."""
+        self._renderer.close()
+
+
+def _tiny():
+    engine = Engine()
+    return Mirror(engine, engine.start_renderer("tiny"))
+
 
 SETTLING = 1.0  # simulated time until the cars stand still [s]
 # Of a shape's radius, see Engine.set_contact_breaking: circles and speeds agree with those of

@@ -12,10 +12,9 @@ from optuna.storages.journal import JournalFileBackend
 from optuna.trial import TrialState
 
 from paddock_gym.errors import GymError
-from paddock_gym.sweep.kinds import KINDS
-from paddock_gym.sweep.processes import Processes
 from paddock_gym.sweep.report import shown
-from paddock_gym.sweep.spec import Range
+from paddock_gym.sweep.spec import KINDS, Range
+from paddock_gym.sweep.trial import Processes
 
 JOURNAL, SPEC, TRIALS, LOG = "journal.log", "sweep.json", "trials", "log.txt"
 MAY_CHANGE = ("trials", "at_once")  # when a sweep goes on

@@ -6,17 +6,15 @@ import numpy as np
 from stable_baselines3 import PPO
 
 from paddock_gym.contract.actions import Continuous
-from paddock_gym.course.judge import LAP
+from paddock_gym.course import LAP
 from paddock_gym.envs.backing import ARRIVED, TOP_SPEED, BackingEnv
 from paddock_gym.envs.deepracer import DeepRacerEnv
-from paddock_gym.evaluation import backing_runs, plots
-from paddock_gym.evaluation.drivers import PolicyDriver
-from paddock_gym.evaluation.film import film_lap
-from paddock_gym.evaluation.laps import drive, starts
+from paddock_gym.evaluation import backing, plots
+from paddock_gym.evaluation.laps import PolicyDriver, drive, film_lap, starts
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
-from paddock_gym.training import pictures
+from paddock_gym.training import watch
 
 STARTS = 10  # of the evaluation at the end
 POLICY, FILM = "policy.onnx", "best_lap.mp4"
@@ -36,9 +34,9 @@ def finish(settings, folder, model):
         model: PPO as it is after the last step; the best along the way is in best.zip.
     """
     work = _finish_backing if settings.env == BACKING else _finish_laps
-    rows = pictures.episodes(folder)
+    rows = watch.episodes(folder)
     curve = os.path.join(folder, "learning_curve.png")
-    pictures.learning_curve(rows, curve, *success(settings))
+    watch.learning_curve(rows, curve, *success(settings))
     return work(settings, folder, model, rows)
 
 
@@ -61,7 +59,7 @@ def _finish_laps(settings, folder, model, rows):
         return (sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])), laps
 
     laps = _choose(folder, model, env, description, judge)
-    pictures.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
+    watch.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
     plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
     whole = [lap for lap in laps if lap.is_lap]
     best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
@@ -86,13 +84,13 @@ def _finish_backing(settings, folder, model, _rows):
     description = PolicyDescription(settings.observation, False, actions, rate, "", "", env=BACKING)
 
     def judge(path):
-        runs = backing_runs.runs(env, PolicyDriver(path, BACKING), STARTS)
+        runs = backing.runs(env, PolicyDriver(path, BACKING), STARTS)
         arrived = sum(run.end == ARRIVED for run in runs)
         return (arrived, -np.mean([run.rms_lateral for run in runs])), runs
 
     runs = _choose(folder, model, env, description, judge)
     env.close()
-    row = backing_runs.row_of("policy", runs)
+    row = backing.row_of("policy", runs)
     return {"evaluated_starts": row.pop("starts"), **row, "ends": [run.end for run in runs]}
 
 

@@ -1,19 +1,45 @@
-"""One training from its settings to its files."""
+"""One training: environments, algorithm, checkpoints."""
 
 import dataclasses
 import json
 import os
+import pickle
+import random
 import signal
 import time
 
+import numpy as np
 import torch
 from stable_baselines3.common.logger import configure
 
-from paddock_gym.training import algorithm, checkpoint
+from paddock_gym.training import algorithm
+from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
-from paddock_gym.training.network import Features
 from paddock_gym.training.watch import Watch
 from paddock_gym.training.workers import Workers, factory
+
+FILE, NUMBERS = "checkpoint.zip", "random.pickle"
+
+
+def save(model, folder):
+    """Save a model so that no reader ever sees half of it."""
+    part = os.path.join(folder, "part.zip")
+    model.save(part)
+    os.replace(part, os.path.join(folder, FILE))
+    numbers = (torch.get_rng_state(), np.random.get_state(), random.getstate())
+    with open(os.path.join(folder, NUMBERS + ".part"), "wb") as stream:
+        pickle.dump(numbers, stream)
+    os.replace(os.path.join(folder, NUMBERS + ".part"), os.path.join(folder, NUMBERS))
+
+
+def restore_numbers(folder):
+    """Go on with the random numbers of the last save."""
+    with open(os.path.join(folder, NUMBERS), "rb") as stream:
+        of_torch, of_numpy, of_python = pickle.load(stream)
+    torch.set_rng_state(of_torch)
+    np.random.set_state(of_numpy)
+    random.setstate(of_python)
+
 
 REPORT = "report.json"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
@@ -46,7 +72,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
             model.learn(
                 max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
             )
-        checkpoint.save(model, folder)
+        save(model, folder)
         seconds = time.monotonic() - begin
         lost = workers.lost
     finally:
@@ -71,10 +97,10 @@ def _workers(settings, folder, address, say):
     """(settings with the number of workers, the workers)."""
     if not address:
         return settings, Workers([factory(settings.environment())] * settings.workers)
-    from paddock_gym.training.actors import cluster
-    from paddock_gym.training.actors.workers import RayWorkers
+    from paddock_gym.training import ray_actors
+    from paddock_gym.training.ray_actors import RayWorkers
 
-    nodes = cluster.connect(address, say)
+    nodes = ray_actors.connect(address, say)
     if not settings.workers:
         settings = dataclasses.replace(settings, workers=max(1, int(sum(nodes))))
         settings.save(folder)
@@ -86,10 +112,10 @@ def _model(settings, folder, workers, resume):
     """The PPO of a training, new or from its checkpoint."""
     if resume:
         model = algorithm.of(settings, workers).load(
-            os.path.join(folder, checkpoint.FILE), env=workers, device="cpu"
+            os.path.join(folder, FILE), env=workers, device="cpu"
         )
         workers.seed(settings.seed + model.num_timesteps)  # other starts than at the beginning
-        checkpoint.restore_numbers(folder)
+        restore_numbers(folder)
         return model
     kinds = settings.observation
     network = {

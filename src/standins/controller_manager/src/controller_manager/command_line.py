@@ -3,9 +3,9 @@
 import sys
 
 import rospy
-from paddock_common.process import starting
 
 from controller_manager.client import ManagerClient, ManagerError
+from paddock_common import nodes
 
 TIMEOUT = 30.0  # [s], wall clock; launch files start it beside the simulator
 
@@ -108,7 +108,7 @@ def main():
     if needs_names and not argv[1:]:
         print(f"controller_manager {argv[0]}: names of controllers are missing", file=sys.stderr)
         return 2
-    starting.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
+    nodes.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
     manager = ManagerClient()
     try:
         manager.wait(TIMEOUT, ["list_controllers"])

@@ -3,7 +3,7 @@
 import argparse
 import os
 
-from paddock_common.files import yaml_file
+from paddock_common import yaml_file
 
 
 def parse_spawner(argv):

@@ -3,13 +3,12 @@
 import time
 
 import rospy
-from paddock_common.process import starting
 from std_msgs.msg import Bool
 
 from controller_manager import ending, options
 from controller_manager.bring_up import Spawner
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
-from paddock_common import waiting
+from paddock_common import nodes, waiting
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
@@ -56,7 +55,7 @@ def end_quietly(spawner, manager, timeout):
 def main():
     """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
     opts = options.parse_spawner(rospy.myargv()[1:])
-    starting.init_node("spawner", anonymous=True, disable_signals=True)
+    nodes.init_node("spawner", anonymous=True, disable_signals=True)
     ending.watch()
     manager = ManagerClient(opts.namespace)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)

@@ -3,11 +3,10 @@
 import time
 
 import rospy
-from paddock_common.process import starting
 
 from controller_manager import ending, options
 from controller_manager.client import ManagerClient, ManagerError, run_bounded
-from paddock_common import waiting
+from paddock_common import nodes, waiting
 
 SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 
@@ -15,7 +14,7 @@ SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 def main():
     """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
     opts = options.parse_unspawner(rospy.myargv()[1:])
-    starting.init_node("unspawner", anonymous=True, disable_signals=True)
+    nodes.init_node("unspawner", anonymous=True, disable_signals=True)
     ending.watch()
     manager = ManagerClient(opts.namespace)
     try:

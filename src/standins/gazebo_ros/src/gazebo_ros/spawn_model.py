@@ -5,11 +5,10 @@ import sys
 import rospy
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfiguration, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
-from paddock_common.process import signals
 from std_srvs.srv import Empty
 
 from gazebo_ros import model_text, options
-from paddock_common import waiting
+from paddock_common import nodes, waiting
 
 
 class SpawnError(Exception):
@@ -140,7 +139,7 @@ def _delete(opts):
 def main():
     """Runs the node; returns its exit code: 0 spawned or interrupted, 1 not spawned."""
     opts = options.parse(rospy.myargv()[1:], rospy.get_namespace())
-    signals.init_node("spawn_model", anonymous=True)
+    nodes.init_interruptible("spawn_model", anonymous=True)
     try:
         spawn(opts)
     except (SpawnError, model_text.ModelTextError) as error:

@@ -4,10 +4,9 @@ import os
 import sys
 
 import rospy
-from paddock_common.process import signals
 from std_srvs.srv import Trigger
 
-from paddock_common import waiting
+from paddock_common import nodes, waiting
 
 SERVICE = "/gazebo/open_viewer"
 TIMEOUT = 60.0  # [s] wall clock
@@ -32,7 +31,7 @@ def open_viewer(service=SERVICE, timeout=TIMEOUT):
 
 def main():
     """Runs the node; returns 0 also without a viewer: the simulation does not need one."""
-    signals.init_node("gazebo_gui", anonymous=True)
+    nodes.init_interruptible("gazebo_gui", anonymous=True)
     if not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
         print("gzclient: no display (DISPLAY is not set), so no viewer", file=sys.stderr)
         return 0

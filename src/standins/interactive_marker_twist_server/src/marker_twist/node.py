@@ -3,10 +3,10 @@
 import rospy
 from geometry_msgs.msg import Pose, Quaternion, Twist, Vector3
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
-from paddock_common.process import signals
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
 from marker_twist.drag import read
+from paddock_common import nodes
 
 HALF = 0.5**0.5
 # A control acts along, or about, the x axis of its orientation.
@@ -50,7 +50,7 @@ def _control(name, axis):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node("marker_server")
+    nodes.init_interruptible("marker_server")
     try:
         drag = read(rospy.get_param("~", {}))
     except ValueError as error:

@@ -3,13 +3,13 @@
 import time
 
 import rospy
-from paddock_common.process import signals
 from sensor_msgs.msg import Joy
 
 from joy_node.driver import Driver
 from joy_node.pad_state import PadState
 from joy_node.publish_timer import PublishTimer
 from joy_node.sdl_pads import SdlPads
+from paddock_common import nodes
 
 POLL_PERIOD = 0.004  # wall time between two readings [s]
 IDLE_PERIOD = 0.1  # wall time between two turns without a pad [s]
@@ -48,7 +48,7 @@ def make_driver(pads, publisher):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node("joy_node")
+    nodes.init_interruptible("joy_node")
     try:
         pads = SdlPads(rospy.get_param("~dev", "/dev/input/js0"), rospy.get_param("~dev_name", ""))
         driver = make_driver(pads, rospy.Publisher("joy", Joy, queue_size=1))

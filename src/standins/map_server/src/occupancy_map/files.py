@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from paddock_common.files import yaml_file
 
 from occupancy_map.cells import MODES, from_pixels, to_pixels
+from paddock_common import yaml_file
 
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196  # the usual ones
 

@@ -5,10 +5,10 @@ import sys
 
 import rospy
 from nav_msgs.msg import OccupancyGrid
-from paddock_common.process import signals
 
 from occupancy_map.files import save
 from occupancy_map.messages import from_message
+from paddock_common import nodes
 
 
 def parse(arguments):
@@ -30,7 +30,7 @@ def parse(arguments):
 def main():
     """Runs the node; returns 1 when the files cannot be written."""
     options = parse(rospy.myargv(sys.argv)[1:])
-    signals.init_node("map_saver")
+    nodes.init_interruptible("map_saver")
     rospy.loginfo("map_saver: waiting for %s", rospy.resolve_name("map"))
     try:
         message = rospy.wait_for_message("map", OccupancyGrid)

@@ -11,10 +11,10 @@ from nav_msgs.srv import (
     LoadMap,
     LoadMapResponse,
 )
-from paddock_common.process import signals
 
 from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, from_picture, load
 from occupancy_map.messages import to_message, valid_now
+from paddock_common import nodes
 
 USAGE = "usage: map_server MAP.yaml, or (old) map_server PICTURE RESOLUTION"
 
@@ -82,7 +82,7 @@ def main():
     if len(arguments) not in (1, 2):
         print(USAGE, file=sys.stderr)
         return 2
-    signals.init_node("map_server", anonymous=True)
+    nodes.init_interruptible("map_server", anonymous=True)
     try:
         grid = _read(arguments)
     except ValueError as error:

@@ -11,10 +11,10 @@ from geometry_msgs.msg import (
     TwistWithCovarianceStamped,
 )
 from nav_msgs.msg import Odometry
-from paddock_common.process import signals
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty, EmptyResponse
 
+from paddock_common import nodes
 from robot_localization import messages, options
 from robot_localization.diagnostics import Diagnostics
 from robot_localization.estimate.ekf import Ekf
@@ -230,7 +230,7 @@ class EkfNode:
 
 def main(name="ekf_localization_node"):
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node(name)
+    nodes.init_interruptible(name)
     if name.startswith("ukf"):
         rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
     try:

@@ -2,16 +2,16 @@
 
 import rospy
 from geometry_msgs.msg import Twist, Vector3
-from paddock_common.process import signals
 from sensor_msgs.msg import Joy
 
+from paddock_common import nodes
 from twist_joy.deadman import Deadman
 from twist_joy.mapping import read
 
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node("teleop_twist_joy_node")
+    nodes.init_interruptible("teleop_twist_joy_node")
     try:
         mapping = read(rospy.get_param("~", {}))
     except ValueError as error:

@@ -3,8 +3,8 @@
 import sys
 
 import rospy
-from paddock_common.process import signals
 
+from paddock_common import nodes
 from twist_keyboard.keys import HELP, QUIT, SCALES, Keys
 from twist_keyboard.sender import Sender
 from twist_keyboard.terminal import Terminal
@@ -56,7 +56,7 @@ def drive(terminal, keys, sender, key_timeout):
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong or there is no terminal."""
-    signals.init_node("teleop_twist_keyboard")
+    nodes.init_interruptible("teleop_twist_keyboard")
     try:
         keys = Keys(
             _number("speed", 0.5),

@@ -4,7 +4,7 @@ import threading
 
 import rospy
 from geometry_msgs.msg import Twist, TwistStamped
-from paddock_common.sending import flush
+from paddock_common.waiting import flush
 
 
 class Sender:

@@ -2,8 +2,9 @@
 
 import rospy
 from geometry_msgs.msg import Point, Twist
-from paddock_common.process import signals
 from visualization_msgs.msg import Marker
+
+from paddock_common import nodes
 
 FRAME = "base_footprint"
 HEIGHT = 2.0  # of the arrow above the frame [m]
@@ -34,7 +35,7 @@ def arrow(twist):
 
 def main():
     """Runs the node."""
-    signals.init_node("twist_marker")
+    nodes.init_interruptible("twist_marker")
     publisher = rospy.Publisher("marker", Marker, queue_size=1, latch=True)
     rospy.Subscriber("twist", Twist, lambda twist: publisher.publish(arrow(twist)), queue_size=1)
     rospy.spin()

@@ -6,9 +6,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 from geometry_msgs.msg import Twist
-from paddock_common.process import signals
 from std_msgs.msg import Bool
 
+from paddock_common import nodes
 from velocity_mux.entries import read
 from velocity_mux.mux import Mux
 
@@ -88,6 +88,6 @@ def _words(state, entry):
 
 def main():
     """Runs the node."""
-    signals.init_node("twist_mux")
+    nodes.init_interruptible("twist_mux")
     MuxNode().spin()
     return 0

@@ -5,11 +5,11 @@ import threading
 import rospy
 from actionlib import SimpleActionServer
 from geometry_msgs.msg import Twist
-from paddock_common.process import signals
 from std_msgs.msg import Bool
 from twist_mux_msgs.msg import JoyPriorityAction, JoyPriorityResult, JoyTurboAction, JoyTurboResult
 from visualization_msgs.msg import Marker
 
+from paddock_common import nodes
 from velocity_mux.turbo import Turbo
 
 MARKER_PERIOD = 1.0  # wall time between two markers [s]
@@ -86,7 +86,7 @@ class Relay:
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node("joystick_relay")
+    nodes.init_interruptible("joystick_relay")
     try:
         relay = Relay()
     except ValueError as error:

@@ -17,7 +17,7 @@ GENERATORS = (
     "curves.py",
     "geometry.py",
     "region.py",
-    "files/texture.py",
+    "files/writer.py",
     "files/writer.py",
 )
 
@@ -57,9 +57,7 @@ def _generate(path, content, parent, final):
     """Write the files into a new folder next to their final one and return it."""
     os.makedirs(parent, exist_ok=True)
     parsed = source.load(path, content)
-    from track_model.files import (
-        writer as files,  # numpy and OpenCV are needed only to generate files
-    )
+    from track_model.files import writer as files
 
     temporary = tempfile.mkdtemp(prefix=".making-", dir=parent)
     try:

@@ -1,9 +1,11 @@
-"""A lane as a course: arc length and lateral distance of points."""
+"""A track as the referee sees it: projections onto its centre line, sections, lines."""
+
+import math
 
 import numpy as np
 
 from track_model import curves
-from track_model.region import Inside, lane_area
+from track_model.geometry import Inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched first [m]
 
@@ -90,3 +92,186 @@ class Course:
         before, after = self.pose(s - 0.05), self.pose(s + 0.05)
         turn = (after[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
         return float(turn / 0.1)
+
+
+BEND = 0.05  # half the length over which a curvature is taken, as in Course.curvature [m]
+
+
+class Projector:
+    """Projects several points at once onto a Course near a known place; the same results.
+
+    Args:
+        course: track_model.referee.course.Course.
+        window: arc length around the known place that is searched [m].
+
+    Attributes:
+        course: the Course.
+        even_sides: (left, right) from the centreline to the edges [m] where the lane is as wide
+            everywhere, else None.
+    """
+
+    def __init__(self, course, window=WINDOW):
+        self.course = course
+        self.closed, self.length = course.closed, course.length
+        lane = course.lane
+        ends = np.vstack([lane.curve, lane.curve[:1]]) if self.closed else lane.curve
+        chords = np.diff(ends, axis=0)
+        lengths = np.linalg.norm(chords, axis=1)
+        self._count = len(chords)
+        self._step = self.length / self._count
+        self._reach = int(window / lengths[0]) + 1
+        low, high = np.zeros(self._count), np.ones(self._count)
+        if not self.closed:
+            low[0], high[-1] = -np.inf, np.inf
+        along = np.concatenate(([0.0], np.cumsum(lengths)))
+        self._along = along
+        rows = (*ends[:-1].T, *chords.T, *(chords / lengths[:, None] ** 2).T, low, high)
+        self._rows = np.array([self._padded(row) for row in (*rows, along[:-1], lengths)])
+        self._sides = self._padded_points(np.stack([lane.left, lane.right]))
+        even = not np.ptp(lane.left) and not np.ptp(lane.right)
+        self.even_sides = (float(lane.left[0]), float(lane.right[0])) if even else None
+        tangents = curves.tangents(lane.curve, self.closed)
+        yaw = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
+        if self.closed:  # one more, a whole turn or none after the first
+            turns = round((yaw[-1] - yaw[0]) / (2.0 * np.pi))
+            yaw = np.append(yaw, yaw[0] + 2.0 * np.pi * turns)
+            self._turn = 2.0 * np.pi * turns
+        self._yaw = yaw
+        self._yaws = yaw.tolist()
+        self._ends = ends
+        self._bends = self._curvatures()
+        self._bend_list = self._bends.tolist()
+        self._xs, self._ys = (self._padded(row) for row in ends[:-1].T)
+        if not self.closed:
+            self._xs, self._ys = ends.T
+        columns = (*ends[:-1].T, *chords.T, lengths, low, high, along[:-1])
+        self._chord_rows = list(zip(*(column.tolist() for column in columns)))
+
+    def _padded(self, row):
+        """A row of the chords, on a circuit continued by a window at both ends."""
+        if not self.closed:
+            return row
+        return np.concatenate((row[-self._reach :], row, row[: self._reach]))
+
+    def _padded_points(self, rows):
+        return np.concatenate((rows, rows[:, :1]), axis=1) if self.closed else rows
+
+    def project(self, points, near=None):
+        """Project points onto the centreline.
+
+        Args:
+            points: (N, 2) [m], track frame.
+            near: arc length [m] of which only the surroundings are searched, as Course.project
+                does; None: everywhere.
+
+        Returns:
+            arc lengths (N,) [m], distances to the left (N,) [m].
+        """
+        points = np.asarray(points, dtype=float)
+        begin, end = self._window(near)
+        x, y, cx, cy, ux, uy, low, high, along, lengths = self._rows[:, begin:end]
+        dx, dy = points[:, :1] - x, points[:, 1:] - y
+        share = np.minimum(np.maximum(dx * ux + dy * uy, low), high)
+        gap_x, gap_y = dx - share * cx, dy - share * cy
+        gap = gap_x * gap_x + gap_y * gap_y
+        best = gap.argmin(axis=1)
+        row = np.arange(len(points))
+        side = cx[best] * dy[row, best] - cy[best] * dx[row, best]
+        return (
+            along[best] + share[row, best] * lengths[best],
+            np.copysign(np.sqrt(gap[row, best]), side),
+        )
+
+    def place(self, x, y, near):
+        """Project one point near a known arc length, as project() does; for every step of a drive.
+
+        Args:
+            x, y: [m], track frame.
+            near: arc length [m].
+
+        Returns:
+            (arc length [m], distance to the left [m]).
+        """
+        begin, end = self._window(near)
+        dx, dy = self._xs[begin:end] - x, self._ys[begin:end] - y
+        first = begin + int((dx * dx + dy * dy).argmin())
+        best = None
+        for k in (first - 1, first):  # the chords that meet in the nearest point
+            if not self.closed and not 0 <= k < self._count:
+                continue
+            k = (k - self._reach) % self._count if self.closed else k
+            ax, ay, cx, cy, length, low, high, along = self._chord_rows[k]
+            ox, oy = x - ax, y - ay
+            share = min(max((ox * cx + oy * cy) / (length * length), low), high)
+            gx, gy = ox - share * cx, oy - share * cy
+            gap = gx * gx + gy * gy
+            if best is None or gap < best[0]:
+                best = gap, along + share * length, cx * oy - cy * ox
+        gap, s, side = best
+        return s, math.copysign(math.sqrt(gap), side)
+
+    def bend(self, s):
+        """Curvature [1/m] at an arc length [m], positive to the left; of the nearest point."""
+        at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
+        return self._bend_list[int(at + 0.5)]
+
+    def _window(self, near):
+        """First and last (excluded) column of the rows to search."""
+        if near is None:
+            return (self._reach, self._reach + self._count) if self.closed else (0, self._count)
+        if self.closed:
+            centre = int(np.searchsorted(self._along, near % self.length))
+            return centre, centre + 2 * self._reach
+        centre = int(np.searchsorted(self._along, min(max(near, 0.0), self.length)))
+        return max(0, centre - self._reach), max(1, min(self._count, centre + self._reach))
+
+    def sides(self, s):
+        """Distances (left, right) [m] from the centreline to the lane's edges at arc lengths.
+
+        Args:
+            s: number or (N,) [m].
+
+        Returns:
+            (2,) or (2, N).
+        """
+        if self.even_sides is not None and np.ndim(s) == 0:
+            return self.even_sides
+        k, share = self._place(s)
+        return self._sides[:, k] + share * (self._sides[:, k + 1] - self._sides[:, k])
+
+    def heading(self, s):
+        """Direction [rad] of the centreline at an arc length [m], within -pi to pi."""
+        at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
+        k = min(int(at), self._count - 1)
+        yaw = self._yaws[k]
+        return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
+
+    def pose(self, s):
+        """(x, y, yaw) of the centreline at an arc length [m], as Course.pose."""
+        k, share = self._place(s)
+        x, y = self._ends[k] + share * (self._ends[k + 1] - self._ends[k])
+        return float(x), float(y), self.heading(s)
+
+    def curvature(self, s):
+        """Curvatures [1/m], positive to the left, at arc lengths (N,) [m]."""
+        k, share = self._place(s)
+        return self._bends[k] + share * (self._bends[k + 1] - self._bends[k])
+
+    def _place(self, s):
+        """Number of the chord at arc lengths, and how far along it (0 to 1)."""
+        at = np.asarray(s) % self.length if self.closed else np.clip(s, 0.0, self.length)
+        at = at / self._step
+        k = np.minimum(at.astype(int), self._count - 1)
+        return k, at - k
+
+    def _curvatures(self):
+        """Curvature at each point: the turn over BEND before to BEND after it."""
+        at = np.arange(self._count + 1) * self._step
+        return (self._unwrapped(at + BEND) - self._unwrapped(at - BEND)) / (2.0 * BEND)
+
+    def _unwrapped(self, s):
+        if not self.closed:
+            return np.interp(s, np.arange(self._count + 1) * self._step, self._yaw)
+        laps = np.floor(s / self.length)
+        at = np.arange(self._count + 1) * self._step
+        return np.interp(s - laps * self.length, at, self._yaw) + laps * self._turn

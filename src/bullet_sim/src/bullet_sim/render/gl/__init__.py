@@ -17,6 +17,6 @@ each. A renderer belongs to the thread that made it, and its numbers are the sam
 snapshot and camera on one driver.
 
 `renderer` puts a picture together; `scene` holds the instances of all visuals, `meshes` the
-uploaded triangles and textures, `kinematics` the places of links, `shadows` the sun's shadow maps, `shaders`
-the programs with their uniforms, `context` the framebuffers.
+uploaded triangles and textures, `kinematics` the places of links, `shadows` the sun's shadow maps,
+`shaders` the programs with their uniforms, `context` the framebuffers.
 """

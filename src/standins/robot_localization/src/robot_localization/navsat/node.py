@@ -7,9 +7,9 @@ import numpy as np
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
-from paddock_common.process import signals
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
+from paddock_common import nodes
 from robot_localization.frames import Frames, to_message, to_transform
 from robot_localization.navsat.alignment import Alignment
 from robot_localization.navsat.messages import fix_as_odometry, odometry_as_fix
@@ -196,7 +196,7 @@ class NavsatNode:
 
 def main():
     """Runs the node; returns 1 when a parameter is wrong."""
-    signals.init_node("navsat_transform_node")
+    nodes.init_interruptible("navsat_transform_node")
     try:
         NavsatNode()
     except ValueError as error:

@@ -1,1 +1,0 @@
-"""Published data of a world: sensors, states, pictures, views for the viewer."""

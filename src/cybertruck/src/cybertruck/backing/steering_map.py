@@ -1,0 +1,273 @@
+"""Measures the steering map: which curvature each steering angle gives."""
+
+import math
+import os
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import rospy
+from paddock_common.settings import check, from_table, number, read, text
+
+from cybertruck.backing.server import Driver
+from cybertruck.backing.state import StateSource
+from cybertruck.trailer.geometry import Geometry, TrailerError, fit_circle, has_steady_towing
+from cybertruck.trailer.steering import MeasuredSteering, write_map
+from cybertruck.trailer.tracker import TOP_SPEED
+from paddock_common import nodes
+
+NEARLY_STRAIGHT = math.radians(1.0)  # below, turn per distance is taken, there is no circle
+LEAST_POINTS = 20
+
+
+@dataclass(frozen=True)
+class MapSettings:
+    """Settings of the drive.
+
+    Attributes:
+        angles: Steering angles that are measured [rad].
+        check_angles: Others, measured to check the map, not to make it [rad].
+        speed: [m/s].
+        settle_distance: Driven before points are taken [m].
+        circle: Share of a full circle that is then driven, ...
+        longest: ... but no more than this [m].
+        odom_topic: Odometry to measure with; not wheel odometry, computed from the steering.
+    """
+
+    angles: tuple = tuple(math.radians(angle) for angle in np.arange(-45.0, 46.0, 7.5))
+    check_angles: tuple = tuple(
+        math.radians(angle) for angle in (-41.0, -26.0, -11.0, 11.0, 26.0, 41.0)
+    )
+    speed: float = number(0.5, above=0.0, below=TOP_SPEED, unit="m/s")
+    settle_distance: float = number(0.6, above=0.0, unit="m")
+    circle: float = number(0.75, above=0.0)
+    longest: float = number(3.0, above=0.0, unit="m")
+    odom_topic: str = text("/ground_truth/odom")
+
+    def __post_init__(self):
+        check(self, TrailerError)
+        for name in ("angles", "check_angles"):
+            values = np.atleast_1d(np.array(getattr(self, name), dtype=float))
+            if not np.all(np.isfinite(values)) or np.any(np.abs(values) >= math.pi / 2):
+                raise TrailerError(f"{name}: {values.tolist()}; they must lie within ±pi/2 rad")
+            object.__setattr__(self, name, tuple(values.tolist()))
+        if len(self.angles) < 3 or not np.all(np.diff(self.angles) > 0.0):
+            raise TrailerError("angles: there must be 3 or more, each above the one before")
+
+    def distance(self, angle, wheelbase):
+        """Distance [m] over which points are taken, by steering angle [rad] and wheelbase [m]."""
+        bend = abs(math.tan(angle)) / wheelbase
+        return min(self.longest, 2.0 * math.pi * self.circle / max(bend, 1e-9))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One angle's drive: angle [rad], curvature [1/m], rms distance from the circle [m]."""
+
+    angle: float
+    curvature: float
+    rms: float
+
+
+def measure(angle, poses):
+    """Computes the curvature from the poses of one angle.
+
+    Args:
+        angle: Steering angle [rad].
+        poses: (n, 3) x, y, heading [m, m, rad] in driving order.
+
+    Returns:
+        Measured.
+
+    Raises:
+        TrailerError: Too few poses, or they do not lie on a circle.
+    """
+    poses = np.asarray(poses, dtype=float).reshape(-1, 3)
+    if len(poses) < LEAST_POINTS:
+        raise TrailerError(
+            f"{math.degrees(angle):.1f} degrees: {len(poses)} points were "
+            f"measured, {LEAST_POINTS} are needed"
+        )
+    if abs(angle) < NEARLY_STRAIGHT:
+        turned = np.unwrap(poses[:, 2])
+        distance = np.sum(np.hypot(*np.diff(poses[:, :2], axis=0).T))
+        return Measured(angle, float((turned[-1] - turned[0]) / distance), 0.0)
+    _, curvature, rms = fit_circle(poses[:, :2])
+    if rms > 0.05 / abs(curvature):
+        raise TrailerError(
+            f"{math.degrees(angle):.1f} degrees: the points are {rms:.3f} m (rms) "
+            "off a circle; the truck did not drive steadily"
+        )
+    return Measured(angle, curvature, rms)
+
+
+def write_picture(file, measured, checked, steering, wheelbase):
+    """Draws measured curvatures, the map and tan φ / L, with residuals, into a PNG.
+
+    Args:
+        file: PNG file to write.
+        measured: List of Measured of which the map was made.
+        checked: List of Measured that were not used for it.
+        steering: MeasuredSteering.
+        wheelbase: L [m].
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, (above, below) = pyplot.subplots(
+        2, 1, figsize=(8.0, 7.5), sharex=True, gridspec_kw={"height_ratios": (3, 2)}
+    )
+    fine = np.linspace(steering.lowest, steering.highest, 400)
+    above.plot(
+        np.degrees(fine), np.tan(fine) / wheelbase, color="0.6", linewidth=3.0, label="tan φ / L"
+    )
+    above.plot(np.degrees(fine), steering.curvature(fine), color="#2f5d8a", label="map (PCHIP)")
+    below.plot(
+        np.degrees(fine),
+        steering.curvature(fine) - np.tan(fine) / wheelbase,
+        color="#2f5d8a",
+        label="map - tan φ / L",
+    )
+    for group, mark, label in ((measured, "o", "measured"), (checked, "x", "check, not used")):
+        angles = np.array([item.angle for item in group])
+        curvatures = np.array([item.curvature for item in group])
+        above.plot(np.degrees(angles), curvatures, mark, color="#b5651d", label=label)
+        below.plot(
+            np.degrees(angles), curvatures - np.tan(angles) / wheelbase, mark, color="#b5651d"
+        )
+    above.set(ylabel="curvature [1/m]", title="Steering map Fκ of the simulated truck")
+    below.set(xlabel="steering angle φ [°]", ylabel="residual [1/m]")
+    for axes in (above, below):
+        axes.grid(alpha=0.3)
+        axes.legend(loc="best")
+    figure.tight_layout()
+    figure.savefig(file, dpi=100)
+    pyplot.close(figure)
+
+
+START_LIMIT = 60.0  # wall time until the truck is up [s]
+STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]
+STUCK_FACTOR = 3.0  # limit of a stretch's time, in times of its planned time
+PERIOD = 0.02  # simulated time between commands [s]
+
+
+class MapDrive:
+    """Measures one steering angle after the other."""
+
+    def __init__(self):
+        """Reads the private parameters.
+
+        Raises:
+            TrailerError: A parameter is wrong.
+        """
+        parameters = rospy.get_param("~", {})
+        given = {
+            name: value for name, value in parameters.get("map", {}).items() if value != []
+        }  # an empty list stands for the default
+        self._settings = from_table(MapSettings, given, "map", TrailerError)
+        self._geometry = read(Geometry, parameters.get, prefix="")
+        if rospy.get_param("~trailer", False):
+            self._refuse_folding()
+        self._file = str(rospy.get_param("~file"))
+        self._picture = str(rospy.get_param("~picture", ""))
+        self._source = StateSource(self._settings.odom_topic)
+        self._driver = Driver()
+
+    def _refuse_folding(self):
+        """Raises a TrailerError when an angle would fold the trailer."""
+        for angle in (*self._settings.angles, *self._settings.check_angles):
+            if not has_steady_towing(math.tan(angle) / self._geometry.wheelbase, self._geometry):
+                raise TrailerError(
+                    f"angles: {math.degrees(angle):.1f} degrees would fold the "
+                    "trailer; measure without it (trailer:=false)"
+                )
+
+    def run(self):
+        """Drives, writes the map and prints the result.
+
+        Raises:
+            TrailerError: The truck does not answer, or a circle cannot be fitted.
+        """
+        if self._source.wait(None, START_LIMIT) is None:
+            raise TrailerError(f"no odometry on {self._settings.odom_topic}")
+        while self._driver.subscribers == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.05)
+        measured = [self._drive(angle) for angle in self._settings.angles]
+        checked = [self._drive(angle) for angle in self._settings.check_angles]
+        self._driver.stop()
+        angles = [item.angle for item in measured]
+        curvatures = [item.curvature for item in measured]
+        os.makedirs(os.path.dirname(os.path.abspath(self._file)), exist_ok=True)
+        write_map(
+            self._file,
+            angles,
+            curvatures,
+            (
+                "Steering map of the simulated truck: curvature of the rear axle's path over the",
+                f"bicycle's steering angle, circles fitted at {self._settings.speed:g} m/s. "
+                "Made by: ./run exec roslaunch cybertruck steering_map.launch",
+            ),
+        )
+        steering = MeasuredSteering(angles, curvatures)
+        for item in checked:
+            error = float(steering.curvature(item.angle)) / item.curvature - 1.0
+            rospy.loginfo(
+                "check %.1f degrees: measured %.4f 1/m, the map is %.2f %% off",
+                math.degrees(item.angle),
+                item.curvature,
+                100.0 * error,
+            )
+        if self._picture:
+            write_picture(self._picture, measured, checked, steering, self._geometry.wheelbase)
+        rospy.loginfo("written: %s %s", self._file, self._picture)
+
+    def _drive(self, angle):
+        """Drives at one steering angle and returns its Measured."""
+        self._stretch(angle, self._settings.settle_distance)
+        poses = self._stretch(angle, self._settings.distance(angle, self._geometry.wheelbase))
+        item = measure(angle, poses)
+        rospy.loginfo(
+            "%.1f degrees: %.4f 1/m (tan/L %.4f), %d points, rms %.1f mm",
+            math.degrees(angle),
+            item.curvature,
+            math.tan(angle) / self._geometry.wheelbase,
+            len(poses),
+            1000.0 * item.rms,
+        )
+        return item
+
+    def _stretch(self, angle, distance):
+        """Drives a distance [m] and returns the poses on the way."""
+        state = self._next(None)
+        start, last, driven, poses = state.stamp, state, 0.0, []
+        limit = STUCK_FACTOR * distance / self._settings.speed + 5.0
+        while driven < distance:
+            self._driver.send(angle, self._settings.speed)
+            state = self._next(state.stamp + PERIOD - 1e-6)
+            driven += math.hypot(state.x - last.x, state.y - last.y)
+            last = state
+            poses.append((state.x, state.y, state.heading))
+            if state.stamp - start > limit:
+                raise TrailerError(
+                    f"{math.degrees(angle):.1f} degrees: the truck drove "
+                    f"{driven:.2f} m in {limit:.0f} s, not {distance:.2f} m"
+                )
+        return poses
+
+    def _next(self, after):
+        state = self._source.wait(after, STEP_LIMIT)
+        if state is None or rospy.is_shutdown():
+            raise TrailerError(f"no new odometry on {self._settings.odom_topic}")
+        return state
+
+
+def main():
+    """Runs the drive; exit status 0 if the map was written."""
+    nodes.init_interruptible("steering_map")
+    try:
+        MapDrive().run()
+    except (TrailerError, KeyError, OSError, rospy.ROSException) as error:
+        rospy.logfatal("steering_map: %s", error)
+        sys.exit(1)

@@ -1,1 +1,0 @@
-"""Meshes of truck and trailer: flat folded faces, written as Wavefront OBJ by a script."""

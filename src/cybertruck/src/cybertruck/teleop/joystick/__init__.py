@@ -1,1 +1,0 @@
-"""The joystick teleop: pads, their maps and driving schemes."""

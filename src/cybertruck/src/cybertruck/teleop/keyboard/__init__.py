@@ -1,1 +1,0 @@
-"""The keyboard teleop: key events from a terminal or an X screen."""

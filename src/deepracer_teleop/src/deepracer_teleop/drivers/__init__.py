@@ -1,1 +1,0 @@
-"""Drivers that use the window's own widgets."""

@@ -1,0 +1,248 @@
+"""Input devices in the window: keys and gamepads, as one source of commands."""
+
+import math
+
+import rospy
+from deepracer_control.topics import PAD_TOPIC
+from PyQt5.QtCore import QEvent, QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtWidgets import QAbstractButton, QSlider, QWidget
+from sensor_msgs.msg import Joy
+
+from deepracer_teleop.camera import LatestValue
+
+# key -> (speed, steering), right is positive
+BINDINGS = {
+    Qt.Key_Up: (1, 0),
+    Qt.Key_W: (1, 0),
+    Qt.Key_Down: (-1, 0),
+    Qt.Key_S: (-1, 0),
+    Qt.Key_Left: (0, -1),
+    Qt.Key_A: (0, -1),
+    Qt.Key_Right: (0, 1),
+    Qt.Key_D: (0, 1),
+}
+ARROWS = (Qt.Key_Up, Qt.Key_Down, Qt.Key_Left, Qt.Key_Right)
+STOP = Qt.Key_Space
+CLICK = (Qt.Key_Return, Qt.Key_Enter)  # what Space does to a focused button elsewhere
+# X servers repeat a held key as pairs of release and press, which Qt cannot always tell apart.
+RELEASE_MS = 30  # a key that is pressed again within this time was held [ms]
+OTHERS = Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier  # with these a key is a shortcut
+
+
+class Keys(QObject):
+    """Filters the key events of a window and its widgets.
+
+    A slider that has the keyboard focus keeps its arrow keys; WASD drives even then.
+    """
+
+    moved = pyqtSignal(float, float)  # speed, steering: -1, 0 or 1; when they change
+    stopped = pyqtSignal()
+
+    def __init__(self, window):
+        """Starts to filter.
+
+        Args:
+            window: QWidget with all its widgets.
+        """
+        super().__init__(window)
+        self._window, self._held, self._shares = window, set(), (0, 0)
+        self._going = {}  # held key -> QTimer that ends its release
+        for widget in (window, *window.findChildren(QWidget)):
+            widget.installEventFilter(self)
+
+    def clear(self):
+        """Forgets the held keys: each has to be pressed anew. Emits nothing."""
+        self._drop_all()
+        self._shares = (0, 0)
+
+    def _drop_all(self):
+        self._held.clear()
+        for key in tuple(self._going):
+            self._keep(key)
+
+    def eventFilter(self, widget, event):
+        """Takes the keys of the car; everything else goes on to its widget."""
+        kind = event.type()
+        if kind in (QEvent.WindowDeactivate, QEvent.Hide):
+            if widget is self._window and self._held:
+                self._drop_all()
+                self._update()
+        elif kind == QEvent.KeyPress:
+            return self._press(widget, event)
+        elif kind == QEvent.KeyRelease:
+            return self._release(event)
+        return False
+
+    def _press(self, widget, event):
+        key = event.key()
+        if event.modifiers() & OTHERS or (isinstance(widget, QSlider) and key in ARROWS):
+            return False
+        if key in BINDINGS:
+            if key in self._going:
+                self._keep(key)
+            elif not event.isAutoRepeat():
+                self._held.add(key)
+                self._update()
+        elif key == STOP:
+            if not event.isAutoRepeat():
+                self.clear()
+                self.stopped.emit()
+        elif key in CLICK and isinstance(widget, QAbstractButton):
+            if not event.isAutoRepeat():
+                widget.click()
+        else:
+            return False
+        return True
+
+    def _release(self, event):
+        key = event.key()
+        if key in self._held:
+            if not event.isAutoRepeat() and key not in self._going:
+                timer = QTimer(self, singleShot=True, timerType=Qt.PreciseTimer)
+                timer.timeout.connect(lambda: self._let_go(key))
+                timer.start(RELEASE_MS)
+                self._going[key] = timer
+            return True
+        return key == STOP  # else it clicks the focused button
+
+    def _keep(self, key):
+        """Forgets the release of a key."""
+        timer = self._going.pop(key)
+        timer.stop()
+        timer.deleteLater()
+
+    def _let_go(self, key):
+        """Ends a release: the key was not pressed again."""
+        self._keep(key)
+        self._held.discard(key)
+        self._update()
+
+    def _update(self):
+        ways = {BINDINGS[key] for key in self._held}  # two keys of one way count once
+        shares = sum(way[0] for way in ways), sum(way[1] for way in ways)
+        if shares != self._shares:
+            self._shares = shares
+            self.moved.emit(*shares)
+
+
+STEERING_AXIS, SPEED_AXIS = 0, 1  # left and up are positive
+DEAD_ZONE = 0.1  # of the stick's way that counts as its middle
+
+
+def deflection(value):
+    """Returns -1..1 from an axis, 0 in the middle; the rest of the way is stretched.
+
+    What is no finite number counts as the middle.
+    """
+    if not math.isfinite(value):
+        return 0.0
+    size = max(0.0, min(1.0, abs(value)) - DEAD_ZONE) / (1.0 - DEAD_ZONE)
+    return size if value > 0.0 else -size
+
+
+class Pad(QObject):
+    """Follows the pad, if there is one.
+
+    Attributes:
+        present: Whether somebody publishes PAD_TOPIC.
+    """
+
+    moved = pyqtSignal(float, float)  # speed, steering: -1..1, right is positive; on a change
+    stopped = pyqtSignal()
+    _arrived = pyqtSignal()  # from the subscriber's thread to Qt's
+
+    def __init__(self, parent):
+        """Prepares; start() subscribes.
+
+        Args:
+            parent: Qt parent.
+        """
+        super().__init__(parent)
+        self.present = False
+        self._latest, self._subscriber = LatestValue(), None
+        self._shares, self._pressed, self._latched = (0.0, 0.0), False, False
+        self._arrived.connect(self._follow, Qt.QueuedConnection)
+
+    def start(self):
+        """Subscribes."""
+        self._subscriber = rospy.Subscriber(PAD_TOPIC, Joy, self.callback, queue_size=5)
+
+    def stop(self):
+        """Unsubscribes."""
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+            self._subscriber = None
+
+    def clear(self):
+        """Lets the stick count again only after it was in its middle. Emits nothing."""
+        self._latched = self._latched or self._shares != (0.0, 0.0)
+        self._shares = (0.0, 0.0)
+
+    def check(self):
+        """Lets go of the stick when nobody publishes any more."""
+        self.present = self._subscriber is not None and self._subscriber.get_num_connections() > 0
+        if not self.present:
+            self._move((0.0, 0.0))
+
+    def callback(self, message):
+        """Stores a Joy message; runs in the subscriber's thread."""
+        if self._latest.put(message):
+            self._arrived.emit()
+
+    def _follow(self):
+        message = self._latest.take()
+        if message is None or len(message.axes) <= max(STEERING_AXIS, SPEED_AXIS):
+            return
+        pressed = any(message.buttons)
+        if pressed and not self._pressed:
+            self.clear()
+            self.stopped.emit()
+        self._pressed = pressed
+        self._move((deflection(message.axes[SPEED_AXIS]), deflection(-message.axes[STEERING_AXIS])))
+
+    def _move(self, shares):
+        if self._latched:
+            self._latched = shares != (0.0, 0.0)
+        elif shares != self._shares:
+            self._shares = shares
+            self.moved.emit(*shares)
+
+
+class Hand(QObject):
+    """Adds up what keys and pad say.
+
+    Attributes:
+        keys: Keys.
+        pad: Pad.
+    """
+
+    moved = pyqtSignal(float, float)  # speed, steering: -1..1, right is positive
+    stopped = pyqtSignal()
+
+    def __init__(self, window):
+        """Follows the keys of a window; start() subscribes to the pad.
+
+        Args:
+            window: QWidget with all its widgets.
+        """
+        super().__init__(window)
+        self.keys, self.pad = Keys(window), Pad(self)
+        self._shares = {}
+        for source in (self.keys, self.pad):
+            source.moved.connect(lambda *shares, source=source: self._move(source, shares))
+            source.stopped.connect(self._stop)
+
+    def clear(self):
+        """Lets nothing that is held now count any more. Emits nothing."""
+        self._shares.clear()
+        self.keys.clear()
+        self.pad.clear()
+
+    def _move(self, source, shares):
+        self._shares[source] = shares
+        sums = (sum(pair) for pair in zip(*self._shares.values()))
+        self.moved.emit(*(max(-1.0, min(1.0, value)) for value in sums))
+
+    def _stop(self):
+        self.clear()
+        self.stopped.emit()

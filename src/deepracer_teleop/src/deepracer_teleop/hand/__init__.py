@@ -1,1 +1,0 @@
-"""Driving by hand: held keys and the stick of a pad."""

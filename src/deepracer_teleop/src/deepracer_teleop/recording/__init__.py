@@ -1,1 +1,0 @@
-"""Recordings: a bag and a film, and the button that makes them."""

@@ -1,1 +1,0 @@
-"""Files that somebody has written by hand."""

@@ -1,0 +1,176 @@
+"""Films of images: the writer, and the node that writes an image topic."""
+
+import threading
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+import numpy as np
+import rospy
+from cv_bridge import CvBridge, CvBridgeError
+from sensor_msgs.msg import Image
+
+from paddock_common.nodes import run
+from paddock_common.settings import check, number, read, text
+
+CODEC = "libx264"
+OPTIONS = {"preset": "veryfast", "crf": "21"}  # quick; smaller crf is a better picture
+CLOCK = Fraction(1, 90000)  # unit of the frames' times [s]
+
+
+class FrameTimes:
+    """Chooses the frames of a film from those that come faster than its rate.
+
+    Args:
+        rate: Frames per second.
+    """
+
+    def __init__(self, rate):
+        self._period, self._next = 1.0 / rate, None
+
+    def due(self, time):
+        """Whether a frame is due; the first one and a time that jumps back always are.
+
+        Args:
+            time: Its stamp [s].
+        """
+        due = self._next
+        if due is not None and due - 1.0 < time < due - 1e-6:
+            return False
+        on_time = due is not None and time - self._period < due <= time
+        self._next = (due if on_time else time) + self._period
+        return True
+
+
+class FilmWriter:
+    """Writes one film; the first picture sets its size. Another thread may close it.
+
+    Args:
+        path: Of the file.
+        rate: Pictures per second of the film; each lasts 1 / rate.
+
+    Raises:
+        ValueError: The rate is not above 0.
+    """
+
+    def __init__(self, path, rate):
+        if not rate > 0.0:
+            raise ValueError(f"film rate is {rate!r}; it must be above 0 Hz")
+        self.path, self._rate = str(path), Fraction(rate).limit_denominator(1000)
+        self._container = self._stream = self._shape = None
+        self._lock, self._closed = threading.Lock(), False
+        self.frames = 0
+
+    def add(self, picture):
+        """Adds a picture.
+
+        Args:
+            picture: (H, W, 3) uint8 BGR, as large as the first; another size is left out.
+
+        Returns:
+            Whether it was added; not if the film is closed.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        with self._lock:
+            return not self._closed and self._add(picture)
+
+    def _add(self, picture):
+        if self._container is None:
+            self._open(picture.shape)
+        if picture.shape != self._shape:
+            return False
+        frame = av.VideoFrame.from_ndarray(even(picture), format="bgr24")
+        frame.pts = round(self.frames / self._rate / CLOCK)
+        frame.time_base = CLOCK
+        self._write(frame, self._container)
+        self.frames += 1
+        return True
+
+    def close(self):
+        """Finishes the file; a second call does nothing.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        with self._lock:
+            self._closed = True
+            container, self._container = self._container, None
+            if container is None:
+                return
+            try:
+                self._write(None, container)
+            finally:
+                container.close()
+
+    def _open(self, shape):
+        options = {"movflags": "+faststart"}
+        try:
+            container = av.open(self.path, "w", format="mp4", options=options)
+            self._stream = container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
+            self._stream.height, self._stream.width = (side + side % 2 for side in shape[:2])
+            self._stream.pix_fmt = "yuv420p"  # what every player reads
+            self._stream.codec_context.time_base = CLOCK
+            self._stream.codec_context.thread_count = 1
+            container.start_encoding()
+        except OSError as error:
+            raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
+        self._container, self._shape = container, shape
+
+    def _write(self, frame, container):
+        try:
+            for packet in self._stream.encode(frame):
+                container.mux(packet)
+        except OSError as error:
+            raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
+
+
+def even(picture):
+    """Repeats the last row and column of a picture where its size is odd: yuv420p needs that."""
+    height, width = picture.shape[:2]
+    if height % 2 or width % 2:
+        picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    return np.ascontiguousarray(picture)
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """Private parameters.
+
+    Attributes:
+        path: Of the film.
+        rate: Pictures per second of the film; those that come sooner in ROS time are left out.
+    """
+
+    path: str = text("film.mp4")
+    rate: float = number(15.0, above=0.0, unit="Hz")
+
+    def __post_init__(self):
+        check(self)
+
+
+class FilmNode:
+    """Films the topic `image`."""
+
+    def __init__(self):
+        settings = read(FilmSettings, rospy.get_param)
+        self._film = FilmWriter(settings.path, settings.rate)
+        self._times = FrameTimes(settings.rate)
+        self._bridge = CvBridge()
+        rospy.on_shutdown(self._film.close)
+        self._subscriber = rospy.Subscriber("image", Image, self.add)
+
+    def add(self, message):
+        """Adds a picture if it is due."""
+        if not self._times.due(message.header.stamp.to_sec()):
+            return
+        try:
+            self._film.add(self._bridge.imgmsg_to_cv2(message, "bgr8"))
+        except (CvBridgeError, OSError) as error:
+            rospy.logerr_throttle(10.0, f"film: {error}")
+
+
+def main():
+    """Runs the node."""
+    run("film", FilmNode)

@@ -1,0 +1,22 @@
+"""Headings of quaternions, transforms of odometry messages."""
+
+import math
+
+from geometry_msgs.msg import TransformStamped
+
+
+def yaw_of(quaternion):
+    """Gives the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
+    q = quaternion
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def transform_of(message):
+    """Returns the geometry_msgs/TransformStamped that a nav_msgs/Odometry states."""
+    made = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+    position = message.pose.pose.position
+    made.transform.translation.x = position.x
+    made.transform.translation.y = position.y
+    made.transform.translation.z = position.z
+    made.transform.rotation = message.pose.pose.orientation
+    return made

@@ -1,1 +1,0 @@
-"""Meshes made by scripts: solids of flat faces, written as Wavefront OBJ with one colour each."""

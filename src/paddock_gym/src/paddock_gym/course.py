@@ -1,0 +1,242 @@
+"""A drive along a course: motion, obstacles, what ends it.
+
+Judges a run: progress, wheels beside the lane, stuck, wrong way, its end. The rules are AWS
+DeepRacer's: a run ends when all four wheels are off the lane, after a crash, after a whole lap, and
+when the car makes no progress or drives back.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from track_model.referee.referee import Car
+
+
+class Motion(NamedTuple):
+    """Motion of base_link in the track's frame.
+
+    Attributes:
+        x, y: [m].
+        yaw: [rad].
+        forward, leftward: velocity along the car's own axes [m/s].
+        yaw_rate: [rad/s].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    forward: float
+    leftward: float
+    yaw_rate: float
+
+
+def motion_from(position, quaternion, linear, angular):
+    """Motion of a link from its state in the world.
+
+    Args:
+        position: (3,) [m].
+        quaternion: (x, y, z, w).
+        linear, angular: (3,) [m/s], [rad/s], along the world's axes.
+
+    Returns:
+        Motion, its velocities along the link's axes as in nav_msgs/Odometry.
+    """
+    x, y, z, w = quaternion
+    u, v, up = linear
+    return Motion(
+        position[0],
+        position[1],
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        (1.0 - 2.0 * (y * y + z * z)) * u + 2.0 * (x * y + z * w) * v + 2.0 * (x * z - y * w) * up,
+        2.0 * (x * y - z * w) * u + (1.0 - 2.0 * (x * x + z * z)) * v + 2.0 * (y * z + x * w) * up,
+        angular[2],
+    )
+
+
+RACES = {"time_trial": "", "object_avoidance": "boxes", "head_to_bot": "bots"}
+SEEN = 2  # objects ahead that the observation `state` tells of
+FARTHEST = 4.0  # [m] along the course at which they are told of
+
+
+class Placed(NamedTuple):
+    """An object on the track.
+
+    Attributes:
+        x, y, yaw: pose [m], [rad].
+        s: arc length of its projection [m].
+        lateral: distance to the left of the centreline [m].
+        speed: along the course [m/s].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    s: float
+    lateral: float
+    speed: float
+
+
+def seen(objects, s, projector):
+    """The next objects ahead.
+
+    Args:
+        objects: Placed ones.
+        s: arc length of the car [m].
+        projector: Projector.
+
+    Returns:
+        (2 * SEEN,) float32: distance along the course / FARTHEST (1: none), distance to the left of
+        the centreline / half lane, nearest first.
+    """
+    row = np.tile(np.array((1.0, 0.0), dtype=np.float32), SEEN)
+    ahead = sorted(((thing.s - s) % projector.length, thing.lateral) for thing in objects)
+    for number, (distance, lateral) in enumerate(ahead[:SEEN]):
+        if distance < FARTHEST:
+            half = sum(projector.sides(s)) / 2.0
+            row[2 * number : 2 * number + 2] = distance / FARTHEST, lateral / half
+    return np.clip(row, -1.0, 1.0)
+
+
+STUCK_STEPS = 15  # actions without progress
+STUCK_WAY = 0.03  # progress within them that is none [m]
+WRONG_WAY = 0.3  # way back that ends a run [m], as the referee's
+LAP, OFF_TRACK, CRASHED, STUCK, REVERSED = "lap", "off_track", "crashed", "stuck", "reversed"
+RUNNING = ""
+
+
+@dataclass(slots=True)
+class Standing:
+    """Where a car is, and what became of its run.
+
+    Attributes:
+        s: arc length of base_link's projection [m].
+        lateral: distance to the left of the centreline [m].
+        heading: direction of the centreline there [rad].
+        heading_error: the car's heading against it, -pi to pi [rad].
+        left, right: from the centreline to the lane's edges there [m].
+        wheels_off: of front left, front right, rear left, rear right: whether beside the lane.
+        way: driven along the course since the start [m].
+        gain: of it, since the last action [m].
+        progress: share of the whole way [%].
+        steps: actions so far.
+        end: why the run ended, "" while it runs.
+    """
+
+    s: float
+    lateral: float
+    heading: float
+    heading_error: float
+    left: float
+    right: float
+    wheels_off: tuple
+    way: float
+    gain: float
+    progress: float
+    steps: int
+    end: str
+
+    @property
+    def all_wheels_on(self):
+        """Whether no wheel is beside the lane."""
+        return not any(self.wheels_off)
+
+    @property
+    def off_track(self):
+        """Whether all wheels are beside the lane."""
+        return all(self.wheels_off)
+
+
+class Judge:
+    """Judges one car, action by action.
+
+    Args:
+        projector: track_model.referee.course.Projector.
+        car: track_model.referee.referee.Car.
+    """
+
+    def __init__(self, projector, car=Car()):
+        self.projector = projector
+        self._wheels = car.wheels  # from base_link
+
+    def start(self, motion):
+        """Start a run where the car is.
+
+        Returns:
+            Standing.
+        """
+        self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
+        lateral = self.projector.place(motion.x, motion.y, self._s)[1]
+        self._way = self._best = 0.0
+        self._steps = 0
+        length = self.projector.length
+        self._goal = length if self.projector.closed else max(length - self._s, 1e-6)
+        self._past = deque([0.0], maxlen=STUCK_STEPS + 1)
+        return self._standing(motion, lateral, 0.0, False)
+
+    def update(self, motion, crashed=False):
+        """Judge after one more action.
+
+        Args:
+            motion: Motion now.
+            crashed: whether the car touches an obstacle.
+
+        Returns:
+            Standing.
+        """
+        s, lateral = self.projector.place(motion.x, motion.y, self._s)
+        gain = self.projector.course.difference(s, self._s)
+        self._s = s
+        self._way += gain
+        self._best = max(self._best, self._way)
+        self._past.append(self._best)
+        self._steps += 1
+        return self._standing(motion, lateral, gain, crashed)
+
+    def _standing(self, motion, lateral, gain, crashed):
+        heading = self.projector.heading(self._s)
+        error = math.remainder(motion.yaw - heading, 2.0 * math.pi)
+        wheels_off = self._wheels_off(lateral, error)
+        left, right = self.projector.sides(self._s)
+        return Standing(
+            self._s,
+            lateral,
+            heading,
+            error,
+            float(left),
+            float(right),
+            wheels_off,
+            self._way,
+            gain,
+            min(100.0, max(0.0, 100.0 * self._way / self._goal)),
+            self._steps,
+            self._end(all(wheels_off), crashed),
+        )
+
+    def _wheels_off(self, lateral, error):
+        """Whether each wheel is beside the lane, which is an arc over the length of a car."""
+        bend, projector = self.projector.bend(self._s), self.projector
+        c, s = math.cos(error), math.sin(error)
+        found = []
+        for x, y in self._wheels:
+            along, aside = c * x - s * y, lateral + s * x + c * y
+            if abs(bend) > 1e-6:
+                radius = math.hypot(bend * along, 1.0 - bend * aside)  # in those of the lane
+                aside = (1.0 - radius) / bend
+            left, right = projector.even_sides or projector.sides(self._s + along)
+            found.append(not -right <= aside <= left)
+        return tuple(found)
+
+    def _end(self, off, crashed):
+        if crashed:
+            return CRASHED
+        if off:
+            return OFF_TRACK
+        if self._way >= self._goal - (0.0 if self.projector.closed else 0.02):
+            return LAP
+        if self._best - self._way > WRONG_WAY:
+            return REVERSED
+        if len(self._past) > STUCK_STEPS and self._past[-1] - self._past[0] < STUCK_WAY:
+            return STUCK
+        return RUNNING

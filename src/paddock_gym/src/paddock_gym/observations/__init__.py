@@ -1,1 +1,0 @@
-"""What a policy sees: arrays from motion, ranges and pictures. No simulator, no ROS."""

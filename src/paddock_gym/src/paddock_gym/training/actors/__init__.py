@@ -1,1 +1,0 @@
-"""Workers on a Ray cluster: actors that drive by themselves and report what happened."""

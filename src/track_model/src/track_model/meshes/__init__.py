@@ -1,1 +1,0 @@
-"""The meshes of the car's description."""
