@@ -16,8 +16,6 @@ GENERATORS = (
     "routes.py",
     "curves.py",
     "geometry.py",
-    "region.py",
-    "files/writer.py",
     "files/writer.py",
 )
 
