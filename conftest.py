@@ -1,6 +1,7 @@
 """Loads the tests' plugins and sets what every test finds in its environment."""
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -8,6 +9,9 @@ ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "tests" / "plugins"))
 sys.pycache_prefix = str(ROOT / ".cache" / "pycache")  # compiled once, not in src
 sys.dont_write_bytecode = False
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as shells start what is in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 pytest_plugins = ["selection", "isolation"]
 
