@@ -6,7 +6,7 @@ import torch
 from gymnasium.wrappers import TimeLimit
 from paddock_gym.training import ray_actors
 from paddock_gym.training.ray_actors import Actor, Collector, RayPPO
-from paddock_gym.training.workers import LOST, Parcel, environment
+from paddock_gym.training.worker import LOST, Parcel, environment
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv

@@ -50,7 +50,7 @@ class Reset(unittest.TestCase):
         ]
         for wheel in self.wheels:
             wait_connected(wheel, "wheel")
-        # A controller is connected once it is loaded; it starts with a command of 0 some time later.
+        # A controller is connected once it is loaded, and starts with a command of 0 later.
         wait_until(lambda: self.running() == 3, "running controllers")
         self.buffer = tf2_ros.Buffer(debug=False)
         self.listener = tf2_ros.TransformListener(self.buffer)

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from bullet_sim.files import remove_ownerless
-from paddock_gym.training.workers import Parcel, environment
+from paddock_gym.training.worker import Parcel, environment
 
 REWARD = "def reward_function(params):\n    return 2.5\n"
 
@@ -38,7 +38,7 @@ def test_what_a_killed_worker_has_unpacked_goes(tmp_path, reward):
     reward.unlink()
     code = f"""
 import os
-from paddock_gym.training.workers import Parcel
+from paddock_gym.training.worker import Parcel
 print(Parcel(**{vars(parcel)!r}).unpacked()["reward"], flush=True)
 os._exit(1)
 """

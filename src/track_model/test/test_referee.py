@@ -8,7 +8,7 @@ from track_model.files import writer as files
 from track_model.referee.course import Course
 from track_model.referee.referee import Car, Referee, Rules, wall_polygons
 
-from track_model import geometry, source, track_file
+from track_model import geometry, region, source, track_file
 
 RADIUS = 2.0  # [m]
 LAP = 2.0 * np.pi * RADIUS
@@ -175,7 +175,7 @@ def test_off_track_matches_polygon_geometry():
     """10,000 random poses on a track of the package against shapely's own containment."""
     path = source.find("hard")
     lane = geometry.lane(source.load(path))
-    area, referee = prep(geometry.lane_area(lane)), Referee(Course(lane))
+    area, referee = prep(region.lane_area(lane)), Referee(Course(lane))
     rng = np.random.default_rng(7)
     low, high = lane.curve.min(axis=0) - 0.8, lane.curve.max(axis=0) + 0.8
     wheels = np.array(Car().wheels)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Point
 
-from track_model import curves, geometry, source, spec, track
+from track_model import curves, geometry, region, source, spec, track
 
 
 def wavy(count, seed, closed=True, scale=3.0):
@@ -166,11 +166,11 @@ def test_straight_parts_do_not_cross(turn):
 @pytest.mark.parametrize("seed", range(3))
 def test_inside_agrees_with_shapely(seed):
     lane = geometry.lane(source.load("a.npy", npy(deepracer(*wavy(60, seed)))))
-    area = geometry.lane_area(lane)
+    area = region.lane_area(lane)
     points = np.random.default_rng(seed).uniform(-7.0, 5.0, (3000, 2))
     expected = [area.contains(Point(point)) for point in points]
     assert 0.05 < np.mean(expected) < 0.6
-    assert (geometry.Inside(area)(points) == expected).all()
+    assert (region.Inside(area)(points) == expected).all()
 
 
 def test_folded_inner_edge_stays_a_lane():
@@ -186,6 +186,6 @@ def test_folded_inner_edge_stays_a_lane():
         ]
     )
     lane = geometry.lane(source.load("a.npy", npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
-    area = geometry.lane_area(lane)
+    area = region.lane_area(lane)
     assert area.is_valid and area.geom_type == "Polygon" and not lane.closed
-    assert geometry.Inside(area)(lane.curve[5:-5]).all()
+    assert region.Inside(area)(lane.curve[5:-5]).all()

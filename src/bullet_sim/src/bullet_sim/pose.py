@@ -1,7 +1,7 @@
 """Rigid transforms and rotations: positions [m] with unit quaternions (x, y, z, w).
 
-Rotations and poses for the sensors. A pose is (position (3,) [m], orientation quaternion (x, y, z,
-w)). `R` of frame B in frame A turns a vector written in B into the same vector written in A.
+A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A turns
+a vector written in B into the same vector written in A.
 """
 
 import math
@@ -149,7 +149,7 @@ class Pose:
         return Pose(self.position, (x / length, y / length, z / length, w / length))
 
 
-def rows_from_quaternion(quaternion):
+def rows_from_quaternion(quaternion: Vector) -> tuple[Point, Point, Point]:
     """Rotation matrix of a quaternion as three tuples: numpy is several times as slow.
 
     Args:
@@ -176,12 +176,12 @@ def rows_from_quaternion(quaternion):
     )
 
 
-def rotation_matrix(quaternion):
+def rotation_matrix(quaternion: Vector) -> np.ndarray:
     """As rows_from_quaternion, (3, 3) float64."""
     return np.array(rows_from_quaternion(quaternion))
 
 
-def matrix_from_rpy(rpy):
+def matrix_from_rpy(rpy: Vector) -> np.ndarray:
     """Rotation matrix of URDF's fixed-axis roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll).
 
     Args:
@@ -200,7 +200,9 @@ def matrix_from_rpy(rpy):
     )
 
 
-def sensor_in_world(link_position, link_orientation, pose):
+def sensor_in_world(
+    link_position: Vector, link_orientation: Vector, pose: tuple[Vector, Vector]
+) -> tuple[np.ndarray, np.ndarray]:
     """Pose of a sensor that is fixed to a link.
 
     Args:

@@ -1,7 +1,8 @@
 """The world: models in an engine, simulated time, and states to go back to."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
@@ -42,18 +43,18 @@ class WorldState:
         next_check: time of the next look for implausible states [s].
     """
 
-    models: dict
-    bodies: tuple
-    controllers: tuple
-    engine: object
+    models: dict[str, Model]
+    bodies: tuple[int, ...]
+    controllers: tuple[tuple[Any, ...], ...]
+    engine: Any
     objects: ObjectState
-    placed: tuple
+    placed: tuple[Any, ...]
     time_step: float
     step_count: int
     next_check: float
 
 
-def save(world, order, next_check):
+def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
     """Save a world's state.
 
     Args:
@@ -81,7 +82,7 @@ def save(world, order, next_check):
     )
 
 
-def restore(world, state, reload):
+def restore(world: "World", state: WorldState, reload: Callable[[], None]) -> str:
     """Restore a checked state.
 
     Args:
@@ -109,20 +110,20 @@ def restore(world, state, reload):
     return "" if same else COLD
 
 
-def bodies_of(models):
+def bodies_of(models: Mapping[str, Model]) -> tuple[int, ...]:
     return tuple(model.body for model in models.values())
 
 
-def are_first(bodies):
+def are_first(bodies: tuple[int, ...]) -> bool:
     """Whether a cleared engine gives bodies these numbers."""
     return bodies == tuple(range(len(bodies)))
 
 
-def controllers_of(model):
+def controllers_of(model: Model) -> tuple[Any, ...]:
     return () if model.manager is None else model.manager.controllers()
 
 
-def check_name(name, taken):
+def check_name(name: str, taken: Iterable[str]) -> None:
     """Check the name of a new model.
 
     Raises:
@@ -134,7 +135,7 @@ def check_name(name, taken):
         raise ModelError(f"model '{name}' exists already; models are {', '.join(taken)}")
 
 
-def check_time_step(world, time_step):
+def check_time_step(world: "World", time_step: float) -> None:
     """Check a new physics step [s].
 
     Raises:
@@ -158,7 +159,7 @@ def check_time_step(world, time_step):
         )
 
 
-def check_state(world, state):
+def check_state(world: "World", state: WorldState) -> None:
     """Refuse a state that the world cannot go back to.
 
     Raises:
@@ -193,7 +194,7 @@ def check_state(world, state):
         )
 
 
-def _names(controllers):
+def _names(controllers: Iterable[Any]) -> str:
     return ", ".join(controller.spec.name for controller in controllers) or "(none)"
 
 
@@ -246,11 +247,11 @@ class ModelOrder:
         return True, deleted
 
 
-def reload_in_place(models, reload):
+def reload_in_place(models: Collection[Model], reload: Callable[[], None]) -> None:
     """Reload models; poses and joint positions set since they were loaded stay.
 
     Args:
-        models: the Models, iterable twice.
+        models: the Models.
         reload: function that loads all models into a cleared engine.
     """
     saved = [model.save_state() for model in models]

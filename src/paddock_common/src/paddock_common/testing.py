@@ -71,7 +71,7 @@ def start_x_server(size):
     screen = ("-screen", "0", f"{size}x24")
     reader, writer = os.pipe()
     process = subprocess.Popen(
-        # Without -noreset it starts over when its last client leaves, and refuses the next meanwhile.
+        # Without -noreset it starts over when its last client leaves, and refuses the next one.
         ["Xvfb", display, "-displayfd", str(writer), *screen, "-nolisten", "tcp", "-noreset"],
         pass_fds=[writer],
         stdout=subprocess.DEVNULL,

@@ -37,7 +37,7 @@ class Track:
     outer: np.ndarray
     length: float
     extent: tuple
-    writer: str
+    texture: str
     directory: str
     spec: spec.TrackSpec
 

@@ -16,7 +16,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 from stable_baselines3.common.vec_env.subproc_vec_env import _stack_obs
 
 from paddock_gym.errors import GymError
-from paddock_gym.training.workers import ATTEMPTS, LOST, Parcel, died_again, environment
+from paddock_gym.training.worker import LOST, Parcel, environment
+from paddock_gym.training.workers import ATTEMPTS, died_again
 
 
 class RayPPO(PPO):

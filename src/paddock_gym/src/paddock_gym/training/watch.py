@@ -14,7 +14,7 @@ from paddock_gym.course import LAP  # noqa: E402
 from paddock_gym.errors import RewardError
 from paddock_gym.evaluation.plots import draw_ground  # noqa: E402
 from paddock_gym.training.learn import save
-from paddock_gym.training.workers import KEPT, LOST
+from paddock_gym.training.worker import KEPT, LOST
 
 RECENT = 40  # runs of a success rate
 PRINT_PERIOD = 5.0  # [s] of wall time

@@ -1,94 +1,14 @@
-"""Environments in processes of their own."""
+"""Environments in processes of their own; one that dies is replaced and costs only its episode."""
 
 import multiprocessing
-import os
-import pathlib
-import signal
-from dataclasses import dataclass
 
-import gymnasium
 import numpy as np
-from bullet_sim.files import OwnFolder
 from stable_baselines3.common.vec_env import SubprocVecEnv
 from stable_baselines3.common.vec_env.base_vec_env import CloudpickleWrapper
 from stable_baselines3.common.vec_env.subproc_vec_env import _stack_obs, _worker
 
-from paddock_gym.errors import GymError, RewardError
-
-LOST = "worker lost"  # as the end of a run
-KEPT = ("end", "progress", "time", "x", "y")  # of the last info, for the log of runs
-FILES = ("track", "action", "reward")  # options that may be paths
-
-
-@dataclass(frozen=True)
-class Parcel:
-    """Options of an environment with the content of the files they name, for another machine.
-
-    Attributes:
-        options: keyword arguments of the environment.
-        files: option -> (file name, bytes).
-    """
-
-    options: dict
-    files: dict
-
-    @classmethod
-    def packed(cls, options):
-        """Read the files that options name."""
-        paths = {name: pathlib.Path(str(options.get(name))) for name in FILES}
-        files = {name: (path.name, path.read_bytes()) for name, path in paths.items()
-                 if path.is_file()}  # fmt: skip
-        return cls(options, files)
-
-    def unpacked(self):
-        """Options whose files are there: written to a temporary folder where they differ here.
-
-        The folder lives as long as this process, see bullet_sim.files.
-        """
-        options, folder = dict(self.options), None
-        for name, (file, content) in self.files.items():
-            path = pathlib.Path(options[name])
-            if not path.is_file() or path.read_bytes() != content:
-                folder = folder or OwnFolder()
-                path = pathlib.Path(folder.path) / name / file
-                path.parent.mkdir()
-                path.write_bytes(content)
-            options[name] = str(path)
-        return options
-
-
-def environment(options):
-    """One environment, in a process that leaves Ctrl-C to its parent.
-
-    Args:
-        options: keyword arguments of the environment; id: its Gymnasium id (DeepRacer).
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
-    from paddock_gym.ids import IDS  # the package registers the environments
-
-    env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))
-    return gymnasium.wrappers.RecordEpisodeStatistics(env, buffer_length=1)
-
-
-class Reporting(gymnasium.Wrapper):
-    """Reports what a user's reward function raised: the run ends with info["error"]."""
-
-    def reset(self, **options):
-        """Start a run."""
-        self._last = self.env.reset(**options)
-        return self._last
-
-    def step(self, action):
-        """Take an action."""
-        try:
-            observation, reward, terminated, truncated, info = self.env.step(action)
-        except RewardError as error:
-            observation, info = self._last
-            return observation, 0.0, True, False, dict(info, error=str(error))
-        self._last = observation, info
-        return observation, reward, terminated, truncated, info
-
+from paddock_gym.errors import GymError
+from paddock_gym.training.worker import LOST, environment
 
 ATTEMPTS = 3  # to replace a worker
 _GONE = (EOFError, ConnectionError)

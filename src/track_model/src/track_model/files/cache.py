@@ -16,6 +16,7 @@ GENERATORS = (
     "routes.py",
     "curves.py",
     "geometry.py",
+    "region.py",
     "files/writer.py",
 )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from track_model import geometry
 from track_model.curves import left_normals, tangents
-from track_model.geometry import lane_area, rings
+from track_model.region import lane_area, rings
 
 RESOLUTION = 0.005  # [m/px], coarser if the picture would be larger than MAX_PIXELS
 MAX_PIXELS = 2048  # a side; tracks coarser than COARSE with that get LARGE_PIXELS

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from track_model import curves
-from track_model.geometry import Inside, lane_area
+from track_model.region import Inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched first [m]
 
