@@ -100,7 +100,7 @@ CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers 
 CHECK_GAP = 0.005  # [s] ... and least wall time between them
 # Modules whose objects hold the state of sensors and plugins.
 MODULES = (
-    "bullet_bridge.outputs.",
+    "bullet_bridge.plugins.",
     "bullet_bridge.loop.clock",
     "bullet_sim.controllers.",
     "bullet_sim.sensors.",
