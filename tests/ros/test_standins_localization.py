@@ -14,8 +14,8 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import AccelWithCovarianceStamped, Point, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from robot_localization.navsat.geodesy import UtmGrid
-from robot_localization.rotation import from_quaternion, matrix, to_quaternion
+from robot_localization.frames import from_quaternion, matrix, to_quaternion
+from robot_localization.navsat import UtmGrid
 from robot_localization.srv import FromLL, SetPose, ToggleFilterProcessing, ToLL
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, NavSatFix

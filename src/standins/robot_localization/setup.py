@@ -3,10 +3,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-PARTS = ("", ".estimate", ".inputs", ".navsat")
-
-setup(
-    **generate_distutils_setup(
-        packages=["robot_localization" + part for part in PARTS], package_dir={"": "src"}
-    )
-)
+setup(**generate_distutils_setup(packages=["robot_localization"], package_dir={"": "src"}))

@@ -1,7 +1,7 @@
 """Bringing controllers up and down, with a fake manager."""
 
 import pytest
-from controller_manager.bring_up import Spawner
+from controller_manager.client import Spawner
 
 
 class FakeManager:

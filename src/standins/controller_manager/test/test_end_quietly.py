@@ -4,8 +4,7 @@ import time
 
 import pytest
 from controller_manager import spawner as node
-from controller_manager.bring_up import Spawner
-from controller_manager.client import ManagerError
+from controller_manager.client import ManagerError, Spawner
 
 
 class Manager:

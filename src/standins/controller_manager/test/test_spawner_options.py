@@ -1,11 +1,11 @@
 """Command lines and YAML files of spawner and unspawner; no ROS needed."""
 
 import pytest
-from controller_manager import options
+from controller_manager import command_line
 
 
 def test_defaults_are_upstream_s():
-    opts = options.parse_spawner(["a", "b"])
+    opts = command_line.parse_spawner(["a", "b"])
     assert opts.controllers == ["a", "b"] and opts.timeout == 30.0
     assert not opts.stopped and opts.wait_for is None and opts.namespace == ""
 
@@ -23,13 +23,13 @@ def test_defaults_are_upstream_s():
     ],
 )
 def test_flags(line, field, value):
-    assert getattr(options.parse_spawner(line.split()), field) == value
+    assert getattr(command_line.parse_spawner(line.split()), field) == value
 
 
 def test_yaml_file_gives_controllers_and_parameters(tmp_path):
     path = tmp_path / "two.yaml"
     path.write_text("b: {type: x/B}\nc: {type: x/C}\n")
-    controllers, parameters = options.expand(["a", str(path), "b"])
+    controllers, parameters = command_line.expand(["a", str(path), "b"])
     assert controllers == ["a", "b", "c"]
     assert parameters == {"b": {"type": "x/B"}, "c": {"type": "x/C"}}
 
@@ -39,10 +39,10 @@ def test_bad_yaml_file_is_named(tmp_path, text):
     path = tmp_path / "bad.yaml"
     path.write_text(text)
     with pytest.raises(ValueError, match="bad.yaml"):
-        options.expand([str(path)])
+        command_line.expand([str(path)])
 
 
 def test_no_controllers_is_exit_2():
     with pytest.raises(SystemExit) as error:
-        options.parse_spawner(["--stopped"])
+        command_line.parse_spawner(["--stopped"])
     assert error.value.code == 2

@@ -1,7 +1,7 @@
 """gzserver's command line -> arguments of the bridge."""
 
 import pytest
-from gazebo_ros import server, server_options
+from gazebo_ros import gzserver
 
 
 @pytest.mark.parametrize(
@@ -36,8 +36,8 @@ from gazebo_ros import server, server_options
     ],
 )
 def test_parameters(line, gui, expected):
-    options, notes = server_options.parse(line.split())
-    assert server_options.parameters(options, gui) == expected and notes == []
+    options, notes = gzserver.parse(line.split())
+    assert gzserver.parameters(options, gui) == expected and notes == []
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_parameters(line, gui, expected):
     ],
 )
 def test_options_without_effect_are_reported(line, notes):
-    assert server_options.parse(line.split())[1] == notes
+    assert gzserver.parse(line.split())[1] == notes
 
 
 def test_remappings_go_on_to_the_bridge():
-    arguments, notes = server.command(
+    arguments, notes = gzserver.command(
         ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], False, "gzserver"
     )
     assert arguments[0] == '_world_file:="a.world"' and "_paused:=true" in arguments and notes == []
@@ -69,5 +69,5 @@ def test_remappings_go_on_to_the_bridge():
 @pytest.mark.parametrize("line", ["--seed x", "-s", "a.world b.world --seed"])
 def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
-        server_options.parse(line.split())
+        gzserver.parse(line.split())
     assert error.value.code == 2

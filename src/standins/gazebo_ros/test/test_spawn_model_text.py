@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from gazebo_ros import model_text, options
+from gazebo_ros import spawn_model
 
 
 @pytest.mark.parametrize(
@@ -17,14 +17,14 @@ from gazebo_ros import model_text, options
     ],
 )
 def test_quaternion(rpy, expected):
-    assert model_text.quaternion_from_rpy(*rpy) == pytest.approx(expected, abs=1e-12)
+    assert spawn_model.quaternion_from_rpy(*rpy) == pytest.approx(expected, abs=1e-12)
 
 
 def test_any_encoding_becomes_text():
     text = '<?xml version="1.0" encoding="utf-8"?>\n<robot name="M\u00fcller"/>'
     for given in (text, text.encode("utf-8"), "\ufeff" + text, text.encode("utf-16")):
-        assert model_text.checked(given, "x") == text
-    assert model_text.checked(text.encode("latin-1"), "x") == text
+        assert spawn_model.checked(given, "x") == text
+    assert spawn_model.checked(text.encode("latin-1"), "x") == text
 
 
 @pytest.mark.parametrize(
@@ -37,25 +37,25 @@ def test_any_encoding_becomes_text():
     ],
 )
 def test_what_gazebos_reader_takes_goes_on_as_it_is(text):
-    assert model_text.checked(text, "x") == text
+    assert spawn_model.checked(text, "x") == text
 
 
 def test_package_to_model():
     text = '<robot>\n<mesh scale="1 1 1"\n filename="package://car/a.stl"/>'
     text += '<mesh filename="file:///b"/><a filename="package://car/c"/></robot>'
-    assert model_text.checked(text, "x") == text
-    changed = model_text.checked(text, "x", package_to_model=True)
+    assert spawn_model.checked(text, "x") == text
+    changed = spawn_model.checked(text, "x", package_to_model=True)
     assert changed == text.replace("package://car/a", "model://car/a")
 
 
 @pytest.mark.parametrize("text, message", [("", "is empty"), ("<robot>", "not well-formed XML")])
 def test_bad_text_names_its_source(text, message):
-    with pytest.raises(model_text.ModelTextError, match="parameter /p.*" + message):
-        model_text.checked(text, "parameter /p")
+    with pytest.raises(spawn_model.ModelTextError, match="parameter /p.*" + message):
+        spawn_model.checked(text, "parameter /p")
 
 
 def test_command_line_of_the_deepracer():
-    opts = options.parse(
+    opts = spawn_model.parse_options(
         "-urdf -param robot_description -model racecar -x 3 -y 0.6 -z 0.5 -Y -1.5"
         " -J left 0.2 -wait track".split(),
         "/ns/",
@@ -77,5 +77,5 @@ def test_command_line_of_the_deepracer():
 )
 def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
-        options.parse(line.split())
+        spawn_model.parse_options(line.split())
     assert error.value.code == 2

@@ -6,7 +6,7 @@ import os
 
 import pytest
 import yaml
-from marker_twist.drag import read
+from marker_twist.node import read
 
 CONFIG = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "config")
 AHEAD = (0.0, 0.0, 0.0, 1.0)

@@ -1,9 +1,7 @@
 """The joystick driver on a fake pad and a fake clock: what is sent, and when."""
 
 import pytest
-from joy_node.driver import RETRY_PERIOD, Driver
-from joy_node.pad_state import PadState
-from joy_node.publish_timer import PublishTimer
+from joy_node.node import RETRY_PERIOD, Driver, PadState, PublishTimer
 
 REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
 

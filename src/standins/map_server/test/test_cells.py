@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from occupancy_map.cells import from_pixels, to_pixels
+from occupancy_map.files import from_pixels, to_pixels
 
 
 @pytest.mark.parametrize(

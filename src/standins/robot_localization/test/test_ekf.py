@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from robot_localization.estimate.ekf import Ekf
-from robot_localization.estimate.motion import advance
-from robot_localization.estimate.state import PROCESS_NOISE, Measurement
+from robot_localization.ekf import PROCESS_NOISE, Ekf, Measurement, advance
 
 QUIET = np.zeros((15, 15))
 X, Y, YAW, VX, VY, VYAW, AX, AY = 0, 1, 5, 6, 7, 11, 12, 13

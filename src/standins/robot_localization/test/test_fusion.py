@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from robot_localization.estimate.ekf import Ekf
-from robot_localization.estimate.fusion import Fusion
-from robot_localization.estimate.state import Measurement
+from robot_localization.ekf import Ekf, Fusion, Measurement
 
 X, VX = 0, 6
 

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from robot_localization.estimate.motion import advance
-from robot_localization.estimate.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY
-from robot_localization.rotation import angles, from_quaternion, matrix, to_quaternion, wrap
+from robot_localization.ekf import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, advance
+from robot_localization.frames import angles, from_quaternion, matrix, to_quaternion, wrap
 
 
 def run(state, step, count):

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from robot_localization.navsat.alignment import Alignment, NotAligned
-from robot_localization.navsat.geodesy import LocalPlane, UtmGrid
-from robot_localization.rotation import Transform, matrix
+from robot_localization.frames import Transform, matrix
+from robot_localization.navsat import Alignment, LocalPlane, NotAligned, UtmGrid
 
 PLACES = [(48.0, 11.5), (-33.9, 151.2), (0.001, -77.0), (-0.001, 6.9), (69.6, 18.9), (83.0, 2.0)]
 

@@ -5,10 +5,10 @@ import os
 import numpy as np
 import pytest
 import yaml
-from robot_localization.estimate.state import PROCESS_NOISE
-from robot_localization.inputs.sensors import doubts
-from robot_localization.inputs.sensors import read as read_sensors
+from robot_localization.ekf import PROCESS_NOISE
 from robot_localization.options import read, read_arrays
+from robot_localization.sensors import doubts
+from robot_localization.sensors import read as read_sensors
 
 NO, YES = [False] * 15, [True] * 15
 

@@ -4,15 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from robot_localization.inputs.prepare import (
-    Numbers,
-    PoseInput,
-    acceleration,
-    gravity_of,
-    turned,
-    twist,
-)
-from robot_localization.rotation import IDENTITY, Transform, angles, matrix
+from robot_localization.frames import IDENTITY, Transform, angles, matrix
+from robot_localization.prepare import Numbers, PoseInput, acceleration, gravity_of, turned, twist
 
 ALL = (True,) * 6
 NOTHING = np.zeros((6, 6))

@@ -5,8 +5,7 @@ import os
 
 import pytest
 import yaml
-from twist_joy.deadman import STILL, Deadman
-from twist_joy.mapping import read
+from twist_joy.node import STILL, Deadman, read
 
 CONFIG = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "config")
 AXES = [0.3, 0.4, 0.5, -0.6, 0.7, -0.8]

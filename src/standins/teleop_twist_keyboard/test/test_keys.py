@@ -5,8 +5,7 @@ import pty
 import termios
 
 import pytest
-from twist_keyboard.keys import MOVES, SCALES, Keys
-from twist_keyboard.terminal import Terminal
+from twist_keyboard.node import MOVES, SCALES, Keys, Terminal
 
 
 @pytest.mark.parametrize(

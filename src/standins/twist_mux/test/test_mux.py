@@ -1,8 +1,7 @@
 """Priorities, timeouts and locks with a clock of the test's own; the parameters' lists."""
 
 import pytest
-from velocity_mux.entries import Entry, read
-from velocity_mux.mux import Mux
+from velocity_mux.mux import Entry, Mux, read
 
 NAVIGATION, KEYBOARD, JOYSTICK = 0, 1, 2
 TOPICS = [

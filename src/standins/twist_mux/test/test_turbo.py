@@ -1,7 +1,7 @@
 """The joystick's speed scale."""
 
 import pytest
-from velocity_mux.turbo import Turbo
+from velocity_mux.relay import Turbo
 
 FOUR = {
     "linear_forward_min": 0.5,

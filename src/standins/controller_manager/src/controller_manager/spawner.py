@@ -1,13 +1,12 @@
-"""The spawner node: bring controllers up, keep them, take them down on exit."""
+"""The nodes spawner and unspawner."""
 
 import time
 
 import rospy
 from std_msgs.msg import Bool
 
-from controller_manager import ending, options
-from controller_manager.bring_up import Spawner
-from controller_manager.client import ManagerClient, ManagerError, run_bounded
+from controller_manager import client, command_line
+from controller_manager.client import ManagerClient, ManagerError, Spawner, run_bounded
 from paddock_common import nodes, waiting
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
@@ -24,7 +23,7 @@ def wait_for_true(topic):
             rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
         return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=ending.over)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=client.over)
     subscriber.unregister()
 
 
@@ -54,9 +53,9 @@ def end_quietly(spawner, manager, timeout):
 
 def main():
     """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
-    opts = options.parse_spawner(rospy.myargv()[1:])
+    opts = command_line.parse_spawner(rospy.myargv()[1:])
     nodes.init_node("spawner", anonymous=True, disable_signals=True)
-    ending.watch()
+    client.watch()
     manager = ManagerClient(opts.namespace)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
     try:
@@ -64,7 +63,7 @@ def main():
     except rospy.ROSInterruptException:
         return 0
     except (ManagerError, ValueError, OSError) as error:
-        if ending.over():
+        if client.over():
             return 0
         rospy.logfatal("spawner: %s", error)
         return 1
@@ -82,14 +81,14 @@ def run(opts, manager, spawner):
         spawner: bring_up.Spawner.
     """
     begin = time.monotonic()
-    controllers, parameters = options.expand(opts.controllers)
+    controllers, parameters = command_line.expand(opts.controllers)
     for name, value in parameters.items():
         rospy.set_param(name, value)
     manager.wait(opts.timeout)
     if opts.wait_for:
         wait_for_true(opts.wait_for)
     spawner.bring_up(controllers, start=not opts.stopped)
-    if not spawner.loaded and not ending.over():
+    if not spawner.loaded and not client.over():
         rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
         return 1
     done = spawner.started or spawner.loaded
@@ -101,6 +100,36 @@ def run(opts, manager, spawner):
         time.monotonic() - begin,
         ", ".join(done),
     )
-    while not ending.over():
+    while not client.over():
         time.sleep(waiting.POLL_PERIOD)
+    return 0
+
+
+SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
+
+
+def unspawn():
+    """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
+    opts = command_line.parse_unspawner(rospy.myargv()[1:])
+    nodes.init_node("unspawner", anonymous=True, disable_signals=True)
+    client.watch()
+    manager = ManagerClient(opts.namespace)
+    try:
+        manager.wait(opts.timeout, ["switch_controller"])
+        if not manager.switch(stop=opts.controllers):
+            raise ManagerError("controllers did not stop: {}".format(", ".join(opts.controllers)))
+    except rospy.ROSInterruptException:
+        return 0
+    except ManagerError as error:
+        rospy.logfatal("unspawner: %s", error)
+        return 1
+    rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
+    while not client.over():
+        time.sleep(waiting.POLL_PERIOD)
+    reason = run_bounded(
+        lambda: manager.switch(start=opts.controllers, strict=False), SHUTDOWN_TIMEOUT
+    )
+    if reason and manager.is_there():
+        rospy.logwarn(f"Controllers were not started again: {reason}")
+    rospy.signal_shutdown("the unspawner has ended")
     return 0

@@ -1,14 +1,178 @@
-"""The spawn_model node: read a model, wait for the simulator, spawn."""
+"""spawn_model: its options, the model's text, the service's call."""
 
+import argparse
+import math
+import re
 import sys
+from xml.sax.saxutils import escape
 
 import rospy
+from bullet_sim.errors import SimError
+from bullet_sim.xml_reader import Document, decoded, parse
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfiguration, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
 from std_srvs.srv import Empty
 
-from gazebo_ros import model_text, options
 from paddock_common import nodes, waiting
+
+
+def parse_options(argv, default_robot_namespace="/"):
+    """Parses spawn_model's arguments.
+
+    Args:
+        argv: arguments without the program's name and without ROS remappings.
+        default_robot_namespace: value of -robot_namespace when it is not given.
+
+    Returns:
+        argparse.Namespace; joints is a list of (name, position [rad or m]).
+    """
+    parser = argparse.ArgumentParser(
+        prog="spawn_model", description="Spawn a model into the simulator."
+    )
+    _add_model(parser)
+    _add_names(parser, default_robot_namespace)
+    _add_pose(parser)
+    _add_behaviour(parser)
+    options = parser.parse_args(argv)
+    try:
+        options.joints = [(name, float(position)) for name, position in options.joints]
+    except ValueError as error:
+        parser.error(f"-J wants a joint name and a number: {error}")
+    options.gazebo_namespace = options.gazebo_namespace.rstrip("/")
+    return options
+
+
+def _add_model(parser):
+    """Which model, and where its text is."""
+    kind = parser.add_mutually_exclusive_group(required=True)
+    kind.add_argument("-urdf", action="store_true", help="the model is URDF")
+    kind.add_argument("-sdf", action="store_true", help="the model is SDF")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("-file", metavar="FILE", help="read the model from a file")
+    source.add_argument("-param", metavar="NAME", help="read the model from a ROS parameter")
+    source.add_argument("-database", metavar="MODEL", help="include model://MODEL")
+    source.add_argument("-stdin", action="store_true", help="read the model from standard input")
+    parser.add_argument("-model", required=True, metavar="NAME", help="name of the new model")
+    parser.add_argument(
+        "-package_to_model",
+        action="store_true",
+        help="turn package:// into model:// in mesh file names",
+    )
+
+
+def _add_names(parser, default_robot_namespace):
+    """Namespaces of the simulator and of the model."""
+    parser.add_argument(
+        "-gazebo_namespace",
+        default="/gazebo",
+        metavar="NS",
+        help="namespace of the simulator (default: /gazebo)",
+    )
+    parser.add_argument(
+        "-robot_namespace",
+        default=default_robot_namespace,
+        metavar="NS",
+        help="namespace of the model's plug-ins (default: this node's)",
+    )
+
+
+def _add_pose(parser):
+    """Where the model is spawned, and where its joints are."""
+    parser.add_argument(
+        "-reference_frame",
+        default="",
+        metavar="FRAME",
+        help="model or link the pose is given in; empty or world: the world",
+    )
+    for flag, text in (
+        ("-x", "x [m]"),
+        ("-y", "y [m]"),
+        ("-z", "z [m]"),
+        ("-R", "roll [rad]"),
+        ("-P", "pitch [rad]"),
+        ("-Y", "yaw [rad]"),
+    ):
+        parser.add_argument(flag, type=float, default=0.0, help=text)
+    parser.add_argument(
+        "-J",
+        dest="joints",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("JOINT", "POSITION"),
+        help="start a joint at a position",
+    )
+
+
+def _add_behaviour(parser):
+    """What happens before and after."""
+    parser.add_argument("-unpause", action="store_true", help="unpause physics afterwards")
+    parser.add_argument("-wait", metavar="MODEL", help="first wait until this model exists")
+    parser.add_argument(
+        "-b", dest="bond", action="store_true", help="stay, and delete the model on exit"
+    )
+    parser.add_argument(
+        "-timeout",
+        type=float,
+        default=60.0,
+        metavar="T",
+        help="wall-clock limit for services and for -wait [s] (default: 60)",
+    )
+
+
+DATABASE_TEMPLATE = (
+    '<sdf version="1.4"><world name="default"><include><uri>model://%s</uri>'
+    "</include></world></sdf>"
+)
+_MESH = re.compile(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']package://")
+
+
+class ModelTextError(ValueError):
+    """The model's text cannot be used."""
+
+
+def from_database(model):
+    """Returns SDF text that includes a model by its name."""
+    return DATABASE_TEMPLATE % escape(model)
+
+
+def checked(text, source, package_to_model=False):
+    """Checks that the simulator can read a text as XML.
+
+    Args:
+        text: URDF or SDF, str or bytes.
+        source: where it came from, for the error text.
+        package_to_model: turn package:// into model:// in mesh file names.
+
+    Returns:
+        The text (str) as the service wants it.
+
+    Raises:
+        ModelTextError: the text is empty or is not XML.
+    """
+    if not text.strip():
+        raise ModelTextError(f"{source} is empty, expected URDF or SDF")
+    text = decoded(text, Document(source))
+    try:
+        parse(text, source)
+    except SimError as error:
+        raise ModelTextError(str(error)) from None
+    if package_to_model:
+        text = _MESH.sub(lambda found: found.group().replace("package://", "model://", 1), text)
+    return text
+
+
+def quaternion_from_rpy(roll, pitch, yaw):
+    """Returns the quaternion (x, y, z, w) of fixed-axis roll, pitch, yaw [rad] (URDF, REP 103)."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
 class SpawnError(Exception):
@@ -36,10 +200,10 @@ def read_model(opts):
         except KeyError:
             raise SpawnError(f"{source} is not set") from None
     elif opts.database:
-        source, text = "model " + opts.database, model_text.from_database(opts.database)
+        source, text = "model " + opts.database, from_database(opts.database)
     else:
         source, text = "standard input", sys.stdin.read()
-    return model_text.checked(text, source, opts.package_to_model)
+    return checked(text, source, opts.package_to_model)
 
 
 class Simulator:
@@ -102,7 +266,7 @@ def spawn(opts):
         simulator.wait_for_model(opts.wait)
     pose = Pose(
         Point(opts.x, opts.y, opts.z),
-        Quaternion(*model_text.quaternion_from_rpy(opts.R, opts.P, opts.Y)),
+        Quaternion(*quaternion_from_rpy(opts.R, opts.P, opts.Y)),
     )
     service = "spawn_urdf_model" if opts.urdf else "spawn_sdf_model"
     response = simulator.call(
@@ -138,11 +302,11 @@ def _delete(opts):
 
 def main():
     """Runs the node; returns its exit code: 0 spawned or interrupted, 1 not spawned."""
-    opts = options.parse(rospy.myargv()[1:], rospy.get_namespace())
+    opts = parse_options(rospy.myargv()[1:], rospy.get_namespace())
     nodes.init_interruptible("spawn_model", anonymous=True)
     try:
         spawn(opts)
-    except (SpawnError, model_text.ModelTextError) as error:
+    except (SpawnError, ModelTextError) as error:
         rospy.logfatal("spawn_model %s: %s", opts.model, error)
         return 1
     except rospy.ROSInterruptException:

@@ -1,12 +1,112 @@
-"""The node marker_server."""
+"""Interactive markers that are dragged: their twist, and the node."""
+
+import math
+from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Pose, Quaternion, Twist, Vector3
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
-from marker_twist.drag import read
 from paddock_common import nodes
+
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One direction.
+
+    Attributes:
+        factor: Speed for each metre or radian that the marker was dragged [1/s].
+        lowest: Smallest speed, below 0 [m/s or rad/s].
+        highest: Largest speed [m/s or rad/s].
+    """
+
+    factor: float
+    lowest: float
+    highest: float
+
+    def speed(self, way):
+        """Speed of a way [m or rad]."""
+        return max(min(self.factor * way, self.highest), self.lowest)
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Scales of all directions.
+
+    Attributes:
+        linear: Dict of x, y, z -> Scale; the marker has no arrows for what is missing.
+        angular: Scale of the turn.
+    """
+
+    linear: dict
+    angular: Scale
+
+    def velocity(self, position, orientation):
+        """Velocity of a dragged marker.
+
+        Args:
+            position: (x, y, z) in the robot's frame [m].
+            orientation: Quaternion (x, y, z, w).
+
+        Returns:
+            ((x, y, z) [m/s], turn rate [rad/s]).
+        """
+        speeds = tuple(
+            self.linear[name].speed(way) if name in self.linear else 0.0
+            for name, way in zip(AXES, position)
+        )
+        return speeds, self.angular.speed(yaw_of(*orientation))
+
+
+def yaw_of(x, y, z, w):
+    """Heading of a quaternion [rad]."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def read(parameters):
+    """Reads the parameters.
+
+    Args:
+        parameters: Dict of linear_scale, max_positive_linear_velocity,
+            max_negative_linear_velocity (numbers for x alone, or maps of x, y, z), angular_scale,
+            max_angular_velocity.
+
+    Raises:
+        ValueError: Names the parameter, its value and what is valid.
+    """
+    scale = parameters.get("linear_scale", 1.0)
+    factors = scale if isinstance(scale, dict) else {"x": scale}
+    unknown = sorted(set(map(str, factors)) - set(AXES))
+    if unknown:
+        raise ValueError(f"linear_scale names {', '.join(unknown)}, must be of {', '.join(AXES)}")
+    limits = []
+    for key, default in (
+        ("max_negative_linear_velocity", -1.0),
+        ("max_positive_linear_velocity", 1.0),
+    ):
+        value = parameters.get(key, dict.fromkeys(factors, default))
+        if not isinstance(value, dict):
+            if isinstance(scale, dict):
+                raise ValueError(f"{key} is {value!r}, must be a map as linear_scale is")
+            value = {"x": value}
+        limits.append({name: _number(key, value.get(name, 0.0)) for name in factors})
+    linear = {
+        name: Scale(_number("linear_scale", factor), limits[0][name], limits[1][name])
+        for name, factor in factors.items()
+    }
+    fastest = _number("max_angular_velocity", parameters.get("max_angular_velocity", 2.2))
+    factor = _number("angular_scale", parameters.get("angular_scale", 2.2))
+    return Drag(linear, Scale(factor, -fastest, fastest))
+
+
+def _number(name, value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value - value != 0.0:
+        raise ValueError(f"{name} is {value!r}, must be a number")
+    return float(value)
+
 
 HALF = 0.5**0.5
 # A control acts along, or about, the x axis of its orientation.

@@ -1,15 +1,213 @@
-"""The node joy_node."""
+"""The node joy_node: a gamepad's state, when it is published, the wait for a pad."""
 
 import time
 
 import rospy
 from sensor_msgs.msg import Joy
 
-from joy_node.driver import Driver
-from joy_node.pad_state import PadState
-from joy_node.publish_timer import PublishTimer
 from joy_node.sdl_pads import SdlPads
 from paddock_common import nodes
+
+
+class PublishTimer:
+    """Decides when to publish. All times are wall time: a hand does not move in simulated time.
+
+    Args:
+        autorepeat_rate: messages per second while nothing changes [Hz]; 0: none.
+        coalesce_interval: wait for more movement after the first [s].
+    """
+
+    def __init__(self, autorepeat_rate=0.0, coalesce_interval=0.001):
+        for name, value in (
+            ("autorepeat_rate", autorepeat_rate),
+            ("coalesce_interval", coalesce_interval),
+        ):
+            if not 0.0 <= value < float("inf"):
+                raise ValueError(f"{name} is {value!r}, must be 0 or more")
+        if autorepeat_rate and coalesce_interval > 1.0 / autorepeat_rate:
+            raise ValueError(
+                f"coalesce_interval is {coalesce_interval:g} s, must be at most "
+                f"{1.0 / autorepeat_rate:g} s, one period of autorepeat_rate"
+            )
+        self._repeat = 1.0 / autorepeat_rate if autorepeat_rate else float("inf")
+        self._coalesce = coalesce_interval
+        self._due, self._last = float("inf"), float("-inf")
+
+    def input_changed(self, now, axis, button):
+        """An axis or a button changed at wall time [s]."""
+        if button:
+            self._due = now
+        elif axis:
+            self._due = min(self._due, now + self._coalesce)
+
+    def due(self, now):
+        """Whether to publish now; if so, it counts as published."""
+        if now < self._due and now - self._last < self._repeat:
+            return False
+        self._due, self._last = float("inf"), now
+        return True
+
+    def stop(self):
+        """Publish nothing until an input changes."""
+        self._due, self._last = float("inf"), float("inf")
+
+    def start(self, now):
+        """Restart autorepeat."""
+        self._due, self._last = float("inf"), now
+
+
+REST_NOISE = (
+    0.02  # part of the full range: an axis that moved less since the start counts as not moved
+)
+
+
+class PadState:
+    """Axes and buttons of one pad.
+
+    Axes are positive to the left and up, -1..1; a hat (the cross of four arrows) gives two axes
+    after all others. A trigger rests at 1 and goes to -1, but the driver cannot know which axis is
+    a trigger: like upstream, an axis is 0 until it is first moved, unless default_trigger is set.
+
+    Args:
+        deadzone: part of an axis' range around its middle that counts as 0; the rest is scaled.
+        default_trigger: report an axis unchanged from the start.
+        sticky_buttons: a press toggles a button, a release does nothing.
+    """
+
+    def __init__(self, deadzone=0.05, default_trigger=False, sticky_buttons=False):
+        if not 0.0 <= deadzone < 1.0:
+            raise ValueError(f"deadzone is {deadzone!r}, must be 0 or more and below 1")
+        self._deadzone, self._default_trigger = deadzone, default_trigger
+        self._sticky = sticky_buttons
+        self.clear()
+
+    def clear(self):
+        """Reset for another pad, or for this one reconnected."""
+        self._rest = None
+        self._moved = set()
+        self._raw_buttons = []
+        self.axes, self.buttons = [], []
+
+    def zero(self):
+        """All axes and buttons 0, as many as there were."""
+        self.axes, self.buttons = [0.0] * len(self.axes), [0] * len(self.buttons)
+
+    def update(self, raw_axes, raw_buttons, hats=()):
+        """Update with a reading.
+
+        Args:
+            raw_axes: -1..1 each, positive to the right and down.
+            raw_buttons: 0 or 1 each.
+            hats: (x, y) each, -1, 0 or 1, positive to the right and up.
+
+        Returns:
+            (whether an axis changed, whether a button changed).
+        """
+        raw = [float(value) for value in raw_axes]
+        for x, y in hats:
+            raw += [float(x), -float(y)]
+        if self._rest is None or len(self._rest) != len(raw):
+            self._rest, self._moved = list(raw), set()
+        self._moved |= {
+            number
+            for number, value in enumerate(raw)
+            if abs(value - self._rest[number]) > REST_NOISE
+        }
+        axes = [self._axis(number, value) for number, value in enumerate(raw)]
+        buttons = self._pressed([int(bool(value)) for value in raw_buttons])
+        changed = axes != self.axes, buttons != self.buttons
+        self.axes, self.buttons = axes, buttons
+        return changed
+
+    def _axis(self, number, value):
+        if not self._default_trigger and number not in self._moved:
+            return 0.0
+        way = max(0.0, abs(value) - self._deadzone) / (1.0 - self._deadzone)
+        return min(1.0, way) * (-1.0 if value > 0 else 1.0) if way else 0.0
+
+    def _pressed(self, raw):
+        if not self._sticky:
+            return raw
+        before = self._raw_buttons + [0] * (len(raw) - len(self._raw_buttons))
+        held = self.buttons + [0] * (len(raw) - len(self.buttons))
+        self._raw_buttons = raw
+        return [
+            int(not old) if now and not was else old for old, was, now in zip(held, before, raw)
+        ]
+
+
+RETRY_PERIOD = 1.0  # wall time between two looks for a missing pad [s]
+
+
+class Driver:
+    """Reads one pad and sends what it says.
+
+    Args:
+        open_pad: function -> pad or None. A pad has name, attached(), read() -> (axes, buttons,
+            hats) as PadState.update takes them, and close().
+        state: PadState.
+        timer: PublishTimer.
+        send: function (axes, buttons).
+        log: function (text).
+        clock: function -> wall time [s].
+        wanted: what open_pad looks for, in words.
+    """
+
+    def __init__(
+        self, open_pad, state, timer, send, log, clock=time.monotonic, wanted="a joystick"
+    ):
+        self._wanted = wanted
+        self._open_pad, self._state, self._timer = open_pad, state, timer
+        self._send, self._log, self._clock = send, log, clock
+        self._pad, self._next_look, self._said = None, float("-inf"), False
+
+    def spin_once(self):
+        """One round; returns whether there is a pad."""
+        now = self._clock()
+        if self._pad is None and not self._found(now):
+            return False
+        if not self._pad.attached():
+            self._lose(now)
+            return False
+        self._timer.input_changed(now, *self._state.update(*self._pad.read()))
+        if self._timer.due(now):
+            self._send(self._state.axes, self._state.buttons)
+        return True
+
+    def _found(self, now):
+        if now < self._next_look:
+            return False
+        self._next_look = now + RETRY_PERIOD
+        self._pad = self._open_pad()
+        if self._pad is None:
+            if not self._said:
+                self._log(f"waiting for {self._wanted}; looking for it every {RETRY_PERIOD:g} s")
+            self._said = True
+            return False
+        self._said = False
+        self._state.clear()
+        self._timer.start(now)
+        self._log(f"joystick '{self._pad.name}'")
+        return True
+
+    def _lose(self, now):
+        """Whoever drives by this pad must not go on with its last numbers: send zeros, once."""
+        self._log(
+            f"joystick '{self._pad.name}' is gone; sent zeros; waiting for {self._wanted}, looking "
+            f"for it every {RETRY_PERIOD:g} s"
+        )
+        self._pad.close()
+        self._pad, self._next_look, self._said = None, now + RETRY_PERIOD, True
+        self._state.zero()
+        self._timer.stop()
+        self._send(self._state.axes, self._state.buttons)
+
+    def close(self):
+        """Let go of the pad."""
+        if self._pad is not None:
+            self._pad.close()
+            self._pad = None
+
 
 POLL_PERIOD = 0.004  # wall time between two readings [s]
 IDLE_PERIOD = 0.1  # wall time between two turns without a pad [s]

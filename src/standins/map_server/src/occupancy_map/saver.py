@@ -7,7 +7,7 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 
 from occupancy_map.files import save
-from occupancy_map.messages import from_message
+from occupancy_map.server import from_message
 from paddock_common import nodes
 
 

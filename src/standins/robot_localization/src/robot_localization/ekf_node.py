@@ -1,33 +1,149 @@
-"""The node ekf_localization_node."""
+"""The node ekf_localization_node: messages, diagnostics, transforms."""
 
 import threading
+import time
 
 import numpy as np
 import rospy
 import tf2_ros
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import Updater
 from geometry_msgs.msg import (
     AccelWithCovarianceStamped,
+    Point,
     PoseWithCovarianceStamped,
+    Quaternion,
     TwistWithCovarianceStamped,
+    Vector3,
 )
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty, EmptyResponse
 
 from paddock_common import nodes
-from robot_localization import messages, options
-from robot_localization.diagnostics import Diagnostics
-from robot_localization.estimate.ekf import Ekf
-from robot_localization.estimate.fusion import Fusion
-from robot_localization.frames import Frames, to_message
-from robot_localization.inputs import sensors
-from robot_localization.inputs.reader import Reader
+from robot_localization import options, sensors
+from robot_localization.ekf import (
+    ACCELERATION,
+    ANGLES,
+    NAMES,
+    POSE,
+    POSITION,
+    RATES,
+    SIZE,
+    TWIST,
+    Ekf,
+    Fusion,
+)
+from robot_localization.frames import Frames, Transform, matrix, to_message, to_quaternion
+from robot_localization.sensors import Reader, doubts
 from robot_localization.srv import (
     SetPose,
     SetPoseResponse,
     ToggleFilterProcessing,
     ToggleFilterProcessingResponse,
 )
+
+PERIOD = 1.0  # wall time between two messages [s]
+LARGE = 1e3  # a variance from which on a number is not known
+
+
+class Diagnostics:
+    """Doubts about the sensors, how often an estimate comes, outliers.
+
+    Args:
+        options: Options.
+        sensors: Sensors of the node.
+    """
+
+    def __init__(self, options, sensors):
+        self._doubts = doubts(sensors, options.two_d_mode)
+        self._frequency = options.frequency
+        self._count = self._outliers = 0
+        self._since = self._due = time.monotonic()
+        self._rate = 0.0
+        self._unknown = []
+        self._updater = Updater()
+        self._updater.setHardwareID("none")
+        self._updater.add("Filter diagnostic updater", self._state)
+        self._updater.add("odometry/filtered topic status", self._topic)
+
+    def update(self, ekf, outliers):
+        """Counts an estimate, and publishes when it is time."""
+        self._count += ekf.initialized
+        self._outliers += outliers
+        now = time.monotonic()
+        if now < self._due:
+            return
+        self._due = now + PERIOD
+        self._rate = self._count / max(now - self._since, 1e-9)
+        self._unknown = [NAMES[i] for i in range(SIZE) if not ekf.covariance[i, i] < LARGE]
+        self._count, self._since = 0, now
+        self._updater.force_update()
+        self._outliers = 0
+
+    def _state(self, status):
+        level = DiagnosticStatus.OK
+        for error, name, words in self._doubts:
+            level = max(level, DiagnosticStatus.ERROR if error else DiagnosticStatus.WARN)
+            status.add(f"{name}_configuration", words)
+        if self._outliers:
+            level = max(level, DiagnosticStatus.WARN)
+            status.add("outliers", f"{self._outliers} measurements were left out as outliers")
+        if self._unknown:
+            level = max(level, DiagnosticStatus.WARN)
+            status.add("covariance", f"hardly known: {', '.join(self._unknown)}")
+        status.summary(level, "ok" if level == DiagnosticStatus.OK else "see the values")
+        return status
+
+    def _topic(self, status):
+        status.summary(DiagnosticStatus.OK, f"{self._rate:.1f} per second of wall time")
+        status.add("wanted", f"{self._frequency:g} Hz of ROS time")
+        status.add("ROS time", f"{rospy.get_time():.3f}")
+        return status
+
+
+def pose_message(ekf):
+    """Transform: the robot in the world."""
+    return Transform(matrix(*ekf.state[ANGLES]), ekf.state[POSITION].copy())
+
+
+def odometry(ekf, world, robot, stamp):
+    """nav_msgs/Odometry of an Ekf."""
+    message = Odometry()
+    message.header.frame_id, message.header.stamp = world, stamp
+    message.child_frame_id = robot
+    here, speeds = pose_message(ekf), ekf.state[TWIST].tolist()
+    message.pose.pose.position = Point(*here.translation.tolist())
+    message.pose.pose.orientation = Quaternion(*to_quaternion(here.rotation))
+    message.pose.covariance = ekf.covariance[POSE, POSE].ravel().tolist()
+    message.twist.twist.linear, message.twist.twist.angular = (
+        Vector3(*speeds[:3]),
+        Vector3(*speeds[3:]),
+    )
+    message.twist.covariance = ekf.covariance[TWIST, TWIST].ravel().tolist()
+    return message
+
+
+def acceleration(ekf, robot, stamp, rates_change, step):
+    """geometry_msgs/AccelWithCovarianceStamped of an Ekf.
+
+    Args:
+        ekf: Ekf.
+        robot: Name of its frame.
+        stamp: rospy.Time.
+        rates_change: (3,) change of the turn rates [rad/s^2].
+        step: Time between the two rates that it is made of [s].
+    """
+    message = AccelWithCovarianceStamped()
+    message.header.frame_id, message.header.stamp = robot, stamp
+    message.accel.accel.linear = Vector3(*ekf.state[ACCELERATION].tolist())
+    message.accel.accel.angular = Vector3(*rates_change.tolist())
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = ekf.covariance[ACCELERATION, ACCELERATION]
+    covariance[3:, 3:] = 2.0 * ekf.covariance[RATES, RATES] / step**2
+    message.accel.covariance = covariance.ravel().tolist()
+    return message
+
 
 TYPES = {
     "odom": Odometry,
@@ -202,19 +318,17 @@ class EkfNode:
             return
         self._published = stamp
         robot = option.base_link_frame_output
-        self._odometry.publish(messages.odometry(ekf, option.world_frame, robot, stamp))
+        self._odometry.publish(odometry(ekf, option.world_frame, robot, stamp))
         if self._acceleration:
             self._acceleration.publish(
-                messages.acceleration(
-                    ekf, robot, stamp, self._reader.rates_change, self._reader.rates_step
-                )
+                acceleration(ekf, robot, stamp, self._reader.rates_change, self._reader.rates_step)
             )
         if option.publish_tf:
             self._publish_frames(stamp)
 
     def _publish_frames(self, stamp):
         option = self._options
-        pose, later = messages.pose(self._ekf), stamp + rospy.Duration(option.transform_time_offset)
+        pose, later = pose_message(self._ekf), stamp + rospy.Duration(option.transform_time_offset)
         world, robot = option.world_frame, option.base_link_frame_output
         if option.invert_tf:
             message = to_message(pose.inverse(), robot, world, later)

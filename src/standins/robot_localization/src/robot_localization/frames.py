@@ -1,11 +1,116 @@
-"""Frames of tf: looked up, or not there."""
+"""Frames of messages: transforms from TF, rotations."""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 
-from robot_localization.rotation import IDENTITY, Transform, from_quaternion, to_quaternion
+
+def wrap(angle):
+    """An angle within -pi..pi [rad]."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def matrix(roll, pitch, yaw):
+    """(3, 3) rotation of three angles [rad]."""
+    sr, cr = math.sin(roll), math.cos(roll)
+    sp, cp = math.sin(pitch), math.cos(pitch)
+    sy, cy = math.sin(yaw), math.cos(yaw)
+    return np.array(
+        (
+            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+            (-sp, cp * sr, cp * cr),
+        )
+    )
+
+
+def angles(rotation):
+    """Roll, pitch, yaw [rad] of a (3, 3) rotation; roll is 0 where only yaw - roll is defined."""
+    sine = min(1.0, max(-1.0, -rotation[2, 0]))
+    if abs(sine) > 1.0 - 1e-12:
+        yaw = math.atan2(-rotation[0, 1], rotation[1, 1])
+        return np.array((0.0, math.copysign(math.pi / 2.0, sine), yaw))
+    return np.array(
+        (
+            math.atan2(rotation[2, 1], rotation[2, 2]),
+            math.asin(sine),
+            math.atan2(rotation[1, 0], rotation[0, 0]),
+        )
+    )
+
+
+def from_quaternion(x, y, z, w):
+    """(3, 3) rotation of a quaternion of any length; of none for a quaternion of zeros."""
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if not length > 0.0:
+        return np.eye(3)
+    x, y, z, w = x / length, y / length, z / length, w / length
+    return np.array(
+        (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        )
+    )
+
+
+def to_quaternion(rotation):
+    """Quaternion (x, y, z, w) of a (3, 3) rotation."""
+    roll, pitch, yaw = (angle / 2.0 for angle in angles(rotation))
+    sr, cr = math.sin(roll), math.cos(roll)
+    sp, cp = math.sin(pitch), math.cos(pitch)
+    sy, cy = math.sin(yaw), math.cos(yaw)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+class Transform(NamedTuple):
+    """A rigid transform: the pose of a frame in another.
+
+    Attributes:
+        rotation: (3, 3).
+        translation: (3,) [m].
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+
+    def of(self, other):
+        """Pose of what has the pose `other` in this frame."""
+        return Transform(
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
+        )
+
+    def inverse(self):
+        """The transform back."""
+        back = self.rotation.T
+        return Transform(back, -(back @ self.translation))
+
+
+IDENTITY = Transform(np.eye(3), np.zeros(3))
+
+
+def cross(a, b):
+    """(3,) cross product; numpy's is slow for one pair."""
+    return np.array(
+        (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    )
+
+
+def twice(rotation):
+    """(6, 6) block matrix that rotates two vectors at once."""
+    both = np.zeros((6, 6))
+    both[:3, :3] = both[3:, 3:] = rotation
+    return both
+
 
 WARN_PERIOD = 5.0  # between two warnings about a frame [s]
 

@@ -1,12 +1,156 @@
-"""The node teleop_node."""
+"""The node teleop_twist_joy: axes to twists while the deadman button is held."""
+
+from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Joy
 
 from paddock_common import nodes
-from twist_joy.deadman import Deadman
-from twist_joy.mapping import read
+
+STILL = (0.0,) * 6
+
+
+class Deadman:
+    """Turns a pad's messages into commands.
+
+    Args:
+        mapping: Mapping.
+    """
+
+    def __init__(self, mapping):
+        self._mapping = mapping
+        self._stopped = False
+
+    def command(self, axes, buttons):
+        """Takes one message of the pad.
+
+        Args:
+            axes: Joy.axes.
+            buttons: Joy.buttons.
+
+        Returns:
+            (x, y, z [m/s], roll, pitch, yaw [rad/s]), or None when there is nothing to send.
+        """
+        turbo = self._held(self._mapping.turbo_button, buttons)
+        if turbo or self._held(self._mapping.enable_button, buttons):
+            self._stopped = False
+            return self._mapping.velocity(axes, turbo)
+        if self._stopped:
+            return None
+        self._stopped = True
+        return STILL
+
+    @staticmethod
+    def _held(number, buttons):
+        return 0 <= number < len(buttons) and bool(buttons[number])
+
+
+LINEAR = ("x", "y", "z")
+ANGULAR = ("roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of the pad.
+
+    Attributes:
+        number: Its place in Joy.axes.
+        scale: Speed at 1 [m/s or rad/s].
+        turbo: The same with the turbo button.
+    """
+
+    number: int
+    scale: float
+    turbo: float
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """What axes and buttons do.
+
+    Attributes:
+        axes: Dict of x, y, z, roll, pitch, yaw -> Axis; what is missing stays 0.
+        enable_button: Drives only while it is held.
+        turbo_button: Drives fast while it is held; below 0: none.
+    """
+
+    axes: dict
+    enable_button: int = 0
+    turbo_button: int = -1
+
+    def velocity(self, axes, turbo):
+        """Speeds of a pad's axes.
+
+        Args:
+            axes: Joy.axes.
+            turbo: Whether the turbo button is held.
+
+        Returns:
+            (x, y, z [m/s], roll, pitch, yaw [rad/s]).
+        """
+        return tuple(self._value(axes, name, turbo) for name in LINEAR + ANGULAR)
+
+    def _value(self, axes, name, turbo):
+        axis = self.axes.get(name)
+        if axis is None or not 0 <= axis.number < len(axes):
+            return 0.0
+        return axes[axis.number] * (axis.turbo if turbo else axis.scale)
+
+
+def read(parameters):
+    """Reads the parameters.
+
+    Args:
+        parameters: Dict of enable_button, enable_turbo_button, axis_linear, scale_linear,
+            scale_linear_turbo, axis_angular, scale_angular, scale_angular_turbo. An axis is a
+            number (x, or yaw) or a dict of names to numbers, and so are its scales then.
+
+    Raises:
+        ValueError: Names the parameter, its value and what is valid.
+    """
+    axes = _axes(parameters, "linear", LINEAR, "x", 1, 0.5, 1.0)
+    axes.update(_axes(parameters, "angular", ANGULAR, "yaw", 0, 0.5, None))
+    return Mapping(
+        axes,
+        _whole("enable_button", parameters.get("enable_button", 0)),
+        _whole("enable_turbo_button", parameters.get("enable_turbo_button", -1)),
+    )
+
+
+def _axes(parameters, kind, names, alone, number, scale, turbo):
+    given = parameters.get("axis_" + kind, number)
+    if not isinstance(given, dict):
+        normal = _number("scale_" + kind, parameters.get("scale_" + kind, scale))
+        fast = parameters.get(f"scale_{kind}_turbo", normal if turbo is None else turbo)
+        return {
+            alone: Axis(_whole("axis_" + kind, given), normal, _number(f"scale_{kind}_turbo", fast))
+        }
+    unknown = sorted(set(map(str, given)) - set(names))
+    if unknown:
+        raise ValueError(f"axis_{kind} names {', '.join(unknown)}, must be of {', '.join(names)}")
+    scales = []
+    for key in ("scale_" + kind, f"scale_{kind}_turbo"):
+        value = parameters.get(key, {})
+        if not isinstance(value, dict):
+            raise ValueError(f"{key} is {value!r}, must be a map of names as axis_{kind} is")
+        scales.append({name: _number(f"{key}/{name}", value.get(name, 0.0)) for name in names})
+    return {
+        name: Axis(_whole(f"axis_{kind}/{name}", axis), scales[0][name], scales[1][name])
+        for name, axis in given.items()
+    }
+
+
+def _number(name, value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value - value != 0.0:
+        raise ValueError(f"{name} is {value!r}, must be a number")
+    return float(value)
+
+
+def _whole(name, value):
+    if _number(name, value) != int(value):
+        raise ValueError(f"{name} is {value!r}, must be a whole number")
+    return int(value)
 
 
 def main():

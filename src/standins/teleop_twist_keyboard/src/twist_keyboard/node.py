@@ -1,13 +1,221 @@
-"""The node teleop_twist_keyboard.py."""
+"""The node teleop_twist_keyboard: keys of a terminal to twists."""
 
+import os
+import select
 import sys
+import termios
+import threading
+import tty
 
 import rospy
+from geometry_msgs.msg import Twist, TwistStamped
+from paddock_common.waiting import flush
 
 from paddock_common import nodes
-from twist_keyboard.keys import HELP, QUIT, SCALES, Keys
-from twist_keyboard.sender import Sender
-from twist_keyboard.terminal import Terminal
+
+# (forward, left, up, turn to the left), each -1, 0 or 1
+MOVES = {
+    "u": (1, 0, 0, 1),
+    "i": (1, 0, 0, 0),
+    "o": (1, 0, 0, -1),
+    "j": (0, 0, 0, 1),
+    "l": (0, 0, 0, -1),
+    "m": (-1, 0, 0, -1),
+    ",": (-1, 0, 0, 0),
+    ".": (-1, 0, 0, 1),
+    "U": (1, 1, 0, 0),
+    "I": (1, 0, 0, 0),
+    "O": (1, -1, 0, 0),
+    "J": (0, 1, 0, 0),
+    "L": (0, -1, 0, 0),
+    "M": (-1, 1, 0, 0),
+    "<": (-1, 0, 0, 0),
+    ">": (-1, -1, 0, 0),
+    "t": (0, 0, 1, 0),
+    "b": (0, 0, -1, 0),
+}
+# factors of (speed, turn rate)
+SCALES = {
+    "q": (1.1, 1.1),
+    "z": (0.9, 0.9),
+    "w": (1.1, 1.0),
+    "x": (0.9, 1.0),
+    "e": (1.0, 1.1),
+    "c": (1.0, 0.9),
+}
+QUIT = "\x03"  # Ctrl-C
+STILL = (0, 0, 0, 0)
+
+HELP = """
+Keys become velocity commands.
+
+  drive and turn      with Shift: sideways
+    u   i   o            U   I   O
+    j   k   l            J   K   L
+    m   ,   .            M   <   >
+
+  t, b     up, down
+  q, z     10 % faster, slower
+  w, x     10 % faster, slower, driving alone
+  e, c     10 % faster, slower, turning alone
+  any other key stops, Ctrl-C ends
+"""
+
+
+class Keys:
+    """Where to go and how fast, changed by keys.
+
+    Args:
+        speed: First speed [m/s].
+        turn: First turn rate [rad/s].
+        speed_limit: Highest speed [m/s].
+        turn_limit: Highest turn rate [rad/s].
+
+    Attributes:
+        move: (forward, left, up, turn), each -1, 0 or 1.
+    """
+
+    def __init__(self, speed=0.5, turn=1.0, speed_limit=1000.0, turn_limit=1000.0):
+        self.speed, self.turn = speed, turn
+        self._limits = speed_limit, turn_limit
+        self.move = STILL
+
+    def press(self, key):
+        """Takes a key, or "" when none came in time.
+
+        Returns:
+            Whether there is something to send.
+        """
+        if key in MOVES:
+            self.move = MOVES[key]
+        elif key in SCALES:
+            self.speed = min(self._limits[0], self.speed * SCALES[key][0])
+            self.turn = min(self._limits[1], self.turn * SCALES[key][1])
+        else:
+            if key == "" and self.move == STILL:
+                return False
+            self.move = STILL
+        return True
+
+    @property
+    def velocity(self):
+        """(forward, left, up [m/s], turn [rad/s])."""
+        forward, left, up, turn = self.move
+        return forward * self.speed, left * self.speed, up * self.speed, turn * self.turn
+
+    def status(self):
+        """One line: speed and turn rate, and whether they are at their limits."""
+        line = f"currently:\tspeed {self.speed:.4g} m/s\tturn {self.turn:.4g} rad/s"
+        for name, value, limit in zip(("speed", "turn"), (self.speed, self.turn), self._limits):
+            if value >= limit:
+                line += f"\t{name} is at its limit"
+        return line
+
+
+class Sender:
+    """A thread that publishes cmd_vel.
+
+    Args:
+        repeat_rate: Messages per second of wall time while nothing changes [Hz]; 0: none.
+        stamped: Whether to publish geometry_msgs/TwistStamped.
+        frame: frame_id of those.
+    """
+
+    def __init__(self, repeat_rate=0.0, stamped=False, frame=""):
+        self._stamped, self._frame = stamped, frame
+        self.publisher = rospy.Publisher(
+            "cmd_vel", TwistStamped if stamped else Twist, queue_size=1
+        )
+        self._period = 1.0 / repeat_rate if repeat_rate else None
+        self._condition = threading.Condition()
+        self._velocity, self._waiting, self._ended = None, False, False
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def send(self, velocity):
+        """Publishes (forward, left, up [m/s], turn [rad/s])."""
+        with self._condition:
+            self._velocity, self._waiting = velocity, True
+            self._condition.notify()
+
+    def close(self):
+        """Publishes zeros and ends the thread."""
+        with self._condition:
+            self._ended = True
+            self._condition.notify()
+        self._thread.join()
+        self._publish((0.0, 0.0, 0.0, 0.0))
+        flush(self.publisher)
+
+    def _run(self):
+        while True:
+            with self._condition:
+                if not (self._waiting or self._ended):
+                    self._condition.wait(self._period)
+                if self._ended:
+                    return
+                self._waiting, velocity = False, self._velocity
+            if velocity is not None:
+                self._publish(velocity)
+
+    def _publish(self, velocity):
+        twist = Twist()
+        twist.linear.x, twist.linear.y, twist.linear.z, twist.angular.z = velocity
+        if self._stamped:
+            message = TwistStamped(twist=twist)
+            message.header.stamp = rospy.Time.now()
+            message.header.frame_id = self._frame
+            twist = message
+        self.publisher.publish(twist)
+
+
+class Terminal:
+    """A terminal that hands out each key at once; to be used with `with`.
+
+    Args:
+        descriptor: File descriptor of the terminal.
+
+    Raises:
+        ValueError: It is no terminal.
+    """
+
+    def __init__(self, descriptor):
+        if not os.isatty(descriptor):
+            raise ValueError(
+                "standard input is no terminal; start the node in one with rosrun, or in a launch "
+                "file with launch-prefix, such as launch-prefix='xterm -e'"
+            )
+        self._descriptor = descriptor
+
+    def __enter__(self):
+        self._settings = termios.tcgetattr(self._descriptor)
+        tty.setraw(self._descriptor, termios.TCSANOW)
+        output_as_before = termios.tcgetattr(self._descriptor)
+        output_as_before[1] = self._settings[1]  # lines still end at the left margin
+        termios.tcsetattr(self._descriptor, termios.TCSANOW, output_as_before)
+        return self
+
+    def __exit__(self, *_):
+        termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._settings)
+
+    def key(self, timeout):
+        """Waits for a key.
+
+        Args:
+            timeout: Longest wait in wall time [s]; None: for good.
+
+        Returns:
+            The key, "" when none came in time, or None when the terminal is gone.
+        """
+        ready, _, _ = select.select([self._descriptor], [], [], timeout)
+        if not ready:
+            return ""
+        try:
+            data = os.read(self._descriptor, 1)
+        except OSError:
+            return None
+        return data.decode("latin-1") if data else None
+
 
 WAIT_PERIOD = 0.5  # wall time between two looks for a subscriber [s]
 LINES_PER_HELP = 15  # status lines after which the keys are listed again

@@ -6,8 +6,8 @@ number of the state counts as measured when a used axis has a part in it.
 
 import numpy as np
 
-from robot_localization.estimate.state import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
-from robot_localization.rotation import IDENTITY, Transform, angles, cross, matrix, twice
+from robot_localization.ekf import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
+from robot_localization.frames import IDENTITY, Transform, angles, cross, matrix, twice
 
 FLAT = np.array(OUT_OF_PLANE)
 LEAST_PART = 1e-6  # of a used axis in a number of the state

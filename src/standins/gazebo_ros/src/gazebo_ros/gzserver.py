@@ -1,7 +1,15 @@
-"""Command line of gzserver and gazebo, turned into parameters of the bridge."""
+"""gzserver and gzclient: Gazebo's options, the simulator's node in their place."""
 
 import argparse
 import json
+import os
+import sys
+
+import roslib.packages
+import rospy
+from std_srvs.srv import Trigger
+
+from paddock_common import nodes, waiting
 
 EMPTY_WORLD = "worlds/empty.world"
 ROS_PLUGINS = ("libgazebo_ros_api_plugin.so", "libgazebo_ros_paths_plugin.so")
@@ -101,3 +109,75 @@ def parameters(options, gui):
     if options.seed is not None:
         words.append(f"_seed:={options.seed}")
     return words
+
+
+BRIDGE = ("bullet_bridge", "bridge")
+
+
+def command(argv, gui, program):
+    """Command line of the bridge.
+
+    Args:
+        argv: the program's arguments with ROS remappings, without its name.
+        gui: whether the viewer is to open.
+        program: name for help and messages.
+
+    Returns:
+        (arguments after the executable's name, sentences about options without effect).
+    """
+    own = rospy.myargv([program] + list(argv))[1:]
+    remappings = [word for word in argv if word not in own]
+    options, notes = parse(own, program)
+    return parameters(options, gui) + remappings, notes
+
+
+def main(program, gui=False):
+    """Replaces this process by the bridge; returns 1 when the bridge is missing."""
+    arguments, notes = command(sys.argv[1:], gui, program)
+    for sentence in notes:
+        print(f"{program}: {sentence}", file=sys.stderr)
+    found = roslib.packages.find_node(*BRIDGE)
+    if not found:
+        print("{}: package {} has no executable {}".format(program, *BRIDGE), file=sys.stderr)
+        return 1
+    sys.stdout.flush()
+    os.execv(found[0], [found[0]] + arguments)
+    return 1  # not reached
+
+
+SERVICE = "/gazebo/open_viewer"
+TIMEOUT = 60.0  # [s] wall clock
+
+
+def open_viewer(service=SERVICE, timeout=TIMEOUT):
+    """Opens the viewer.
+
+    Returns:
+        '' or why there is none.
+
+    Raises:
+        rospy.ROSInterruptException: the node was shut down meanwhile.
+    """
+    try:
+        waiting.wait_for_service(service, timeout)
+        answer = rospy.ServiceProxy(service, Trigger)()
+    except (waiting.WaitTimeout, rospy.ServiceException) as error:
+        return str(error)
+    return "" if answer.success else answer.message
+
+
+def view():
+    """Runs the node; returns 0 also without a viewer: the simulation does not need one."""
+    nodes.init_interruptible("gazebo_gui", anonymous=True)
+    if not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
+        print("gzclient: no display (DISPLAY is not set), so no viewer", file=sys.stderr)
+        return 0
+    try:
+        problem = open_viewer()
+    except rospy.ROSInterruptException:
+        return 0
+    if problem:
+        rospy.logwarn("no viewer: %s", problem)
+        return 0
+    rospy.spin()
+    return 0

@@ -1,1 +1,0 @@
-"""The filter: state, motion model, prediction and correction, measurements in order of time."""

@@ -1,1 +1,0 @@
-"""Satellite fixes in the robot's world: latitude and longitude -> a grid -> the world frame."""
