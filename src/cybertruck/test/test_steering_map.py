@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from cybertruck.trailer.geometry import TrailerError, fit_circle
+from cybertruck.backing.steering_map import fit_circle
+from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import (
     IdealSteering,
     MeasuredSteering,

@@ -6,7 +6,8 @@ import av
 import numpy as np
 import pytest
 import rospy
-from paddock_common.films import FilmNode, FilmWriter, FrameTimes
+from paddock_common.film_node import FilmNode
+from paddock_common.films import FilmWriter, FrameTimes
 from sensor_msgs.msg import Image
 
 from paddock_common import films

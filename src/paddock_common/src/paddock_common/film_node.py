@@ -1,0 +1,53 @@
+"""The node `film`: writes the pictures of a topic into a film until it is stopped."""
+
+from dataclasses import dataclass
+
+import rospy
+from cv_bridge import CvBridge, CvBridgeError
+from sensor_msgs.msg import Image
+
+from paddock_common.films import FilmWriter, FrameTimes
+from paddock_common.nodes import run
+from paddock_common.settings import check, number, read, text
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """Private parameters.
+
+    Attributes:
+        path: Of the film.
+        rate: Pictures per second of the film; those that come sooner in ROS time are left out.
+    """
+
+    path: str = text("film.mp4")
+    rate: float = number(15.0, above=0.0, unit="Hz")
+
+    def __post_init__(self):
+        check(self)
+
+
+class FilmNode:
+    """Films the topic `image`."""
+
+    def __init__(self):
+        settings = read(FilmSettings, rospy.get_param)
+        self._film = FilmWriter(settings.path, settings.rate)
+        self._times = FrameTimes(settings.rate)
+        self._bridge = CvBridge()
+        rospy.on_shutdown(self._film.close)
+        self._subscriber = rospy.Subscriber("image", Image, self.add)
+
+    def add(self, message):
+        """Adds a picture if it is due."""
+        if not self._times.due(message.header.stamp.to_sec()):
+            return
+        try:
+            self._film.add(self._bridge.imgmsg_to_cv2(message, "bgr8"))
+        except (CvBridgeError, OSError) as error:
+            rospy.logerr_throttle(10.0, f"film: {error}")
+
+
+def main():
+    """Runs the node."""
+    run("film", FilmNode)
