@@ -4,7 +4,7 @@ import math
 
 import pytest
 from cybertruck.goal.controller import GoalController, shortest_length
-from cybertruck.goal.node import GoalSettings
+from cybertruck.goal.settings import GoalSettings
 from goal_sim import Truck, drive
 
 TOLERANCE = 0.15  # [m]

@@ -1,20 +1,13 @@
-"""Pure pursuit of a track's centre line: the law and its node.
+"""Pure pursuit along a path of points.
 
-Pure pursuit along a path of points. Source: R. C. Coulter, "Implementation of the Pure Pursuit Path
-Tracking Algorithm", CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
+Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm",
+CMU-RI-TR-92-01: curvature = 2 y / d^2 for a goal at distance d, y to the left.
 """
 
 import math
 
 import numpy as np
-import rospy
-from nav_msgs.msg import Odometry
-from nav_msgs.msg import Path as PathMessage
-from paddock_common.geometry import yaw_of
-from paddock_common.nodes import run
-from paddock_common.settings import Number, parameter
-
-from deepracer_control.drivers.commands import CommandPublisher
+from paddock_common.settings import Number
 
 CLOSED_GAP = 0.01  # first and last point nearer than this: a circuit [m]
 WINDOW = 1.0  # distance around the last position that is searched first [m]
@@ -152,60 +145,3 @@ class Pursuit:
         bend = self.path.curvature_ahead(index, 0.3 + 0.4 * self.max_speed)
         speed = min(self.max_speed, math.sqrt(self.grip / max(bend, 1e-6)))
         return speed, towards(ahead, left)
-
-
-REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
-
-
-class PurePursuit:
-    """Follows `path` (nav_msgs/Path, its frame is the odometry's) with /cmd_vel."""
-
-    def __init__(self):
-        """Connects.
-
-        Raises:
-            ValueError: A parameter is not valid.
-        """
-        self._limits = {
-            name: rospy.get_param("~" + name, default)
-            for name, default in (
-                ("lookahead", 0.4),
-                ("max_speed", 1.0),
-                ("max_lateral_acceleration", 2.0),
-            )
-        }
-        self._rear_axle = parameter(rospy.get_param, "rear_axle", REAR_AXLE, Number(unit="m"))
-        Pursuit(Path([(0, 0), (1, 0), (2, 0)]), **self._limits)  # checks the limits
-        self._commands, self._pursuit = CommandPublisher(), None
-        rospy.Subscriber("path", PathMessage, self._on_path, queue_size=1)
-        rospy.Subscriber("odom", Odometry, self._drive, queue_size=1)
-
-    def _on_path(self, message):
-        try:
-            path = Path([(pose.pose.position.x, pose.pose.position.y) for pose in message.poses])
-        except ValueError as error:
-            rospy.logerr("pure_pursuit: path refused: %s", error)
-            return
-        with self._commands.lock:
-            self._pursuit = Pursuit(path, **self._limits)
-
-    def _drive(self, message):
-        with self._commands.lock:
-            if self._pursuit is None:
-                return
-            place, yaw = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
-            if not all(map(math.isfinite, (place.x, place.y, yaw))):
-                rospy.logerr_throttle(1.0, "pure_pursuit: odometry is not finite; the car stops")
-                speed, curvature = 0.0, 0.0
-            else:
-                speed, curvature = self._pursuit.command(
-                    place.x + self._rear_axle * math.cos(yaw),
-                    place.y + self._rear_axle * math.sin(yaw),
-                    yaw,
-                )
-            self._commands.send(speed, curvature)
-
-
-def main():
-    """Runs the node until ROS shuts down."""
-    run("pure_pursuit", PurePursuit)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from cybertruck.goal.controller import ACTIVE, REACHED, GoalController
-from cybertruck.goal.node import GoalSettings
+from cybertruck.goal.settings import GoalSettings
 
 from paddock_gym.simulation.rig import DRIVE_PERIOD, Rig
 

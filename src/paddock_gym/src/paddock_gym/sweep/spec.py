@@ -8,7 +8,7 @@ import os
 import sys
 from dataclasses import dataclass
 
-from cybertruck.goal.node import GoalSettings
+from cybertruck.goal.settings import GoalSettings
 from paddock_common.settings import Number
 
 from paddock_common import yaml_file

@@ -1,0 +1,86 @@
+"""Settings of the go-to-goal controller."""
+
+import math
+from dataclasses import dataclass
+
+from paddock_common.settings import check, choice, flag, number
+
+from cybertruck.trailer.geometry import Geometry, towing_limit
+
+GAINS = ("default", "original")
+
+
+@dataclass(frozen=True)
+class GoalSettings:
+    """Geometry, limits and gains.
+
+    Attributes:
+        gains: "default": shortest path, ends near the goal; "original": the original's
+            proportional control, ends in its 0.5 m box.
+        wheelbase: Front to rear axle [m].
+        max_steering: Greatest angle of the bicycle's front wheel [rad].
+        trailer: Whether the truck pulls a trailer; the curvature is then limited further.
+        hitch_offset: Rear axle to hitch [m].
+        tongue_length: Hitch to the trailer's axle [m].
+        max_hitch_angle: Hitch angle that the tightest circle with a trailer ends in [rad].
+        min_radius: Radius of planned turns without a trailer [m].
+        trailer_min_radius: Radius of planned turns with a trailer [m].
+        max_linear: Greatest linear.x [m/s].
+        max_angular: Greatest angular.z [rad/s].
+        acceleration: Rise of the commanded speed [m/s^2].
+        deceleration: With which the truck slows down towards the goal [m/s^2].
+        creep: Least speed while it drives [m/s].
+        turn_gain: Curvature per heading error [1/(m rad)].
+        turn_rate: Greatest rate at which a heading error decays [1/s].
+        tolerance: Distance within which the goal counts as reached [m].
+        max_distance: A goal further away is refused [m].
+        odom_timeout: Time without odometry after which the drive ends [s].
+        stuck_time: The drive ends when the truck moved less than stuck_distance in this time [s].
+        stuck_distance: See stuck_time [m].
+    """
+
+    gains: str = choice("default", GAINS)
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, unit="rad")
+    trailer: bool = flag(False)
+    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_hitch_angle: float = number(math.radians(60.0), above=0.0, unit="rad")
+    min_radius: float = number(0.8, above=0.0, unit="m")
+    trailer_min_radius: float = number(1.15, above=0.0, unit="m")
+    max_linear: float = number(1.5, above=0.0, unit="m/s")
+    max_angular: float = number(0.7854, above=0.0, unit="rad/s")
+    acceleration: float = number(1.0, above=0.0, unit="m/s²")
+    deceleration: float = number(0.5, above=0.0, unit="m/s²")
+    creep: float = number(0.2, above=0.0, unit="m/s")
+    turn_gain: float = number(3.0, above=0.0, unit="1/(m rad)")
+    turn_rate: float = number(2.5, above=0.0, unit="1/s")
+    tolerance: float = number(0.15, above=0.0, unit="m")
+    max_distance: float = number(200.0, above=0.0, unit="m")
+    odom_timeout: float = number(0.5, above=0.0, unit="s")
+    stuck_time: float = number(5.0, above=0.0, unit="s")
+    stuck_distance: float = number(0.05, above=0.0, unit="m")
+
+    def __post_init__(self):
+        check(self)
+        if self.radius < self.least_radius:
+            name = "trailer_min_radius" if self.trailer else "min_radius"
+            raise ValueError(
+                f"{name} is {self.radius:g}; the truck turns on no less than "
+                f"{self.least_radius:.3f} m"
+            )
+
+    @property
+    def radius(self):
+        """Radius of planned turns [m]."""
+        return self.trailer_min_radius if self.trailer else self.min_radius
+
+    @property
+    def least_radius(self):
+        """Radius that corrections may use: full lock, or what a trailer follows [m]."""
+        geometry = Geometry(
+            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
+        )
+        if self.trailer:
+            return 1.0 / towing_limit(geometry, self.max_hitch_angle)
+        return 1.0 / geometry.max_curvature
