@@ -35,7 +35,7 @@ class WorldState:
         models: the models by name, in order.
         bodies: their numbers in the engine.
         controllers: of each model, as they were loaded.
-        engine: what the engine saved, see engine.saving.
+        engine: what the engine saved, a BodiesState.
         objects: ObjectState of controllers, forces and contacts.
         placed: what Model.set_state has set, of each model.
         time_step: [s].

@@ -187,7 +187,7 @@ class ModelDescription:
     Attributes:
         links, joints: by name, in file order.
         root: name of the root link.
-        sensors: sensor specifications (see specs.py).
+        sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.

@@ -36,7 +36,7 @@ class Client:
         self._inertial, self._outward = {}, {}  # body -> centre in the root's frame, and back
         self._motors = {}  # see motors()
         self._batches = {}  # body -> last drive_velocities that _motors lacks, and indices
-        self.layout = 0  # see saving.py
+        self.layout = 0  # see states.py
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(

@@ -133,7 +133,7 @@ MAX_SIZE = 1e6  # [m] larger meshes are refused
 def read_parts(geometry, faults=None):
     """Trimeshes of a file and their places, (mesh, (4, 4) with the scale to metres).
 
-    DAE: <unit> counts, <up_axis> does not (see localise.py).
+    DAE: <unit> counts, <up_axis> does not (see prepare.py).
 
     Args:
         geometry: Geometry that is a mesh; its submesh counts, its scale does not.

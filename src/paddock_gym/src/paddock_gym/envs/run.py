@@ -4,7 +4,6 @@ import numpy as np
 from gymnasium import spaces
 
 from paddock_gym import observations
-from paddock_gym import observations as states
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.contract.params import Waypoints, params
 from paddock_gym.course import LAP, RUNNING, SEEN, Judge, seen
@@ -24,10 +23,10 @@ def action_space(options):
 
 def observation_space(options):
     """Gymnasium space of the observations."""
-    count = states.STATE_SHAPE[0] + (2 * SEEN if options.objects else 0)
+    count = observations.STATE_SHAPE[0] + (2 * SEEN if options.objects else 0)
     shape = observations.COLOUR_SHAPE if options.colour else observations.GREY_SHAPE
     boxes = {
-        "state": spaces.Box(-states.LIMIT, states.LIMIT, (count,), np.float32),
+        "state": spaces.Box(-observations.LIMIT, observations.LIMIT, (count,), np.float32),
         "lidar": spaces.Box(0.0, 1.0, observations.RANGES_SHAPE, np.float32),
         "camera": spaces.Box(0, 255, shape, np.uint8),
     }
@@ -57,7 +56,7 @@ class Run:
         self._obstacles = obstacles
         self._projector = scene.projector
         self._judge = Judge(scene.projector)
-        self._observer = states.StateObserver(scene.projector)
+        self._observer = observations.StateObserver(scene.projector)
         self._waypoints = options.reward and Waypoints(scene.track, scene.projector)
         self._randomizer = Randomizer(scene, car, options.randomize)
         self._may_crash = scene.has_walls or obstacles is not None

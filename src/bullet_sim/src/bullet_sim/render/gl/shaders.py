@@ -2,7 +2,7 @@
 
 GLSL of the program that draws surfaces, in variants made for what a batch needs.
 
-`Programs` defines the names of the #if lines, and puts `frame.FRAME` before it. Light is added as
+`Programs` defines the names of the #if lines, and puts `FRAME` before it. Light is added as
 Gazebo Classic's fixed pipeline does, in the colours' own space:
     texel * (ambient + sum of diffuse * cosine * shadow * attenuation) + emissive + highlights
 """
