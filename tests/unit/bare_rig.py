@@ -7,6 +7,7 @@ import re
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
 
 import run_rig
@@ -26,8 +27,14 @@ GIT = '[ "$1" != clone ] || cp -r "$4" "$5"'  # where none is installed
 
 @functools.cache
 def refusal():
-    """Gives what ./run bare says where it cannot work; empty if it can."""
-    done = run_rig.run("bare", "--check")
+    """Gives what ./run bare says where it cannot work; empty if it can.
+
+    It is asked in a clone: the project itself may be an unpacked archive.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        root = run_rig.small_clone(pathlib.Path(folder) / "clone")
+        (root / ".git").mkdir(exist_ok=True)
+        done = run_rig.run("bare", "--check", root=root)
     return done.stderr if done.returncode else ""
 
 
