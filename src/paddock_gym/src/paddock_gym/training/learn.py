@@ -1,45 +1,19 @@
-"""One training: environments, algorithm, checkpoints."""
+"""One training from its settings to its files."""
 
 import dataclasses
 import json
 import os
-import pickle
-import random
 import signal
 import time
 
-import numpy as np
 import torch
 from stable_baselines3.common.logger import configure
 
-from paddock_gym.training import algorithm
+from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
 from paddock_gym.training.watch import Watch
 from paddock_gym.training.workers import Workers, factory
-
-FILE, NUMBERS = "checkpoint.zip", "random.pickle"
-
-
-def save(model, folder):
-    """Save a model so that no reader ever sees half of it."""
-    part = os.path.join(folder, "part.zip")
-    model.save(part)
-    os.replace(part, os.path.join(folder, FILE))
-    numbers = (torch.get_rng_state(), np.random.get_state(), random.getstate())
-    with open(os.path.join(folder, NUMBERS + ".part"), "wb") as stream:
-        pickle.dump(numbers, stream)
-    os.replace(os.path.join(folder, NUMBERS + ".part"), os.path.join(folder, NUMBERS))
-
-
-def restore_numbers(folder):
-    """Go on with the random numbers of the last save."""
-    with open(os.path.join(folder, NUMBERS), "rb") as stream:
-        of_torch, of_numpy, of_python = pickle.load(stream)
-    torch.set_rng_state(of_torch)
-    np.random.set_state(of_numpy)
-    random.setstate(of_python)
-
 
 REPORT = "report.json"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
@@ -72,7 +46,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
             model.learn(
                 max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
             )
-        save(model, folder)
+        checkpoint.save(model, folder)
         seconds = time.monotonic() - begin
         lost = workers.lost
     finally:
@@ -112,10 +86,10 @@ def _model(settings, folder, workers, resume):
     """The PPO of a training, new or from its checkpoint."""
     if resume:
         model = algorithm.of(settings, workers).load(
-            os.path.join(folder, FILE), env=workers, device="cpu"
+            os.path.join(folder, checkpoint.FILE), env=workers, device="cpu"
         )
         workers.seed(settings.seed + model.num_timesteps)  # other starts than at the beginning
-        restore_numbers(folder)
+        checkpoint.restore_numbers(folder)
         return model
     kinds = settings.observation
     network = {

@@ -13,7 +13,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from paddock_gym.course import LAP  # noqa: E402
 from paddock_gym.errors import RewardError
 from paddock_gym.evaluation.plots import draw_ground  # noqa: E402
-from paddock_gym.training.learn import save
+from paddock_gym.training.checkpoint import save
 from paddock_gym.training.worker import KEPT, LOST
 
 RECENT = 40  # runs of a success rate
