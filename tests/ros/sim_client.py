@@ -117,9 +117,47 @@ class Recorder:
         wait_until(lambda: len(self.messages) >= count, f"{count} messages on {self.topic}", limit)
         return self.messages
 
+    def over(self, seconds):
+        """Lets simulated time pass.
+
+        Stamps decide: /clock, which comes on another connection, may be seconds behind or ahead.
+
+        Args:
+            seconds: Simulated time [s].
+
+        Returns:
+            The next message, and one whose stamp is at least so much later.
+        """
+        before = self.next()
+        end = before.header.stamp + rospy.Duration(seconds)
+        sleep_sim(seconds)
+        wait_until(lambda: self.last.header.stamp >= end, f"{self.topic} {seconds:g} s later")
+        return before, self.last
+
     def close(self):
         """Unsubscribes."""
         self._subscriber.unregister()
+
+
+def wait_running(namespace, count, limit=START_LIMIT):
+    """Waits until a controller manager has so many controllers, all of them running.
+
+    For clocks that stand, and for what is loaded before it runs: a controller hears commands once
+    it is loaded, and starts with a command of 0 later.
+
+    Args:
+        namespace: Of the controller manager, such as /bot.
+        count: Number of controllers.
+        limit: Longest wait in wall time [s].
+    """
+    name = f"{namespace}/controller_manager/list_controllers"
+    rospy.wait_for_service(name, timeout=limit)
+    states = rospy.ServiceProxy(name, ListControllers)
+    wait_until(
+        lambda: [item.state for item in states().controller] == ["running"] * count,
+        f"{count} controllers of {namespace} running",
+        limit,
+    )
 
 
 def wait_for_car(limit=START_LIMIT):

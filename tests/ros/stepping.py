@@ -4,7 +4,6 @@ The results do not depend on the machine's speed and load.
 """
 
 import rospy
-from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetWorldProperties
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
@@ -69,18 +68,6 @@ class Time:
         """Lets time go on by itself."""
         self._step.close()
         rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
-
-
-def wait_for_car_paused():
-    """wait_for_car waits for a running /clock; here it stands."""
-    name = "/racecar/controller_manager/list_controllers"
-    rospy.wait_for_service(name, timeout=START_LIMIT)
-    states = rospy.ServiceProxy(name, ListControllers)
-    wait_until(
-        lambda: [item.state for item in states().controller] == ["running"] * 7,
-        "seven controllers of the car running",
-        START_LIMIT,
-    )
 
 
 def place(raw):

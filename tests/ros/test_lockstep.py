@@ -4,15 +4,22 @@ import math
 import unittest
 
 import rospy
-from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from launches import Launch, wait_subscribed
 from rosgraph_msgs.msg import Clock
-from sim_client import START_LIMIT, WHEELS, Recorder, command_publishers, wait_connected, wait_until
+from sim_client import (
+    START_LIMIT,
+    WHEELS,
+    Recorder,
+    command_publishers,
+    wait_connected,
+    wait_running,
+    wait_until,
+)
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
-from stepping import place, wait_for_car_paused
+from stepping import place
 
 from bullet_bridge.srv import State, Step
 
@@ -33,24 +40,12 @@ EXPECTED = {topic: int(rate * TICKS * TICK * 1e-3) for topic, rate in RATES.item
 SEQ_BYTES = 4  # header.seq, counted by the publisher over its life, opens each message
 
 
-def wait_for_bot():
-    """Waits until the controllers of the second robot run."""
-    name = "/bot/controller_manager/list_controllers"
-    rospy.wait_for_service(name, timeout=START_LIMIT)
-    states = rospy.ServiceProxy(name, ListControllers)
-    wait_until(
-        lambda: [item.state for item in states().controller] == ["running"] * 3,
-        "three controllers of the bot running",
-        START_LIMIT,
-    )
-
-
 class World:
     """A running world, a script of commands, and the bytes of all messages."""
 
     def __init__(self):
-        wait_for_car_paused()
-        wait_for_bot()
+        wait_running("/racecar", 7)
+        wait_running("/bot", 3)
         self.publishers = {
             f"{'velocity' if name in WHEELS else 'position'}:{name}": publisher
             for name, publisher in command_publishers().items()

@@ -21,8 +21,8 @@ import rospy
 from geometry_msgs.msg import Twist
 from launches import Launch, wait_subscribed
 from roslib.packages import find_node
-from sim_client import CAR_COMMANDS, START_LIMIT, Recorder, wait_until
-from stepping import place, wait_for_car_paused
+from sim_client import CAR_COMMANDS, START_LIMIT, Recorder, wait_running, wait_until
+from stepping import place
 
 from bullet_bridge.srv import Step
 
@@ -38,7 +38,7 @@ class World:
     """A fresh world and its odometry, serialised."""
 
     def __init__(self):
-        wait_for_car_paused()
+        wait_running("/racecar", 7)
         self.odometry = Recorder("/racecar/odom", rospy.AnyMsg)
         wait_subscribed(["/racecar/odom"])
         rospy.wait_for_service("/gazebo/step", timeout=START_LIMIT)

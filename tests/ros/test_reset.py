@@ -16,7 +16,7 @@ from launches import Launch
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from sim_client import START_LIMIT, Recorder, joint, wait_connected, wait_until
+from sim_client import START_LIMIT, Recorder, joint, wait_connected, wait_running, wait_until
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
@@ -50,8 +50,7 @@ class Reset(unittest.TestCase):
         ]
         for wheel in self.wheels:
             wait_connected(wheel, "wheel")
-        # A controller is connected once it is loaded, and starts with a command of 0 later.
-        wait_until(lambda: self.running() == 3, "running controllers")
+        wait_running("/bot", 3)
         self.buffer = tf2_ros.Buffer(debug=False)
         self.listener = tf2_ros.TransformListener(self.buffer)
         answer = self.call(
@@ -75,16 +74,6 @@ class Reset(unittest.TestCase):
         self.call(service)
         return before
 
-    def running(self):
-        """Number of controllers that run."""
-        return sum(item.state == "running" for item in self.controllers())
-
-    @staticmethod
-    def controllers():
-        """What the bot's controller manager lists."""
-        name = "/bot/controller_manager/list_controllers"
-        return rospy.ServiceProxy(name, ListControllers)().controller
-
     def command(self, speed):
         """Turns both wheels [rad/s]."""
         for wheel in self.wheels:
@@ -106,7 +95,10 @@ class Reset(unittest.TestCase):
 
     def check_all_goes_on(self, earliest, latest):
         """Controllers, joint states, /tf: times [s] lie between two bounds."""
-        self.assertEqual([item.state for item in self.controllers()], ["running"] * 3)
+        controllers = rospy.ServiceProxy(
+            "/bot/controller_manager/list_controllers", ListControllers
+        )().controller
+        self.assertEqual([item.state for item in controllers], ["running"] * 3)
         wait_until(
             lambda: any(
                 earliest <= message.header.stamp.to_sec() < latest

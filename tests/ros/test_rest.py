@@ -3,9 +3,8 @@
 import math
 import unittest
 
-import rospy
 from nav_msgs.msg import Odometry
-from sim_client import Recorder, sleep_sim, turned, wait_for_car, wait_until, yaw_of
+from sim_client import Recorder, sleep_sim, turned, wait_for_car, yaw_of
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">
@@ -31,11 +30,7 @@ class Rest(unittest.TestCase):
         wait_for_car()
         sleep_sim(SETTLE)
         odometry = Recorder("/racecar/odom", Odometry)
-        before = odometry.next()
-        sleep_sim(DURATION)
-        end = before.header.stamp + rospy.Duration(DURATION)
-        wait_until(lambda: odometry.last.header.stamp >= end, "odometry of the end")
-        after = odometry.last
+        before, after = odometry.over(DURATION)
         old, new = before.pose.pose, after.pose.pose
         creep = math.dist(
             (old.position.x, old.position.y, old.position.z),

@@ -3,10 +3,9 @@
 import math
 import unittest
 
-import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from sim_client import Recorder, joint, wait_until
+from sim_client import Recorder, joint
 from truck_client import TRUTH, pose_of, wait_for_truck
 
 LAUNCH = """<launch>
@@ -31,11 +30,7 @@ class TruckRest(unittest.TestCase):
     def test_at_rest(self):
         wait_for_truck()
         joints, truth = Recorder("/joint_states", JointState), Recorder(TRUTH, Odometry)
-        before = truth.next()
-        # by the stamps: /clock, which comes on another connection, may be seconds behind or ahead
-        end = before.header.stamp + rospy.Duration(DURATION)
-        wait_until(lambda: truth.last.header.stamp >= end, "odometry of the end")
-        after = truth.last
+        before, after = truth.over(DURATION)
         self.assertLess(math.dist(pose_of(before)[:2], pose_of(after)[:2]), CREEP * DURATION / 60.0)
         for name in ("front_left_steer_joint", "front_right_steer_joint", "hitch_yaw_joint"):
             rates = [joint(message, name)[1] for message in joints.messages]

@@ -67,8 +67,7 @@ def test_the_last_bits_do_not_depend_on_the_hashes_of_names():
         for n in range(8)
     )
     script = (
-        "from bullet_sim.description.lump import joint_inertias\n"
-        "from bullet_sim.description.lump import lump\n"
+        "from bullet_sim.description.lump import joint_inertias, lump\n"
         "from bullet_sim.formats.urdf import parse_urdf\n"
         f"text = {'<robot name=' + chr(39) + 'r' + chr(39) + '>' + links + joints + '</robot>'!r}\n"
         "print(joint_inertias(lump(parse_urdf(text, str, 'r')), False))"

@@ -267,6 +267,19 @@ def usable_size(geometry, what, model):
     return replace(geometry, size=sizes)
 
 
+def first_geometry(element, what, model):
+    """The shape in the <geometry> of a visual or collision, or None with a warning."""
+    geometry = element.find("geometry")
+    if geometry is None or not len(geometry):
+        model.warn(
+            f"{what} has no geometry; it is left out",
+            "shapes have no geometry and are left out",
+            what,
+        )
+        return None
+    return geometry[0]
+
+
 def mesh_geometry(uri, scale, what, resolve, model):
     """Mesh by URI, or None with a warning that names the file when it cannot be used."""
     try:
@@ -317,25 +330,20 @@ def parse_shape(element, tag, link, pose, model, resolve):
     """
     name = element.get("name") or tag
     what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
-    geometry = element.find("geometry")
-    if geometry is None or not len(geometry):
-        model.warn(
-            f"{what} has no geometry; it is left out",
-            "shapes have no geometry and are left out",
-            what,
-        )
+    geometry = first_geometry(element, what, model)
+    if geometry is None:
         return None
-    parsed = _geometry(geometry[0], what, model, resolve, tag)
+    parsed = _geometry(geometry, what, model, resolve, tag)
     parsed = parsed and usable_size(parsed, what, model)
     if parsed is None:
         return None
-    turn = _plane_turn(geometry[0], what)
+    turn = _plane_turn(geometry, what)
     if parsed.kind == "heightmap":
-        turn = Pose(child_floats(geometry[0], "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
+        turn = Pose(child_floats(geometry, "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
     shape = Shape(parsed, pose * turn, name=name, link=link)
     if tag == "collision":
         return shape
-    if geometry[0].tag == "plane":  # a thin box below the surface
+    if geometry.tag == "plane":  # a thin box below the surface
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
     return _looks(element, shape, what, model, resolve)
 

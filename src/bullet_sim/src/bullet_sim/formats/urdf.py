@@ -8,7 +8,7 @@ from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
-from bullet_sim.formats.shapes import mesh_geometry, rgba_of, usable_size
+from bullet_sim.formats.shapes import first_geometry, mesh_geometry, rgba_of, usable_size
 from bullet_sim.xml_reader import floats_of, number_of, parse, urdf_origin
 
 INTERFACES = {
@@ -201,15 +201,10 @@ def _material_color(element, name):
 
 
 def _shape(element, what, materials, resolve, model):
-    geometry = element.find("geometry")
-    if geometry is None or not len(geometry):
-        model.warn(
-            f"{what} has no geometry; it is left out",
-            "shapes have no geometry and are left out",
-            what,
-        )
+    geometry = first_geometry(element, what, model)
+    if geometry is None:
         return None
-    parsed = _geometry(geometry[0], what, resolve, model)
+    parsed = _geometry(geometry, what, resolve, model)
     if parsed is None:
         return None
     color = None

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorElement, noise_of
+from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorElement, noise_of, plugin_label
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import (
     child_flag,
@@ -384,7 +384,7 @@ def realsense(element, model, names):
 
     Topics are below the plugin's own name; camera_info is beside each picture.
     """
-    what, prefix = f"plugin '{element.get('filename')}'", child_text(element, "prefix", "")
+    what, prefix = plugin_label(element), child_text(element, "prefix", "")
     found = _sensors_by_name(element, model)
     for stream, (tag, default) in _STREAMS.items():
         if prefix + stream not in found:

@@ -14,7 +14,7 @@ from bullet_sim.plugins.drives import (
 )
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.plugins.inertial import GroundTruthSpec, imu_spec
-from bullet_sim.plugins.xml import Names, SensorElement, library
+from bullet_sim.plugins.xml import Names, SensorElement, library, plugin_label
 from bullet_sim.xml_reader import child_floats, child_number, child_text, sdf_pose
 
 
@@ -76,7 +76,7 @@ def _offset(element, what):
 
 
 def _ground_truth(element, model, names):
-    what = f"plugin '{element.get('filename')}'"
+    what = plugin_label(element)
     link = _body(element, model, what)
     if link is None:
         return
@@ -95,7 +95,7 @@ def _ground_truth(element, model, names):
 
 
 def _imu(element, model, names):
-    what = f"plugin '{element.get('filename')}'"
+    what = plugin_label(element)
     link = _body(element, model, what)
     if link is None:
         return
@@ -115,7 +115,7 @@ def _imu(element, model, names):
 
 
 def _state_publisher(element, model, names):
-    what = f"plugin '{element.get('filename')}'"
+    what = plugin_label(element)
     name = element.get("name") or "state_publisher"
     rate = child_number(element, "updateRate", what, 50.0)
     model.sensors.append(JointTransformsSpec(name, model.root, rate))

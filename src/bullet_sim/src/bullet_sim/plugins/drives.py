@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bullet_sim.description.model import MOVABLE_TYPES, Mimic
+from bullet_sim.plugins.xml import plugin_label
 from bullet_sim.xml_reader import child_number, child_text, is_true
 
 
@@ -103,7 +104,7 @@ class RootTransformSpec:
 
 def joint_states(element, model, names):
     """Specification of libgazebo_ros_joint_state_publisher.so."""
-    what = _what(element)
+    what = plugin_label(element)
     if element.find("robotNamespace") is None:
         names = type(names)(element, model.name, model.name)
     listed = ",".join(child.text or "" for child in element.findall("jointName"))
@@ -156,7 +157,7 @@ def skid_steer(element, model, names):
 
 def planar_move(element, model, names):
     """Specification of libgazebo_ros_planar_move.so."""
-    what = _what(element)
+    what = plugin_label(element)
     model.sensors.append(
         PlanarMoveSpec(
             name=element.get("name") or "planar_move",
@@ -175,7 +176,7 @@ def planar_move(element, model, names):
 
 def mimic_joint(element, model, _):
     """roboticsgroup's mimic joint plugin; with <hasPID> it follows as without."""
-    what = _what(element)
+    what = plugin_label(element)
     names = [child_text(element, tag, "") for tag in ("joint", "mimicJoint")]
     if len(_known(tuple(names), model, what)) < 2:
         return
@@ -187,10 +188,6 @@ def mimic_joint(element, model, _):
         effort if effort >= 0.0 else None,
         abs(child_number(element, "sensitiveness", what, 0.0)),
     )
-
-
-def _what(element):
-    return f"plugin '{element.get('filename')}'"
 
 
 def _known(wanted, model, what):
@@ -206,7 +203,7 @@ def _known(wanted, model, what):
 
 
 def _drive(element, model, names, left, right, tf_tag, separation, **flags):
-    what = _what(element)
+    what = plugin_label(element)
     separation = child_number(element, "wheelSeparation", what, separation)
     diameter = child_number(element, "wheelDiameter", what, 0.15)
     torque = child_number(element, "wheelTorque", what, child_number(element, "torque", what, 5.0))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from bullet_sim.plugins.xml import plugin_label
 from bullet_sim.xml_reader import child_number, child_text
 
 
@@ -82,17 +83,13 @@ class JointPosesSpec:
     topic: str = "/set_joint_trajectory"
 
 
-def _what(element):
-    return f"plugin '{element.get('filename')}'"
-
-
 def _named(element, tag, known, model, kind):
     """What a tag names, or None with a warning."""
     name = child_text(element, tag, "")
     if name in known:
         return name
     model.warn(
-        f"{_what(element)} has {tag} '{name}', which is no {kind}; {kind}s are "
+        f"{plugin_label(element)} has {tag} '{name}', which is no {kind}; {kind}s are "
         f"{', '.join(known) or '(none)'}; it is left out"
     )
     return None
@@ -110,10 +107,10 @@ def ft_sensor(element, model, names):
             name=element.get("name") or joint,
             link=child,
             joint=joint,
-            rate=max(0.0, child_number(element, "updateRate", _what(element), 0.0)),
+            rate=max(0.0, child_number(element, "updateRate", plugin_label(element), 0.0)),
             topic=names.text_topic("topicName", f"{joint}_wrench"),
             frame_id=child,
-            noise_stddev=abs(child_number(element, "gaussianNoise", _what(element), 0.0)),
+            noise_stddev=abs(child_number(element, "gaussianNoise", plugin_label(element), 0.0)),
         )
     )
 
@@ -138,7 +135,7 @@ def hand_of_god(element, model, _):
     if link is None:
         return
     model.links[link].gravity = False
-    what = _what(element)
+    what = plugin_label(element)
     model.sensors.append(
         HandOfGodSpec(
             name=element.get("name") or "hand_of_god",

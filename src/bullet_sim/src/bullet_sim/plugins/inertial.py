@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from bullet_sim.plugins.xml import ZERO_POSE, Names, PoseTuple, noise_of
+from bullet_sim.plugins.xml import ZERO_POSE, Names, PoseTuple, noise_of, plugin_label
 from bullet_sim.xml_reader import child_floats, child_number, child_text, floats, is_true
 
 
@@ -180,18 +180,14 @@ def imu_sensor(sensor):
     )
 
 
-def _what(element):
-    return f"plugin '{element.get('filename')}'"
-
-
 def _link(element, model):
     """Link of <bodyName>, the root link where there is none; None with a warning if unknown."""
     link = child_text(element, "bodyName", model.root).rsplit("::", 1)[-1]
     if link not in model.links:
         model.warn(
-            f"{_what(element)} has bodyName '{link}', which is no link; it is left out",
+            f"{plugin_label(element)} has bodyName '{link}', which is no link; it is left out",
             "plugins name a link that does not exist and are left out",
-            _what(element),
+            plugin_label(element),
         )
         return None
     return link
@@ -202,10 +198,10 @@ def _vector(element, tag):
     text = child_text(element, tag)
     if text is None:
         return (0.0, 0.0, 0.0)
-    values = floats(text, None, f"{_what(element)} <{tag}>")
+    values = floats(text, None, f"{plugin_label(element)} <{tag}>")
     if len(values) == 1:
         return values * 3
-    return floats(text, 3, f"{_what(element)} <{tag}>")
+    return floats(text, 3, f"{plugin_label(element)} <{tag}>")
 
 
 def _offset_pose(element):
@@ -217,7 +213,7 @@ def hector_imu(element, model, names):
     link = _link(element, model)
     if link is None:
         return
-    noise = abs(child_number(element, "gaussianNoise", _what(element), 0.0))
+    noise = abs(child_number(element, "gaussianNoise", plugin_label(element), 0.0))
     acceleration = max(map(abs, _vector(element, "accelGaussianNoise"))) or noise
     rate = max(map(abs, _vector(element, "rateGaussianNoise")))
     model.sensors.append(
@@ -225,7 +221,7 @@ def hector_imu(element, model, names):
             name=element.get("name") or "imu",
             link=link,
             pose=((0.0, 0.0, 0.0), _vector(element, "rpyOffset")),
-            rate=child_number(element, "updateRate", _what(element), 0.0),
+            rate=child_number(element, "updateRate", plugin_label(element), 0.0),
             topic=names.text_topic("topicName", "imu"),
             frame_id=names.frame(child_text(element, "frameId", link), prefixed=False),
             gyro_noise_stddev=rate,
@@ -242,7 +238,7 @@ def gps(element, model, names):
     link = _link(element, model)
     if link is None:
         return
-    what = _what(element)
+    what = plugin_label(element)
 
     def number(tag, default):
         return child_number(element, tag, what, default)
@@ -274,7 +270,7 @@ def magnetic(element, model, names):
     link = _link(element, model)
     if link is None:
         return
-    what = _what(element)
+    what = plugin_label(element)
 
     def angle(tag, default):
         return math.radians(child_number(element, tag, what, default))

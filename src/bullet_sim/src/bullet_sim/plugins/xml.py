@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from bullet_sim.xml_reader import child_number, child_text
 
 PoseTuple = tuple[tuple[float, float, float], tuple[float, float, float]]
-
-
 ZERO_POSE: PoseTuple = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -16,6 +14,11 @@ def library(plugin):
     if name.endswith(".so"):
         name = name[:-3]
     return name[3:] if name.startswith("lib") else name
+
+
+def plugin_label(plugin):
+    """Name of a <plugin> element in messages."""
+    return f"plugin '{plugin.get('filename')}'"
 
 
 class Names:

@@ -72,14 +72,13 @@ def _workers(settings, folder, address, say):
     if not address:
         return settings, Workers([factory(settings.environment())] * settings.workers)
     from paddock_gym.training import ray_actors
-    from paddock_gym.training.ray_actors import RayWorkers
 
     nodes = ray_actors.connect(address, say)
     if not settings.workers:
         settings = dataclasses.replace(settings, workers=max(1, int(sum(nodes))))
         settings.save(folder)
     gamma = settings.algorithm()["gamma"]
-    return settings, RayWorkers(settings.environment(), settings.workers, nodes, gamma)
+    return settings, ray_actors.RayWorkers(settings.environment(), settings.workers, nodes, gamma)
 
 
 def _model(settings, folder, workers, resume):

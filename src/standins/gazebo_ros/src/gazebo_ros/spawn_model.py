@@ -1,13 +1,13 @@
 """spawn_model: its options, the model's text, the service's call."""
 
 import argparse
-import math
 import re
 import sys
 from xml.sax.saxutils import escape
 
 import rospy
 from bullet_sim.errors import SimError
+from bullet_sim.pose import quaternion_from_rpy
 from bullet_sim.xml_reader import Document, decoded, parse
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SetModelConfiguration, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -160,19 +160,6 @@ def checked(text, source, package_to_model=False):
     if package_to_model:
         text = _MESH.sub(lambda found: found.group().replace("package://", "model://", 1), text)
     return text
-
-
-def quaternion_from_rpy(roll, pitch, yaw):
-    """Returns the quaternion (x, y, z, w) of fixed-axis roll, pitch, yaw [rad] (URDF, REP 103)."""
-    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
-    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
 
 
 class SpawnError(Exception):
