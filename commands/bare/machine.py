@@ -6,6 +6,7 @@ All of it can be deleted while none is. A machine whose run was killed goes with
 """
 
 import contextlib
+import errno
 import fcntl
 import glob
 import json
@@ -344,8 +345,15 @@ def _with_system_path(environ):
 
 
 def _link(path, target):
-    if not os.path.exists(target):
+    """Links a file, or copies it: without namespaces the machine's folder is a mount of its own."""
+    if os.path.exists(target):
+        return
+    try:
         os.link(path, target)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        shutil.copyfile(path, target)
 
 
 def _lock(folder):

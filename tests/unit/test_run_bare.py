@@ -9,7 +9,7 @@ import zipfile
 
 import pytest
 import run_rig
-from bare_rig import NO_MOUNTS, NO_ROOT, Bare, where_it_works
+from bare_rig import NO_MOUNTS, NO_ROOT, REFUSES, Bare, where_it_works
 from run_rig import PATIENCE, ROOT, run
 
 NOBODY = 65534
@@ -165,8 +165,11 @@ def test_results_come_back(bare):
     assert (results / "bare" / "unit" / "a.xml").exists() and bare.left() == []
 
 
+@pytest.mark.parametrize("namespaces", [True, False])
 @where_it_works
-def test_downloads_are_kept(bare):
+def test_downloads_are_kept(bare, namespaces):
+    if not namespaces:
+        bare.program("unshare", REFUSES)
     with zipfile.ZipFile(bare.root.parent / "wheel", "w") as stream:
         stream.writestr("a", "b")
     whole = "".join(f"\\x{byte:02x}" for byte in (bare.root.parent / "wheel").read_bytes())

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 
+import psutil
 import pytest
 from bare_rig import HANGS, REFUSES, Bare, where_it_works
 from run_rig import PATIENCE
@@ -125,9 +126,12 @@ def test_a_killed_run_takes_its_processes_along(bare):
 
 
 @where_it_works
-def test_the_folder_that_a_killed_run_has_left_goes_with_the_next_start(tmp_path):
-    bare = Bare(tmp_path).tarball()
-    process = begun(bare, HOLD)
+def test_the_folder_that_a_killed_run_has_left_goes_with_the_next_start(bare):
+    process = begun(bare.tarball(), HOLD)
+    # ./run stands while its children are killed: neither can remove the folder for the other
+    process.send_signal(signal.SIGSTOP)
+    for child in psutil.Process(process.pid).children(recursive=True):
+        child.kill()
     process.kill()
     process.communicate(timeout=PATIENCE)
     (folder,) = bare.cache.glob("machine-*")
