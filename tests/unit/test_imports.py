@@ -202,7 +202,8 @@ SUITES = {
     "bullet_sim": (
         "errors",
         "pose",
-        "object_state",
+        "component",
+        "registry",
         "files",
         "child",
         "description",

@@ -102,7 +102,7 @@ class Truck:
 
     def joints(self):
         """Returns dicts of joint name -> position [rad] and -> velocity [rad/s]."""
-        positions, velocities, _ = self.model.joints.read()
+        positions, velocities, _ = self.model.joints.arrays()
         names = self.model.joints.names
         return dict(zip(names, positions)), dict(zip(names, velocities))
 

@@ -147,4 +147,4 @@ class Bot:
 
     def velocity(self, joint):
         """Velocity of a joint [rad/s]."""
-        return self.model.joints.read()[1][list(self.model.joints.names).index(joint)]
+        return self.model.joints.arrays()[1][list(self.model.joints.names).index(joint)]

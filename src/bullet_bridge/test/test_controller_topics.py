@@ -185,7 +185,7 @@ def test_odometry_is_that_of_its_stamp(bot):
     endpoint = bot.endpoints["/bot/base/odom"]
     assert endpoint.kind is Odometry and len(endpoint.sent) == 30
     last = endpoint.sent[-1]
-    joints = dict(zip(bot.model.joints.names, bot.model.joints.read()[0]))
+    joints = dict(zip(bot.model.joints.names, bot.model.joints.arrays()[0]))
     assert last.header.stamp.to_nsec() == 300_000_000
     assert last.pose.pose.position.x == pytest.approx(
         0.1 * (joints["left"] + joints["right"]) / 2, abs=1e-12

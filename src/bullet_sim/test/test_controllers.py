@@ -3,11 +3,13 @@
 import math
 
 import pytest
-from bullet_sim.controllers import KINDS, parse_controller
+from bullet_sim.controllers import CONTROLLERS, configure
+from bullet_sim.controllers.base import INTERFACES
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
+from fake_joints import FakeJoints
 
 STATE = "joint_state_controller/JointStateController"
 VELOCITY = "velocity_controllers/JointVelocityController"
@@ -22,48 +24,41 @@ VELOCITY_POSITION = "velocity_controllers/JointPositionController"
 JOINTS = ("left", "right")
 
 
-class FakeJoints:
-    """Records its calls."""
+class Recorded(FakeJoints):
+    """Joints at 0.25 rad that record what they are told."""
 
     names = JOINTS
-
-    def __init__(self):
-        self.calls = []
-
     limits = {name: Joint(name, "continuous", "base", name) for name in JOINTS}
 
-    def positions_of(self, names):
-        """Where the joints are."""
-        return (0.25,) * len(names)
-
-    def state(self):
-        """Positions and velocities."""
-        return dict.fromkeys(JOINTS, 0.25), dict.fromkeys(JOINTS, 0.0)
+    def __init__(self):
+        super().__init__()
+        self.calls = []
+        self.positions = dict.fromkeys(JOINTS, 0.25)
 
     def effort_bounds(self, _name, _position, _velocity):
         """Limits of the efforts."""
         return -10.0, 10.0
 
     def apply_efforts(self, efforts):
-        """Note it."""
+        """Record."""
         self.calls.append(("effort", dict(efforts)))
 
     def drive_velocities(self, names, values):
-        """Note it."""
+        """Record."""
         self.calls.append(("velocity", tuple(names), tuple(values)))
 
     def drive_positions(self, names, values):
-        """Note it."""
+        """Record."""
         self.calls.append(("position", tuple(names), tuple(values)))
 
     def release(self, names):
-        """Note it."""
+        """Record."""
         self.calls.append(("release", tuple(names)))
 
 
 @pytest.fixture(name="joints")
 def _joints():
-    return FakeJoints()
+    return Recorded()
 
 
 @pytest.fixture(name="manager")
@@ -78,7 +73,7 @@ def _manager(joints):
 
 def states(manager):
     """Map of name -> state."""
-    return {spec.name: state for spec, state in manager.list()}
+    return {config.name: state for _, config, state in manager.list()}
 
 
 BAD = [
@@ -127,7 +122,7 @@ BAD = [
 @pytest.mark.parametrize("config, parts", BAD, ids=[" ".join(p) for _, p in BAD])
 def test_bad_configurations_are_refused_by_name(config, parts):
     with pytest.raises(ControllerError) as error:
-        parse_controller("c", config, JOINTS)
+        configure("c", config, JOINTS)
     for part in ["controller 'c'", *parts]:
         assert part in str(error.value)
 
@@ -147,8 +142,8 @@ UNKNOWN = [
 
 @pytest.mark.parametrize("config, text", UNKNOWN, ids=[text for _, text in UNKNOWN])
 def test_unknown_keys_are_one_warning_each_and_the_rest_counts(config, text):
-    spec = parse_controller("c", config, JOINTS)
-    assert len(spec.warnings) == 1 and text in spec.warnings[0]
+    _, config = configure("c", config, JOINTS)
+    assert len(config.warnings) == 1 and text in config.warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -174,13 +169,14 @@ def test_pid_keys(values, bounds):
 
 
 def test_unused_pid_is_said():
-    spec = parse_controller("c", {"type": VELOCITY, "joint": "left", "pid": {"p": 1}}, JOINTS)
-    assert spec.gains == () and "controller 'c': pid is accepted and not used" in spec.notes[0]
+    _, config = configure("c", {"type": VELOCITY, "joint": "left", "pid": {"p": 1}}, JOINTS)
+    assert config.gains == () and "controller 'c': pid is accepted and not used" in config.notes[0]
 
 
 def test_types_and_interfaces():
-    assert Manager.types() == list(KINDS)
-    assert KINDS[VELOCITY].hardware_interface == "hardware_interface::VelocityJointInterface"
+    assert Manager.types() == list(CONTROLLERS.names()) and len(Manager.types()) == 22
+    interface = CONTROLLERS.find(VELOCITY).interface
+    assert INTERFACES[interface] == "hardware_interface::VelocityJointInterface"
 
 
 def test_list_keeps_the_order_of_loading(manager):
@@ -191,7 +187,7 @@ def test_list_keeps_the_order_of_loading(manager):
 def test_loading_twice_is_refused_and_the_first_stays(manager):
     with pytest.raises(ControllerError, match="'speed' is loaded already"):
         manager.load("speed", {"type": POSITION, "joint": "right"})
-    assert manager.list()[0][0].kind.type == VELOCITY
+    assert manager.list()[0][1].type == VELOCITY
 
 
 def test_failed_load_leaves_nothing(manager):
@@ -214,7 +210,7 @@ def test_unload(manager):
 def test_start_and_stop(manager, joints):
     manager.switch(["speed", "state"], [])
     assert joints.calls == [("velocity", ("left",), (0,))]
-    assert [spec.name for spec in manager.running_state_controllers()] == ["state"]
+    assert states(manager)["state"] == RUNNING
     manager.switch([], ["speed"])
     assert joints.calls[-1] == ("release", ("left",))
     assert states(manager)["speed"] == STOPPED

@@ -3,11 +3,12 @@
 import math
 
 import pytest
-from bullet_sim.controllers import parse_controller
+from bullet_sim.controllers import configure
 from bullet_sim.controllers.drive import Odometry, SpeedLimiter
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
+from fake_joints import FakeJoints
 
 DIFF = "diff_drive_controller/DiffDriveController"
 ACKERMANN = "ackermann_steering_controller/AckermannSteeringController"
@@ -43,38 +44,11 @@ DESCRIPTION = parse_urdf(
 NAMES = ("left", "right", "bare", "steer")
 
 
-class Wheels:
+class Wheels(FakeJoints):
     """Joints that turn exactly as commanded."""
 
     names = NAMES
     limits = DESCRIPTION.joints
-
-    def __init__(self):
-        self.angles, self.speeds = dict.fromkeys(NAMES, 0.0), dict.fromkeys(NAMES, 0.0)
-
-    def positions_of(self, names):
-        """Angles of some."""
-        return tuple(self.angles[name] for name in names)
-
-    def state(self):
-        """Angles and speeds."""
-        return dict(self.angles), dict(self.speeds)
-
-    def drive_velocities(self, names, values):
-        """Turn from now on."""
-        self.speeds.update(zip(names, values))
-
-    def drive_positions(self, names, values):
-        """Be there at once."""
-        self.angles.update(zip(names, values))
-
-    def apply_efforts(self, efforts):
-        """None are expected."""
-        assert not efforts
-
-    def release(self, names):
-        """Stand still."""
-        self.speeds.update(dict.fromkeys(names, 0.0))
 
 
 class Base:
@@ -93,8 +67,7 @@ class Base:
             if command is not None and step % 100 == 0:
                 self.manager.command("base", command)
             self.manager.update(STEP)
-            for name, speed in self.wheels.speeds.items():
-                self.wheels.angles[name] += speed * STEP
+            self.wheels.move(STEP)
         self.manager.observe()
         return self.controller.odometry
 
@@ -133,7 +106,7 @@ def test_ackermann_odometry_of_arcs(angle):
     odometry = base.run(2.0, (0.4, angle))
     rate = 0.4 * math.tan(angle) / WHEELBASE
     assert base.wheels.speeds["left"] == pytest.approx(0.4 / RADIUS)
-    assert base.wheels.angles["steer"] == pytest.approx(angle)
+    assert base.wheels.positions["steer"] == pytest.approx(angle)
     assert odometry.heading == pytest.approx(2.0 * rate, abs=1e-3)
     if angle:
         radius = WHEELBASE / math.tan(angle)
@@ -168,7 +141,7 @@ def test_observing_twice_at_one_time_changes_nothing():
 def test_starting_where_the_wheels_stand_is_no_jump():
     base = diff()
     base.manager.switch([], ["base"])
-    base.wheels.angles.update(left=50.0, right=70.0)
+    base.wheels.positions.update(left=50.0, right=70.0)
     base.manager.switch(["base"], [])
     odometry = base.run(0.1)
     assert (odometry.x, odometry.y, odometry.heading) == (0.0, 0.0, 0.0)
@@ -229,8 +202,8 @@ def test_jerk_limit_makes_a_parabola():
 
 # configuration ------------------------------------------------------------------------------------
 def parse(**config):
-    """ControllerSpec of a configuration with the description's sizes."""
-    return parse_controller("base", config, NAMES, DESCRIPTION)
+    """Checked configuration with the description's sizes."""
+    return configure("base", config, NAMES, DESCRIPTION)[1]
 
 
 def test_sizes_come_from_the_description_and_multipliers_apply():
@@ -240,26 +213,26 @@ def test_sizes_come_from_the_description_and_multipliers_apply():
         right_wheel="right",
         wheel_separation_multiplier=2,
         left_wheel_radius_multiplier=0.5,
-    ).drive
+    )
     assert drive.separation == pytest.approx(2 * SEPARATION)
     assert drive.radii == pytest.approx((RADIUS / 2, RADIUS))
     drive = parse(
         type=ACKERMANN, rear_wheel="left", front_steer="steer", wheel_radius_multiplier=1.1
-    ).drive
+    )
     assert drive.separation == pytest.approx(WHEELBASE)
     assert drive.radii == pytest.approx((1.1 * RADIUS, RADIUS))
 
 
 def test_claims():
-    spec = parse(type=ACKERMANN, rear_wheel="left", front_steer="steer")
-    assert spec.claims == (("velocity", ("left",)), ("position", ("steer",)))
+    config = parse(type=ACKERMANN, rear_wheel="left", front_steer="steer")
+    assert config.claims == (("velocity", ("left",)), ("position", ("steer",)))
     assert parse(type=DIFF, left_wheel="left", right_wheel="right").claims == (
         ("velocity", ("left", "right")),
     )
 
 
 def test_numbers_that_yaml_takes_for_text_and_keys_without_effect():
-    spec = parse(
+    config = parse(
         type=DIFF,
         left_wheel="left",
         right_wheel="right",
@@ -268,9 +241,9 @@ def test_numbers_that_yaml_takes_for_text_and_keys_without_effect():
         pose_covariance_diagonal=[0, 0, "1.0e6", "1e6", 1e6, 0.1],
         publish_wheel_joint_controller_state=True,
     )
-    assert spec.publish_rate == 50.0 and spec.drive.pose_covariance[2] == 1e6
-    assert len(spec.notes) == 1 and "publish_wheel_joint_controller_state" in spec.notes[0]
-    assert len(spec.warnings) == 1 and "key 'use_imu'" in spec.warnings[0]
+    assert config.publish_rate == 50.0 and config.pose_covariance[2] == 1e6
+    assert len(config.notes) == 1 and "publish_wheel_joint_controller_state" in config.notes[0]
+    assert len(config.warnings) == 1 and "key 'use_imu'" in config.warnings[0]
 
 
 BAD = [

@@ -55,7 +55,7 @@ def test_effort_gives_acceleration(world, joint, inertia, effort):
     positions, velocities = run(world, 400)
     assert velocities[joint] == pytest.approx(effort / inertia * 0.4, rel=1e-3)
     assert positions[joint] == pytest.approx(effort / inertia * 0.4**2 / 2, rel=5e-3)
-    names, efforts = world.model("bot").joints.names, world.model("bot").joints.read()[2]
+    names, efforts = world.model("bot").joints.names, world.model("bot").joints.arrays()[2]
     assert efforts[names.index(joint)] == pytest.approx(effort)
 
 
@@ -98,7 +98,7 @@ def test_critically_damped_position_follows_its_closed_form(world):
         world, "arm", "JointPositionController", pid={"p": gain, "d": 2 * math.sqrt(gain * INERTIA)}
     )
     manager.command("c", [1.0])
-    manager.get("c").pids[0].compute(1.0, 1e-3)  # the step's kick is not part of the form
+    manager.get("c").pids[0].update(1.0, 0.0, 1e-3)  # the step's kick is not part of the form
     for steps in (200, 300, 500, 1000):
         positions, _ = run(world, steps)
         time = manager.time

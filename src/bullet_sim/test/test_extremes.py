@@ -11,7 +11,7 @@ from bullet_sim.errors import CommandError, ModelError, WorldError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from test_controllers import EFFORT_VELOCITY, VELOCITY, FakeJoints
+from test_controllers import EFFORT_VELOCITY, VELOCITY, Recorded
 from test_drive_controllers import ackermann, diff
 from test_world import box
 
@@ -91,7 +91,7 @@ def test_joint_positions_out_of_bounds_are_refused(world):
 # commands -----------------------------------------------------------------------------------------
 @pytest.mark.parametrize("value", [1.1e9, -1e308])
 def test_commands_out_of_bounds_are_refused_and_the_last_stays(value):
-    joints = FakeJoints()
+    joints = Recorded()
     manager = Manager(joints)
     manager.load("speed", {"type": VELOCITY, "joint": "left"})
     manager.switch(["speed"], [])
@@ -146,21 +146,22 @@ def test_arcs_that_nothing_can_travel_do_not_count(arc):
 )
 def test_gains_that_are_no_numbers_give_nothing(gains):
     pid = Pid(gains)
-    assert pid.compute(1.0, 0.001) == 0.0 and pid.output == 0.0
+    assert pid.update(1.0, 0.0, 0.001) == 0.0 and pid.output == 0.0
     pid.gains = PidGains(2.0)
-    assert pid.compute(1.0, 0.001) == 2.0
+    assert pid.update(1.0, 0.0, 0.001) == 2.0
 
 
 def test_opposite_infinite_parts_give_nothing():
     pid = Pid(PidGains(1e308, d=-1e308))
-    assert pid.compute(10.0, 0.001, error_rate=10.0) == 0.0
+    assert pid.update(10.0, 0.0, 0.001, goal_velocity=10.0) == 0.0
 
 
 @pytest.mark.parametrize("effort", [math.nan, math.inf, -math.inf])
 def test_an_effort_that_is_no_number_does_not_reach_the_joint(effort):
-    joints = FakeJoints()
+    joints = Recorded()
     manager = Manager(joints)
-    manager.hardware.efforts(("left", "right"), (effort, 3.0))
+    both = manager.hardware.handles(("left", "right"))
+    manager.hardware.command("effort", both, (effort, 3.0))
     manager.update(0.001)
     assert joints.calls[-1] == ("effort", {"left": 0.0, "right": 3.0})
 
@@ -201,7 +202,7 @@ def test_a_world_file_with_too_short_a_step_gets_the_usual_one(step):
     ],
 )
 def test_the_control_period_is_as_announced(wanted, step, period):
-    manager = Manager(FakeJoints(), ModelDescription("bot", control_period=wanted))
+    manager = Manager(Recorded(), ModelDescription("bot", control_period=wanted))
     manager.load("arm", {"type": EFFORT_VELOCITY, "joint": "left", "pid": {"p": 1.0}})
     manager.switch(["arm"], [])
     times = set()

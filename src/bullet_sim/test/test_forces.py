@@ -118,7 +118,7 @@ def test_effort_on_a_joint_within_its_limit(world, effort, limit, acting):
         world.forces.apply_effort(model, "axle", effort, step_range(0, 0.001, 0.0, 0.5)) == acting
     )
     world.step(700)
-    assert model.joints.read()[1][0] == pytest.approx(acting * 0.5 / 0.1, rel=1e-3)
+    assert model.joints.arrays()[1][0] == pytest.approx(acting * 0.5 / 0.1, rel=1e-3)
     assert world.forces.clear_joint(model, "axle") == 0
 
 

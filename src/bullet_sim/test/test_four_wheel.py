@@ -6,6 +6,7 @@ import pytest
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.formats.urdf import parse_urdf
+from fake_joints import FakeJoints
 
 TYPE = "four_wheel_steering_controller/FourWheelSteeringController"
 STEP = 0.001  # [s]
@@ -43,38 +44,11 @@ CONFIG = {
 }
 
 
-class Joints:
-    """Joints that do exactly what is commanded."""
+class Joints(FakeJoints):
+    """The base's."""
 
     names = (*WHEELS, *STEERS)
     limits = DESCRIPTION.joints
-
-    def __init__(self):
-        self.angles, self.speeds = dict.fromkeys(self.names, 0.0), dict.fromkeys(self.names, 0.0)
-
-    def positions_of(self, names):
-        """Angles of some."""
-        return tuple(self.angles[name] for name in names)
-
-    def state(self):
-        """Angles and speeds."""
-        return dict(self.angles), dict(self.speeds)
-
-    def drive_velocities(self, names, values):
-        """Turn from now on."""
-        self.speeds.update(zip(names, values))
-
-    def drive_positions(self, names, values):
-        """Be there at once."""
-        self.angles.update(zip(names, values))
-
-    def apply_efforts(self, efforts):
-        """None are expected."""
-        assert not efforts
-
-    def release(self, names):
-        """Stand still."""
-        self.speeds.update(dict.fromkeys(names, 0.0))
 
 
 class Base:
@@ -83,7 +57,7 @@ class Base:
     def __init__(self, **config):
         self.joints = Joints()
         self.manager = Manager(self.joints, DESCRIPTION)
-        self.spec = self.manager.load("base", {**CONFIG, **config})
+        self.config = self.manager.load("base", {**CONFIG, **config})
         self.manager.switch(["base"], [])
 
     def run(self, seconds, command=None):
@@ -92,14 +66,13 @@ class Base:
             if command is not None and step % 100 == 0:
                 self.manager.command("base", command)
             self.manager.update(STEP)
-            for name, speed in self.joints.speeds.items():
-                self.joints.angles[name] += speed * STEP
+            self.joints.move(STEP)
         self.manager.observe()
         return self.manager.get("base").odometry
 
     def wheel_motion(self, corner):
         """Velocity (x, y) [m/s] of a wheel's contact along the ground, by its rim."""
-        angle, rim = self.joints.angles[f"{corner}_steer"], self.joints.speeds[f"{corner}_wheel"]
+        angle, rim = self.joints.positions[f"{corner}_steer"], self.joints.speeds[f"{corner}_wheel"]
         return RADIUS * rim * math.cos(angle), RADIUS * rim * math.sin(angle)
 
 
@@ -113,10 +86,10 @@ def contact(corner, angle):
 
 
 def test_sizes_come_from_the_description_seen_from_above():
-    drive = Base().spec.drive
+    drive = Base().config
     sizes = (drive.track, drive.offset, drive.radius, drive.wheel_base)
     assert sizes == pytest.approx((WIDTH - 2 * OFFSET, OFFSET, RADIUS, LENGTH))
-    assert Base(track=1.0, wheel_base=2.0, wheel_radius=0.5).spec.drive.track == 1.0 - 2 * OFFSET
+    assert Base(track=1.0, wheel_base=2.0, wheel_radius=0.5).config.track == 1.0 - 2 * OFFSET
 
 
 # Every wheel rolls as the rigid body moves where it touches: v + w x r.
@@ -138,7 +111,7 @@ def test_wheels_roll_as_the_body_moves_and_the_odometry_knows_it(command, motion
     if len(command) == 3:
         turn = forward * (math.tan(command[1]) - math.tan(command[2])) / LENGTH
     for corner in CORNERS:
-        x, y = contact(corner, base.joints.angles[f"{corner}_steer"])
+        x, y = contact(corner, base.joints.positions[f"{corner}_steer"])
         wanted = forward - turn * y, lateral + turn * x
         assert base.wheel_motion(corner) == pytest.approx(wanted, abs=1e-9), corner
     found = odometry.linear, odometry.lateral, odometry.angular
@@ -163,7 +136,7 @@ def test_equal_angles_move_it_sideways_at_the_rims_speed():
 def test_a_twist_that_turns_more_than_it_moves_sets_the_wheels_across():
     base = Base()
     base.run(0.01, (0.01, 2.0))
-    assert base.joints.angles["fl_steer"] == math.pi / 2 == -base.joints.angles["rl_steer"]
+    assert base.joints.positions["fl_steer"] == math.pi / 2 == -base.joints.positions["rl_steer"]
     base.run(0.01, (0.0, 2.0))
     assert set(base.joints.speeds.values()) == {0.0}
 

@@ -5,23 +5,21 @@ from bullet_sim.controllers.gripper import GripperGoal
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
+from fake_joints import FakeJoints
 
 STEP = 0.001  # [s]
 
 
-class Finger:
+class Finger(FakeJoints):
     """One sliding joint of 1 kg that efforts move, or that is where it is told."""
 
     names = ("finger",)
     limits = {"finger": Joint("finger", "prismatic", "a", "b", lower=0.0, upper=1.0)}
 
     def __init__(self):
+        super().__init__()
         self.position = self.velocity = self.effort = 0.0
         self.wall = 1e9  # [m] it cannot pass
-
-    def positions_of(self, _names):
-        """Its position."""
-        return (self.position,)
 
     def state(self):
         """Position and velocity."""
@@ -31,10 +29,6 @@ class Finger:
         """Move towards it at 0.5 m/s."""
         way = min(max(values[0] - self.position, -0.5 * STEP), 0.5 * STEP)
         self.velocity = way / STEP
-
-    def effort_bounds(self, *_):
-        """Any."""
-        return -1e9, 1e9
 
     def apply_efforts(self, efforts):
         """Accelerate."""

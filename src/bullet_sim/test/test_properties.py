@@ -44,7 +44,7 @@ def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
         model, joint, effort, step_range(world.step_count, 0.001, 0.0, seconds)
     )
     world.step(round(seconds / 0.001))
-    return model.joints.read()[1][model.joints.names.index(joint)]
+    return model.joints.arrays()[1][model.joints.names.index(joint)]
 
 
 def test_link_properties(model):
@@ -94,9 +94,9 @@ def test_stops(world, model):
     changes.set_joint_stops(model, "hinge", upper=0.2)
     world.forces.apply_effort(model, "hinge", 0.3, (0, math.inf))
     world.step(3000)
-    assert model.joints.read()[0][0] == pytest.approx(0.2, abs=0.01)
+    assert model.joints.arrays()[0][0] == pytest.approx(0.2, abs=0.01)
     model.joints.set_positions({"hinge": 0.9})
-    assert model.joints.read()[0][0] == pytest.approx(0.2, abs=1e-6)
+    assert model.joints.arrays()[0][0] == pytest.approx(0.2, abs=1e-6)
     for bad, reason in (((0.5, None), "0.5 and 0.2"), ((math.nan, None), "nan")):
         with pytest.raises(ModelError, match=reason):
             changes.set_joint_stops(model, "hinge", *bad)
@@ -116,11 +116,11 @@ def test_damping_slows_to_the_ratio_of_effort_and_damping(world, model):
 def test_placing_some_joints_leaves_the_others(world, model):
     speed = speed_after_push(world, model, "axle")
     model.joints.set_positions({"hinge": 0.5})
-    positions, speeds, _ = model.joints.read()
+    positions, speeds, _ = model.joints.arrays()
     assert positions[0] == pytest.approx(0.5) and speeds[1] == speed
     with pytest.raises(ModelError, match="position of joint 'hinge' is nan"):
         model.joints.set_positions({"axle": 1.0, "hinge": math.nan})
-    assert model.joints.read()[0][1] == positions[1]
+    assert model.joints.arrays()[0][1] == positions[1]
 
 
 def test_another_time_step(world):

@@ -134,10 +134,10 @@ def test_what_was_set_before_the_first_step_stays(make):
     assert world.sort_before_start()
     assert arm.pose.position == pytest.approx((1.0, 2.0, 4.0))
     np.testing.assert_allclose(arm.link_state("base")[1:], [(0.5, 0, 0), (0, 0, 1)], atol=1e-9)
-    assert arm.joints.read()[0] == pytest.approx([0.75])
+    assert arm.joints.arrays()[0] == pytest.approx([0.75])
     for _ in range(100):
         world.step()
-    assert arm.joints.read()[0] == pytest.approx([0.75], abs=0.05), "held where it was put"
+    assert arm.joints.arrays()[0] == pytest.approx([0.75], abs=0.05), "held where it was put"
     world.reset()
     assert arm.pose.position == pytest.approx((0.0, 0.0, 3.0))
-    assert arm.joints.read()[0] == pytest.approx([0.0])
+    assert arm.joints.arrays()[0] == pytest.approx([0.0])

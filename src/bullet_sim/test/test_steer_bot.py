@@ -7,6 +7,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.steer_bot import SteerBotJoints, parse_steer_bot
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
+from fake_joints import FakeJoints
 
 LENGTH, WIDTH = 0.79, 0.5  # [m]
 CAR = ("rr", "rl", "fr", "fl", "sr", "sl")
@@ -43,7 +44,7 @@ DESCRIPTION = parse_urdf(
 )
 
 
-class Joints:
+class Joints(FakeJoints):
     """A car's joints, which record what they are told."""
 
     names = (*CAR, "spare")
@@ -119,7 +120,9 @@ def test_the_commanded_joints_report_the_mean_of_their_pair():
     _, manager = _manager()
     hardware = manager.hardware
     assert hardware.names == tuple(sorted((*CAR, "rear_wheel_joint", "front_steer_joint")))
-    assert hardware.positions_of(("rear_wheel_joint", "front_steer_joint")) == (2.0, 0.2)
+    hardware.read()
+    both = hardware.handles(("rear_wheel_joint", "front_steer_joint"))
+    assert [joint.position for joint in both] == [2.0, 0.2]
     columns = hardware.joints.columns([hardware.names.index("rear_wheel_joint"), 0])
     assert columns[0][0] == 2.0 and columns[2] == [0.5, 0.5]
 

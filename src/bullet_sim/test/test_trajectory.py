@@ -17,6 +17,7 @@ from bullet_sim.controllers.trajectory import (
 )
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import CommandError, ControllerError
+from fake_joints import FakeJoints
 
 STEP = 0.001  # [s]
 NAMES = ("arm", "wheel", "slide")
@@ -66,8 +67,8 @@ def test_stopping_ends_at_rest_after_its_duration():
 
 
 # the controller -----------------------------------------------------------------------------------
-class Joints:
-    """Three joints that follow position and velocity commands exactly, and count efforts."""
+class Joints(FakeJoints):
+    """Three joints, that can be held."""
 
     names = NAMES
     limits = {
@@ -75,39 +76,12 @@ class Joints:
         "wheel": Joint("wheel", "continuous", "a", "c"),
         "slide": Joint("slide", "prismatic", "a", "d", lower=-9.0, upper=9.0),
     }
-
-    def __init__(self):
-        self.positions, self.speeds = dict.fromkeys(NAMES, 0.0), dict.fromkeys(NAMES, 0.0)
-        self.applied, self.held = {}, False
-
-    def positions_of(self, names):
-        """Positions of some."""
-        return tuple(self.positions[name] for name in names)
-
-    def state(self):
-        """Positions and velocities."""
-        return dict(self.positions), dict(self.speeds)
+    held = False
 
     def drive_positions(self, names, values):
         """Be there at once, unless held."""
         if not self.held:
-            self.positions.update(zip(names, values))
-
-    def drive_velocities(self, names, values):
-        """Move from now on."""
-        self.speeds.update(zip(names, values))
-
-    def effort_bounds(self, *_):
-        """Any."""
-        return -1e9, 1e9
-
-    def apply_efforts(self, efforts):
-        """Record."""
-        self.applied = dict(efforts)
-
-    def release(self, names):
-        """Stand still."""
-        self.speeds.update(dict.fromkeys(names, 0.0))
+            super().drive_positions(names, values)
 
 
 class Arm:
@@ -117,7 +91,7 @@ class Arm:
         self.joints = Joints()
         self.manager = Manager(self.joints)
         config = {"type": f"{kind}_controllers/JointTrajectoryController", **config}
-        self.spec = self.manager.load("arm", {"joints": list(joints), **config})
+        self.config = self.manager.load("arm", {"joints": list(joints), **config})
         self.manager.switch(["arm"], [])
         self.control = self.manager.get("arm")
         self.control.clock = lambda: self.manager.time + 100.0  # ROS time is another

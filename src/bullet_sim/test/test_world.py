@@ -73,7 +73,7 @@ def drive(world, cart, steps=400):
             cart.manager.command(name, [10.0 + 5.0 * math.sin(0.01 * step) * (name[1] == "l")])
         world.step()
         trail.append(
-            b"".join(values.tobytes() for values in cart.joints.read())
+            b"".join(values.tobytes() for values in cart.joints.arrays())
             + np.array(cart.pose.position + cart.pose.orientation).tobytes()
         )
     return trail
@@ -229,7 +229,7 @@ def test_velocity_limit_of_the_urdf_is_kept(world):
     cart.manager.command("fl", [1000.0])
     for _ in range(1000):
         world.step()
-    speeds = dict(zip(cart.joints.names, cart.joints.read()[1]))
+    speeds = dict(zip(cart.joints.names, cart.joints.arrays()[1]))
     assert speeds["fl_joint"] == pytest.approx(100, rel=1e-3)
 
 

@@ -30,7 +30,7 @@ def bits(world):
     for model in world.models.values():
         for part in model.rigid_parts:
             parts += world.engine.link_motion(model.body, model.index(part))
-        parts += [] if model.is_static else model.joints.read()[:2]
+        parts += [] if model.is_static else model.joints.arrays()[:2]
         if model.manager is not None:
             parts.append([model.manager.time])
             for controller in model.manager.controllers():

@@ -5,7 +5,6 @@ import time as wall
 import zlib
 
 import rospy
-from bullet_sim.object_state import ObjectState
 
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.received import Arrivals
@@ -98,13 +97,6 @@ class Connector:
 
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
 CHECK_GAP = 0.005  # [s] ... and least wall time between them
-# Modules whose objects hold the state of sensors and plugins.
-MODULES = (
-    "bullet_bridge.plugins.",
-    "bullet_bridge.loop.clock",
-    "bullet_sim.controllers.",
-    "bullet_sim.sensors.",
-)
 
 
 def _publish(what, publish, *arguments):
@@ -262,14 +254,15 @@ class Robots:
 
     def save_state(self):
         """State of sensors and plugins, and the commands that wait for the next step."""
-        outputs = [output for outputs in self._outputs.values() for output in outputs]
+        outputs = [(each, each.get_state()) for each in self._all_outputs]
         commands = [(control, control.waiting_commands()) for control in self._controls.values()]
-        return ObjectState(outputs, MODULES), commands
+        return outputs, commands
 
     def restore_state(self, state):
         """Restore the result of save_state() of the same models, after a restart()."""
         outputs, commands = state
-        outputs.restore()
+        for output, saved in outputs:
+            output.set_state(saved)
         for control, waiting in commands:
             for name, values in waiting.items():
                 control.buffer_command(name, values)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bullet_sim.component import Stateful
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
@@ -15,12 +16,9 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model
-from bullet_sim.object_state import ObjectState
 from bullet_sim.pose import PLACEABLE, Point, Pose
 from bullet_sim.snapshot import BodySource, Snapshot
 
-# Modules whose objects hold a state; of the models alone what set_state has set.
-MODULES = ("bullet_sim.controllers.", "bullet_sim.models.", "bullet_sim.world")
 COLD = (
     "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
     "last digits will differ from those that followed then"
@@ -36,7 +34,7 @@ class WorldState:
         bodies: their numbers in the engine.
         controllers: of each model, as they were loaded.
         engine: what the engine saved, a BodiesState.
-        objects: ObjectState of controllers, forces and contacts.
+        parts: states of what is computed between steps, see parts_of().
         placed: what Model.set_state has set, of each model.
         time_step: [s].
         step_count: steps made.
@@ -47,7 +45,7 @@ class WorldState:
     bodies: tuple[int, ...]
     controllers: tuple[tuple[Any, ...], ...]
     engine: Any
-    objects: ObjectState
+    parts: tuple[dict[str, Any], ...]
     placed: tuple[Any, ...]
     time_step: float
     step_count: int
@@ -66,15 +64,12 @@ def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
         WorldState.
     """
     models = list(world.models.values())
-    roots = [world.forces, world.contacts, order]
-    for model in models:
-        roots += [model.joints, model.mimics, model.manager]
     return WorldState(
         dict(world.models),
         bodies_of(world.models),
         tuple(controllers_of(model) for model in models),
         world.engine.save_bodies(clear=world.contacts.is_releasing),
-        ObjectState(roots, MODULES, leave=(Model,)),
+        tuple(part.get_state() for part in parts_of(world, order)),
         tuple(model.placed for model in models),
         world.time_step,
         world.step_count,
@@ -82,32 +77,43 @@ def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
     )
 
 
-def restore(world: "World", state: WorldState, reload: Callable[[], None]) -> str:
+def restore(
+    world: "World", state: WorldState, order: "ModelOrder", reload: Callable[[], None]
+) -> str:
     """Restore a checked state.
 
     Args:
         world: World.
         state: WorldState.
+        order: its ModelOrder.
         reload: function that loads all models into a cleared engine.
 
     Returns:
         What is not as it was: one sentence, or ''.
     """
-    pursued = [(each, each.goal) for loaded in state.controllers for each in loaded]
     world.contacts.begin_restore()
     world.models = dict(state.models)
     known = state.engine.is_cleared or world.engine.layout == state.engine.layout
     if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
         reload()
     world.contacts.prepare(world.models)
-    state.objects.restore()
+    for part, saved in zip(parts_of(world, order), state.parts, strict=True):
+        part.set_state(saved)
     world.contacts.end_restore()
     same = world.engine.restore_bodies(state.engine)
     for model, placed in zip(state.models.values(), state.placed):
         model.placed = placed
-    for controller, goal in pursued:
-        controller.resume(goal)
     return "" if same else COLD
+
+
+def parts_of(world: "World", order: "ModelOrder") -> list[Stateful]:
+    """What has a state beside the bodies: forces, contacts, order, joints and controllers."""
+    parts: list[Stateful] = [world.forces, world.contacts, order]
+    for model in world.models.values():
+        parts.append(model.joints)
+        if model.manager is not None:
+            parts.append(model.manager)
+    return parts
 
 
 def bodies_of(models: Mapping[str, Model]) -> tuple[int, ...]:
@@ -195,15 +201,17 @@ def check_state(world: "World", state: WorldState) -> None:
 
 
 def _names(controllers: Iterable[Any]) -> str:
-    return ", ".join(controller.spec.name for controller in controllers) or "(none)"
+    return ", ".join(controller.config.name for controller in controllers) or "(none)"
 
 
-class ModelOrder:
+class ModelOrder(Stateful):
     """Models of the world file in file order, then the others by name.
 
     The last bits of the engine's results depend on the order in which bodies were loaded, and
     programs that spawn models at the same time do so in any order.
     """
+
+    STATE = ("_of_file", "_fresh", "_changed", "_deleted")
 
     def __init__(self) -> None:
         self._of_file: tuple[str, ...] = ()
@@ -545,7 +553,7 @@ class World:
             WorldError: models or controllers came or went since; nothing has changed then.
         """
         check_state(self, state)
-        note = restore(self, state, self._reload)
+        note = restore(self, state, self._order, self._reload)
         self.step_count, self._next_check = state.step_count, state.next_check
         return note
 

@@ -10,8 +10,15 @@ import threading
 
 import actionlib
 import rospy
-from bullet_sim.controllers.gripper import GripperGoal, check_goal
-from bullet_sim.controllers.trajectory import Command, Goal, JointsError, Point, Tolerance
+from bullet_sim.controllers.gripper import GripperControl, GripperGoal, check_goal
+from bullet_sim.controllers.trajectory import (
+    Command,
+    Goal,
+    JointsError,
+    Point,
+    Tolerance,
+    TrajectoryControl,
+)
 from bullet_sim.errors import ControllerError, SimError
 from control_msgs.msg import (
     FollowJointTrajectoryAction,
@@ -24,7 +31,7 @@ from control_msgs.msg import (
 from control_msgs.srv import QueryTrajectoryState, QueryTrajectoryStateResponse
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bullet_bridge.control.topics import Commands, Topics
+from bullet_bridge.control.topics import Commands, Topics, ros_side
 from bullet_bridge.transport.conversions import stamp
 
 STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
@@ -50,8 +57,8 @@ class Pursuit:
         self._endpoints.append(self._action)
 
     def _check_running(self):
-        if not self._robot.manager.is_running(self._spec.name):
-            raise ControllerError(f"controller '{self._spec.name}' does not run")
+        if not self._robot.manager.is_running(self.config.name):
+            raise ControllerError(f"controller '{self.config.name}' does not run")
 
     def _accept(self, handle, name, goal):
         """Accept a goal (simulation thread, while the server waits for it)."""
@@ -156,17 +163,18 @@ def _point(motion):
     )
 
 
+@ros_side(TrajectoryControl)
 class Trajectories(Pursuit, Commands):
     """trajectory_msgs/JointTrajectory on command, control_msgs/FollowJointTrajectory as action."""
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
-        self.controller.clock = lambda: robot.world.time
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
+        controller.clock = lambda: robot.world.time
         self._state = self._publisher(f"{self.name}/state", JointTrajectoryControllerState)
-        self._state_schedule = self._every(spec.publish_rate, self._state)
+        self._state_schedule = self._every(self.config.publish_rate, self._state)
         self._serve("follow_joint_trajectory", FollowJointTrajectoryAction)
         self._feedback_schedule = self._every_while(
-            spec.action.monitor_rate,
+            self.config.monitor_rate,
             lambda: self._handle is not None and self._action.has_subscribers(),
         )
         self._query = rospy.Service(f"{self.name}/query_state", QueryTrajectoryState, self._planned)
@@ -175,7 +183,7 @@ class Trajectories(Pursuit, Commands):
         return JointTrajectory
 
     def _on_command(self, message):
-        self._robot.buffer_command(self._spec.name, command_of(message))
+        self._robot.buffer_command(self.config.name, command_of(message))
 
     # the action -------------------------------------------------------------------------------
     def _on_goal(self, handle):
@@ -215,7 +223,7 @@ class Trajectories(Pursuit, Commands):
         except (SimError, TimeoutError) as error:
             raise rospy.ServiceException(str(error)) from None
         return QueryTrajectoryStateResponse(
-            name=list(self._spec.joints),
+            name=list(self.config.joints),
             position=motion.positions,
             velocity=motion.velocities,
             acceleration=motion.accelerations,
@@ -242,7 +250,7 @@ class Trajectories(Pursuit, Commands):
             )
 
     def _filled(self, message, time):
-        message.header.stamp, message.joint_names = stamp(time), list(self._spec.joints)
+        message.header.stamp, message.joint_names = stamp(time), list(self.config.joints)
         for name in ("desired", "actual", "error"):
             setattr(message, name, _point(getattr(self.controller, name)))
         return message
@@ -253,11 +261,12 @@ class Trajectories(Pursuit, Commands):
         super().close()
 
 
+@ros_side(GripperControl)
 class Gripper(Pursuit, Topics):
     """control_msgs/GripperCommand as action gripper_cmd."""
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
         self._serve("gripper_cmd", GripperCommandAction)
 
     def _on_goal(self, handle):

@@ -4,39 +4,16 @@ import math
 import threading
 
 import rospy
+from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
 
-from bullet_bridge.control.actions import Gripper, Trajectories
+from bullet_bridge.control import actions  # noqa: F401  enters its topics
 from bullet_bridge.control.reconfigure import Tunings, set_hardware
 from bullet_bridge.control.services import ControllerServices
-from bullet_bridge.control.topics import (
-    Commands,
-    Drive,
-    FourWheelDrive,
-    JointStates,
-    PidCommands,
-    Sensors,
-)
+from bullet_bridge.control.topics import topics_of
 from bullet_bridge.loop.jobs import Ended
 from bullet_bridge.loop.received import Arrivals
 from bullet_bridge.transport.publishing import all_or_none
-
-_BASES = {"diff": Drive, "ackermann": Drive, "four_wheel": FourWheelDrive}
-_ACTIONS = {"trajectory": Trajectories, "gripper": Gripper}
-
-
-def topics_of(robot, spec):
-    """The Topics of a ControllerSpec."""
-    kind = spec.kind
-    if kind.interface == "state":
-        return JointStates(robot, spec)
-    if kind.reports_sensors:
-        return Sensors(robot, spec)
-    if kind.drive:
-        return _BASES[kind.drive](robot, spec)
-    if kind.action:
-        return _ACTIONS[kind.action](robot, spec)
-    return (PidCommands if kind.goal else Commands)(robot, spec)
 
 
 class RobotControl:
@@ -70,13 +47,6 @@ class RobotControl:
         except BaseException:
             self._close_topics()
             raise
-
-    def pid_namespace(self, spec, number):
-        """Namespace of the parameters of a controller's PID, that of its joint `number`."""
-        if spec.kind.action:
-            return f"{self.namespace}/{spec.name}/gains/{spec.joints[number]}"
-        of_joint = f"/{spec.joints[number]}" if spec.kind.group else ""
-        return f"{self.namespace}/{spec.name}{of_joint}/pid"
 
     # simulation thread ------------------------------------------------------------------------
     def apply_commands(self):
@@ -149,27 +119,21 @@ class RobotControl:
                 name,
             )
             return False
-        spec = self._run_job(lambda: self._check_rate(self.manager.load(name, config)))
-        if spec is None:
+        controller = self._run_job(lambda: self._load_checked(name, config))
+        if controller is None:
             return False
-        for note in spec.notes:
+        for note in controller.config.notes:
             self._log_once(rospy.loginfo, note.partition(": ")[2] or note, note)
-        for warning in spec.warnings:
+        for warning in controller.config.warnings:
             self._log_once(rospy.logwarn, warning, warning)
         try:
             with all_or_none():
-                topics = topics_of(self, spec)
+                topics = topics_of(self, controller)
             if not self._run_job(lambda: self._register(name, topics)):
                 topics.close()
                 self._unload(name)
                 return False
-            for number, gains in enumerate(spec.gains):
-                self._tunings.add(
-                    name,
-                    self.pid_namespace(spec, number),
-                    gains,
-                    lambda new, n=number: self._set_gains(name, n, new),
-                )
+            self._tune(controller)
         except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
             rospy.logerr(
                 "%s: topics of controller '%s' cannot be made: %s", self.namespace, name, error
@@ -188,21 +152,27 @@ class RobotControl:
         self._topics[name] = topics
         return True
 
-    def _set_gains(self, name, number, gains):
-        self.manager.get(name).pids[number].gains = gains
+    def _tune(self, controller):
+        """Let a controller's gains be changed by dynamic_reconfigure."""
+        config = controller.config
+        if isinstance(config, PidConfig):
+            for pid, gains, place in zip(controller.pids, config.gains, config.gain_names):
+                namespace = f"{self.namespace}/{config.name}/{place}"
+                self._tunings.add(
+                    config.name, namespace, gains, lambda new, pid=pid: setattr(pid, "gains", new)
+                )
 
-    def _check_rate(self, spec):
-        """Refuse and unload a controller whose publish_rate is above one per physics step."""
-        if (
-            spec.kind.interface == "state" or spec.kind.drive or spec.kind.reports_sensors
-        ) and spec.publish_rate * self.world.time_step > 1.0001:
-            self.manager.unload(spec.name)
+    def _load_checked(self, name, values):
+        """Load a controller, unless its publish_rate is above one per physics step."""
+        config = self.manager.load(name, values)
+        controller, limit = self.manager.get(name), 1 / self.world.time_step
+        if controller.limits_rate and config.publish_rate > 1.0001 * limit:
+            self.manager.unload(name)
             raise ControllerError(
-                f"controller '{spec.name}' publish_rate is "
-                f"{spec.publish_rate}, must be at most "
-                f"{1 / self.world.time_step:g} Hz, one per physics step"
+                f"controller '{name}' publish_rate is {config.publish_rate}, must be at most "
+                f"{limit:g} Hz, one per physics step"
             )
-        return spec
+        return controller
 
     def _log_once(self, log, key, text):
         if key not in self._logged:

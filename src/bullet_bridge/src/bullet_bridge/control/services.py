@@ -1,7 +1,7 @@
 """The services of a controller_manager."""
 
 import rospy
-from bullet_sim.controllers.kinds import INTERFACES
+from bullet_sim.controllers.base import INTERFACES
 from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
 from controller_manager_msgs.srv import (
     ListControllers,
@@ -78,13 +78,13 @@ class ControllerServices:
 
     def _list(self, _):
         response = ListControllersResponse()
-        for spec, state in self._run_job(self._manager.list) or []:
-            claims = spec.claims or ((spec.kind.interface, ()),)
+        for kind, config, state in self._run_job(self._manager.list) or []:
+            claims = config.claims or ((kind.interface, ()),)
             response.controller.append(
                 ControllerState(
-                    name=spec.name,
+                    name=config.name,
                     state=state,
-                    type=spec.kind.type,
+                    type=config.type,
                     claimed_resources=[
                         HardwareInterfaceResources(
                             hardware_interface=INTERFACES[interface], resources=list(joints)
@@ -111,14 +111,14 @@ class ControllerServices:
                 "%s: controllers are loaded (%s); reload_controller_libraries needs "
                 "force_kill to unload them",
                 self._namespace,
-                ", ".join(spec.name for spec, _ in loaded),
+                ", ".join(config.name for _, config, _ in loaded),
             )
             return ReloadControllerLibrariesResponse(ok=False)
-        running = [spec.name for spec, state in loaded if state == "running"]
+        running = [config.name for _, config, state in loaded if state == "running"]
         if running and self._run_job(lambda: self._manager.switch([], running)) is None:
             return ReloadControllerLibrariesResponse(ok=False)
         return ReloadControllerLibrariesResponse(
-            ok=all([self._do_unload(spec.name) for spec, _ in loaded])
+            ok=all([self._do_unload(config.name) for _, config, _ in loaded])
         )
 
     def close(self):

@@ -5,8 +5,7 @@ import zlib
 from dataclasses import replace
 
 import rospy
-from bullet_sim.plugins.forces import ForceTorqueSpec
-from bullet_sim.plugins.inertial import ImuSpec
+from bullet_sim.controllers import Controller, drive, four_wheel, joint
 from control_msgs.msg import JointControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist, TwistStamped
@@ -62,18 +61,18 @@ def pid_state(time, period, pid):
     return message
 
 
-def drive_odometry(time, drive, odometry):
-    """nav_msgs/Odometry of a DriveConfig and an Odometry; the twist is in the base's frame."""
-    message = Odometry(child_frame_id=drive.base_frame)
-    message.header.stamp, message.header.frame_id = stamp(time), drive.odom_frame
+def drive_odometry(time, config, odometry):
+    """nav_msgs/Odometry of a BaseConfig and an Odometry; the twist is in the base's frame."""
+    message = Odometry(child_frame_id=config.base_frame)
+    message.header.stamp, message.header.frame_id = stamp(time), config.odom_frame
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     position.x, position.y = odometry.x, odometry.y
     orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
     message.twist.twist.linear.x = odometry.linear
     message.twist.twist.linear.y = odometry.lateral
     message.twist.twist.angular.z = odometry.angular
-    message.pose.covariance = _diagonal(drive.pose_covariance)
-    message.twist.covariance = _diagonal(drive.twist_covariance)
+    message.pose.covariance = _diagonal(config.pose_covariance)
+    message.twist.covariance = _diagonal(config.twist_covariance)
     return message
 
 
@@ -106,6 +105,26 @@ def limited_twist(time, linear, angular):
     return message
 
 
+ROS_SIDE = {}  # class of a controller -> the Topics of it and its subclasses
+
+
+def ros_side(*kinds):
+    """Decorator that enters Topics for classes of controllers."""
+
+    def enter(topics):
+        ROS_SIDE.update(dict.fromkeys(kinds, topics))
+        return topics
+
+    return enter
+
+
+def topics_of(robot, controller):
+    """The Topics of a Controller: those of its class, or of the nearest base that has some."""
+    return next(ROS_SIDE[kind] for kind in type(controller).__mro__ if kind in ROS_SIDE)(
+        robot, controller
+    )
+
+
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
 
@@ -114,14 +133,15 @@ class Topics:
 
     Args:
         robot: RobotControl: namespace, world, model, manager, arrivals, buffer_command.
-        spec: ControllerSpec.
+        controller: Controller.
 
     Attributes:
+        controller, config: the controller and its configuration.
         schedules: of what it publishes periodically.
     """
 
-    def __init__(self, robot, spec):
-        self._robot, self._spec = robot, spec
+    def __init__(self, robot, controller):
+        self._robot, self.controller, self.config = robot, controller, controller.config
         self.schedules, self._endpoints = [], []
 
     def _every(self, rate, *publishers):
@@ -150,12 +170,7 @@ class Topics:
     @property
     def name(self):
         """Namespace of the controller."""
-        return f"{self._robot.namespace}/{self._spec.name}"
-
-    @property
-    def controller(self):
-        """The Controller."""
-        return self._robot.manager.get(self._spec.name)
+        return f"{self._robot.namespace}/{self.config.name}"
 
     def is_periodic(self):
         """Whether the controller publishes periodically."""
@@ -175,17 +190,19 @@ class Topics:
             endpoint.unregister()
 
 
+@ros_side(joint.JointState)
 class JointStates(Topics):
     """sensor_msgs/JointState of a joint state controller."""
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
+        config = self.config
         self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
-        self._schedule = self._every(spec.publish_rate, self._states)
+        self._schedule = self._every(config.publish_rate, self._states)
         names = robot.manager.hardware.names
-        self._numbers = [names.index(name) for name in spec.joints or names]
+        self._numbers = [names.index(name) for name in config.joints or names]
         joints = [names[number] for number in self._numbers]
-        self._extra = [row for row in spec.extra_joints if row[0] not in joints]
+        self._extra = [row for row in config.extra_joints if row[0] not in joints]
         self._sender = PackedJointState(self._states, [*joints, *(row[0] for row in self._extra)])
 
     def publish(self, step, time):
@@ -198,44 +215,46 @@ class JointStates(Topics):
         self._sender.send(time, *columns)
 
 
+@ros_side(Controller)
 class Commands(Topics):
-    """std_msgs/Float64, or Float64MultiArray of a group, into a controller."""
+    """std_msgs/Float64, or Float64MultiArray of several joints, into a controller."""
 
     topic = "command"
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
         self._subscriber = robot.arrivals.subscribe(
             f"{self.name}/{self.topic}", self._kind(), self._on_command, tcp_nodelay=True
         )
         self._endpoints.append(self._subscriber)
 
     def _kind(self):
-        return Float64MultiArray if self._spec.kind.group else Float64
+        several = self.controller.group or len(self.config.joints) != 1
+        return Float64MultiArray if several else Float64
 
     def _on_command(self, message):
         data = message.data
         self._robot.buffer_command(
-            self._spec.name, (data,) if isinstance(data, float) else tuple(data)
+            self.config.name, (data,) if isinstance(data, float) else tuple(data)
         )
 
 
+@ros_side(joint.PidControl)
 class PidCommands(Commands):
     """Commands, and the state topics of a controller with PIDs."""
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state = None
-        if not spec.kind.group:
+        if not controller.group:
             self._state = self._publisher(f"{self.name}/state", JointControllerState)
             self._schedule = self._every(rate / STATE_EVERY, self._state)
         self._inner = []
-        for number, wanted in enumerate(spec.publish_pid):
+        config = self.config
+        for number, (wanted, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
             if wanted:
-                states = self._publisher(
-                    f"{self._robot.pid_namespace(spec, number)}/state", PidState
-                )
+                states = self._publisher(f"{self.name}/{gains}/state", PidState)
                 self._inner.append((self._every(rate, states), number, states))
 
     def publish(self, step, time):
@@ -253,20 +272,21 @@ class PidCommands(Commands):
             states.publish(pid_state(time, sample.period, controller.pids[number]))
 
 
+@ros_side(drive.Drive)
 class Drive(Commands):
     """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
 
     topic = "cmd_vel"
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
         self._odometry = self._publisher(f"{self.name}/odom", Odometry)
-        drive = spec.drive
-        self._transform = self._publisher("/tf", TFMessage) if drive.publish_tf else None
+        config = self.config
+        self._transform = self._publisher("/tf", TFMessage) if config.publish_tf else None
         self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
-        self._schedule = self._every(spec.publish_rate, *self._outputs)
+        self._schedule = self._every(config.publish_rate, *self._outputs)
         self._limited = None
-        if drive.publish_command:
+        if config.publish_command:
             self._limited = self._publisher(f"{self.name}/cmd_vel_out", TwistStamped)
             self._limited_schedule = self._every(
                 1.0 / robot.manager.control_period(robot.world.time_step), self._limited
@@ -277,14 +297,14 @@ class Drive(Commands):
 
     def _on_command(self, message):
         values = (message.linear.x, message.angular.z)
-        if self._spec.drive.single_publisher and self._subscriber.get_num_connections() > 1:
+        if self.config.single_publisher and self._subscriber.get_num_connections() > 1:
             rospy.logerr_throttle(
                 1.0,
                 f"{self.name}/{self.topic} has more than one publisher, "
                 "which allow_multiple_cmd_vel_publishers forbids; it brakes",
             )
             values = (0.0, 0.0)
-        self._robot.buffer_command(self._spec.name, values)
+        self._robot.buffer_command(self.config.name, values)
 
     def publish(self, step, time):
         """Publish the odometry of this step and the limited command."""
@@ -294,27 +314,28 @@ class Drive(Commands):
             return
         outputs = [out for out in self._outputs if out.get_num_connections()]
         self._robot.manager.observe()
-        message = drive_odometry(time, self._spec.drive, self.controller.odometry)
+        message = drive_odometry(time, self.config, self.controller.odometry)
         for out in outputs:
             out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
 
 
+@ros_side(four_wheel.FourWheel)
 class FourWheelDrive(Drive):
     """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer."""
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
         self._endpoints.append(
             robot.arrivals.subscribe(
                 f"{self.name}/cmd_four_wheel_steering", FourWheelSteering, self._on_angles
             )
         )
         self._steering = self._publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
-        self._steering_schedule = self._every(spec.publish_rate, self._steering)
+        self._steering_schedule = self._every(self.config.publish_rate, self._steering)
 
     def _on_angles(self, message):
         values = (message.speed, message.front_steering_angle, message.rear_steering_angle)
-        self._robot.buffer_command(self._spec.name, values)
+        self._robot.buffer_command(self.config.name, values)
 
     def publish(self, step, time):
         """Publish the odometry of this step, also as speed and steering angles."""
@@ -322,28 +343,26 @@ class FourWheelDrive(Drive):
         if self._steering_schedule.due(step):
             self._robot.manager.observe()
             self._steering.publish(
-                four_wheel_state(time, self._spec.drive.odom_frame, self.controller.odometry)
+                four_wheel_state(time, self.config.odom_frame, self.controller.odometry)
             )
 
 
-_KINDS = {"imu": ImuSpec, "force_torque": ForceTorqueSpec}
-
-
+@ros_side(joint.SensorController)
 class Sensors(Topics):
     """Each sensor of a kind on a topic of its own name in the robot's namespace.
 
     A joint's sensor has the joint's name.
     """
 
-    def __init__(self, robot, spec):
-        super().__init__(robot, spec)
-        self._outputs = []
+    def __init__(self, robot, controller):
+        super().__init__(robot, controller)
+        self._outputs, config = [], self.config
         for found in robot.model.description.sensors:
-            if type(found) is not _KINDS[spec.kind.interface]:
+            if type(found) is not controller.sensor:
                 continue
             name = getattr(found, "joint", found.name)
-            wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=spec.publish_rate)
-            seed = zlib.crc32(f"{spec.name}/{name}".encode())
+            wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
+            seed = zlib.crc32(f"{config.name}/{name}".encode())
             output = OUTPUTS[type(found)](robot.world, robot.model, wanted, seed)
             self._outputs.append(output)
             self.schedules.append(output.schedule)

@@ -5,6 +5,7 @@ import math
 import time as wall
 
 import rospy
+from bullet_sim.component import Stateful
 from rosgraph_msgs.msg import Clock
 
 from bullet_bridge.transport.conversions import stamp
@@ -47,7 +48,7 @@ class Thinning:
         self._clock.skip(min(steps, self._stride - self._batch) if self.waits else steps)
 
 
-class Schedule:
+class Schedule(Stateful):
     """Due times k / rate, each rounded to the nearest physics step.
 
     A rate that does not divide the step rate (30 Hz at 1 ms) keeps its mean exactly; single
@@ -61,6 +62,8 @@ class Schedule:
     Raises:
         ValueError: the rate is not above 0 or higher than the step rate.
     """
+
+    STATE = ("_count", "next")
 
     def __init__(self, rate, time_step, start=0):
         if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
@@ -104,6 +107,8 @@ class SubscribedSchedule(Schedule):
     Attributes:
         subscribed: whether there were subscribers at the last check.
     """
+
+    STATE = ("subscribed",)
 
     def __init__(self, rate, time_step, start, has_subscribers):
         super().__init__(rate, time_step, start)

@@ -1,13 +1,14 @@
 """What a model publishes through the simulator: the base of its sensors and plugins."""
 
 import numpy as np
+from bullet_sim.component import Component
 from bullet_sim.pose import Pose, cross
 
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.publishing import publisher
 
 
-class Output:
+class Output(Component):
     """One sensor of one model.
 
     Args:
@@ -16,6 +17,7 @@ class Output:
         seed: of its noise.
     """
 
+    STATE = ("schedule", "rng")
     message = None
     relayed = True  # see publishing.publisher
     reports = True  # it publishes periodically, so that its rate can be measured
@@ -64,6 +66,8 @@ class Output:
 
 class DifferenceOutput(Output):
     """Compares a state with that of its last message, which it forgets without subscribers."""
+
+    STATE = ("_before",)
 
     def restart(self):
         super().restart()

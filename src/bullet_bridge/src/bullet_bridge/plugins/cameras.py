@@ -164,6 +164,7 @@ class Cameras:
 class CameraOutput(Output):
     """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
 
+    CACHE = ("_labels", "_label_sender")
     message = Image
     relayed = False
 

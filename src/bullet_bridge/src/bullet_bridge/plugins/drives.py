@@ -48,6 +48,7 @@ class WheelDriveOutput(Output):
     A command acts from the next update until the next command, as in Gazebo's plugins.
     """
 
+    STATE = ("_command", "_before", "_drive")
     message = Odometry
 
     def __init__(self, world, model, spec, seed):
@@ -170,6 +171,7 @@ class PlanarMoveOutput(Output):
     Upstream sets the vertical velocity and the others of rotation to zero, so does this.
     """
 
+    STATE = ("_command", "_since", "_new", "_odometry")
     message = Odometry
     every_step = True
 
@@ -246,6 +248,7 @@ class LinkForceOutput(DifferenceOutput):
 class HandOfGodOutput(Output):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
 
+    CACHE = ("_missing",)  # whether it was logged
     message = TFMessage
     reports = False
     every_step = True
@@ -320,6 +323,7 @@ class JointPosesOutput(Output):
     As upstream, each point waits for the time_from_start of the point before it, counted from then.
     """
 
+    STATE = ("_points", "_next")
     message = JointTrajectory
     reports = False
     every_step = True

@@ -234,7 +234,7 @@ class JointServices:
             response = GetJointPropertiesResponse(type=TYPES[model.description.joints[joint].kind])
             if joint in model.joints.names:
                 number = model.joints.names.index(joint)
-                positions, rates, _ = model.joints.read()
+                positions, rates, _ = model.joints.arrays()
                 response.damping = [model.joints.limits[joint].damping]
                 response.position = [float(positions[number])]
                 response.rate = [float(rates[number])]

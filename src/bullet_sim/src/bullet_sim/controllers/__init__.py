@@ -1,36 +1,27 @@
-"""Controllers: the table of their types, their configuration and their implementations."""
+"""Controllers: the registry of their types, their configuration and what they do."""
 
-from bullet_sim.controllers.base import MAX_COMMAND, check_command
-from bullet_sim.controllers.drive import Ackermann, DiffDrive
-from bullet_sim.controllers.four_wheel import FourWheel
-from bullet_sim.controllers.gripper import GripperControl
-from bullet_sim.controllers.joint import Controller, Forward, PidByEffort, PidByVelocity
-from bullet_sim.controllers.kinds import KINDS, ControllerSpec, Kind
-from bullet_sim.controllers.parse import parse_controller
-from bullet_sim.controllers.trajectory import TrajectoryControl
+from bullet_sim.controllers import drive, four_wheel, gripper, joint, trajectory
+from bullet_sim.controllers.base import (
+    CONTROLLERS,
+    MAX_COMMAND,
+    Controller,
+    ControllerConfig,
+    Settings,
+    check_command,
+    configure,
+)
 
 __all__ = [
-    "KINDS",
+    "CONTROLLERS",
     "MAX_COMMAND",
-    "ControllerSpec",
-    "Kind",
+    "Controller",
+    "ControllerConfig",
+    "Settings",
     "check_command",
-    "make_controller",
-    "parse_controller",
+    "configure",
+    "drive",
+    "four_wheel",
+    "gripper",
+    "joint",
+    "trajectory",
 ]
-
-_DRIVES = {"diff": DiffDrive, "ackermann": Ackermann, "four_wheel": FourWheel}
-_ACTIONS = {"trajectory": TrajectoryControl, "gripper": GripperControl}
-
-
-def make_controller(spec, hardware):
-    """The Controller of a ControllerSpec."""
-    if spec.kind.interface == "state" or spec.kind.reports_sensors:
-        return Controller(spec, hardware)
-    if spec.kind.drive:
-        return _DRIVES[spec.kind.drive](spec, hardware)
-    if spec.kind.action:
-        return _ACTIONS[spec.kind.action](spec, hardware)
-    if not spec.kind.goal:
-        return Forward(spec, hardware)
-    return (PidByEffort if spec.kind.interface == "effort" else PidByVelocity)(spec, hardware)

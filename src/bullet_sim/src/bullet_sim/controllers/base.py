@@ -1,22 +1,36 @@
-"""What all controllers share: checks of their commands and of their configuration."""
+"""What all controllers share: configuration, life cycle, the registry of their types."""
 
 import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from bullet_sim.component import Component
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
+from bullet_sim.registry import Registry
 
+if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import Hardware
+
+INTERFACES = {
+    "velocity": "hardware_interface::VelocityJointInterface",
+    "position": "hardware_interface::PositionJointInterface",
+    "effort": "hardware_interface::EffortJointInterface",
+    "state": "hardware_interface::JointStateInterface",
+    "imu": "hardware_interface::ImuSensorInterface",
+    "force_torque": "hardware_interface::ForceTorqueSensorInterface",
+}
 MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
 
 
-def check_command(name, values, counts):
+def check_command(name: str, values: Iterable[float], counts: Sequence[int]) -> tuple[float, ...]:
     """Check a command.
 
     Args:
         name: controller name.
-        values: sequence of numbers [rad/s, m/s, rad, m, N m, N].
-        counts: how many there may be, a tuple.
-
-    Returns:
-        The values as a tuple of floats.
+        values: numbers [rad/s, m/s, rad, m, N m, N].
+        counts: how many there may be.
 
     Raises:
         CommandError: wrong count, NaN or beyond MAX_COMMAND.
@@ -34,7 +48,7 @@ def check_command(name, values, counts):
     return values
 
 
-def as_number(value):
+def as_number(value: Any) -> float | None:
     """The value as a finite float, or None.
 
     YAML 1.1 reads 1e6 and 1.0e6 as strings (it requires 1.0e+6), so a numeric string counts.
@@ -60,25 +74,30 @@ class Settings:
         values: the mapping.
         what: name for messages, e.g. "controller 'drive'".
 
+    Attributes:
+        name: of the controller whose settings these are.
+
     Raises:
         ControllerError: it is no mapping.
     """
 
-    def __init__(self, values, what):
+    def __init__(self, values: Any, what: str, name: str = "") -> None:
         if not isinstance(values, dict):
             raise ControllerError(f"{what} is {values!r}, must be a mapping")
-        self.what = what
-        self._values, self._asked, self._blocks = values, set(), []
+        self.what, self.name = what, name
+        self._values: dict[Any, Any] = values
+        self._asked: set[str] = set()
+        self._blocks: list[Settings] = []
 
-    def get(self, key, default=None):
+    def get(self, key: str, default: Any = None) -> Any:
         """A value as it is."""
         self._asked.add(key)
         return self._values.get(key, default)
 
-    def __contains__(self, key):
+    def __contains__(self, key: str) -> bool:
         return key in self._values
 
-    def number(self, key, default, above=None):
+    def number(self, key: str, default: Any, above: float | None = None) -> Any:
         """A finite number; a missing one gives `default` unchecked.
 
         Args:
@@ -93,21 +112,42 @@ class Settings:
             raise ControllerError(f"{self.what} has {key} {self._values[key]!r}, must be {wanted}")
         return value
 
-    def flag(self, key, default):
+    def flag(self, key: str, default: bool) -> bool:
         """True or false."""
         value = self.get(key, default)
         if not isinstance(value, bool):
             raise ControllerError(f"{self.what} has {key} {value!r}, must be true or false")
         return value
 
-    def text(self, key, default):
+    def text(self, key: str, default: str | None) -> str:
         """A string that is not empty."""
         value = self.get(key, default)
         if not isinstance(value, str) or not value:
             raise ControllerError(f"{self.what} has {key} {value!r}, must be a name")
         return value
 
-    def block(self, *keys):
+    def rate(self) -> float:
+        """The publish_rate [Hz]."""
+        value: float = self.number("publish_rate", 50.0, above=0.0)
+        return value
+
+    def joint(self, key: str, known: Sequence[str]) -> str:
+        """The name of one of the robot's movable joints; `known` are all of them."""
+        name: str = self.get(key)
+        if name is None:
+            raise ControllerError(f"{self.what} has {key} {name!r}, must be a joint name")
+        check_joints([name], self.what, known)
+        return name
+
+    def joints(self, key: str, known: Sequence[str]) -> tuple[str, ...]:
+        """As joint(), of a list of at least one."""
+        names = self.get(key)
+        if not isinstance(names, list) or not names:
+            raise ControllerError(f"{self.what} has {key} {names!r}, must be a list of joint names")
+        check_joints(names, self.what, known)
+        return tuple(names)
+
+    def block(self, *keys: str) -> "Settings":
         """Settings of a mapping within this one; a missing one is empty."""
         inner = self
         for key in keys:
@@ -116,15 +156,165 @@ class Settings:
             inner = found
         return inner
 
-    def ignore(self, *keys):
+    def ignore(self, *keys: str) -> list[str]:
         """Mark keys as known; returns those that are present."""
         self._asked.update(keys)
         return [key for key in keys if key in self._values]
 
-    def unknown(self):
+    def unknown(self) -> list[str]:
         """A sentence for each key that was not read, also in nested blocks."""
         own = [
             f"{self.what} has key '{key}', which means nothing here and is ignored"
             for key in sorted(set(self._values) - self._asked, key=str)
         ]
         return own + [text for block in self._blocks for text in block.unknown()]
+
+
+def check_joints(joints: Sequence[Any], what: str, known: Sequence[str]) -> None:
+    """Check joints' names.
+
+    Raises:
+        ControllerError: one does not exist or is there twice.
+    """
+    for number, joint in enumerate(joints):
+        if joint not in known:
+            raise ControllerError(
+                f"{what} names joint '{joint}', which does not exist; joints "
+                f"are {', '.join(known) or '(none)'}"
+            )
+        if joint in joints[:number]:
+            raise ControllerError(f"{what} names joint '{joint}' twice, must be once")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerConfig:
+    """One checked entry of the controllers' YAML; types of controllers add their own fields.
+
+    Attributes:
+        name: the entry's key.
+        type: its ros_control name.
+        joints: joint names; empty for a state controller that reports all.
+        claims: (interface, joint names) pairs; empty for a controller that commands nothing.
+        publish_rate: of what it reports [Hz].
+        notes: sentences about keys that are accepted without effect.
+        warnings: sentences about keys that are ignored.
+    """
+
+    name: str
+    type: str = ""
+    joints: tuple[str, ...] = ()
+    claims: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    publish_rate: float = 50.0
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+class Controller(Component):
+    """A loaded controller.
+
+    A subclass says in `configure` what its entry in the YAML file has to say, and in `update` what
+    it does. Joints' positions and velocities are those of the last update, or start.
+
+    Args:
+        config: result of configure().
+        hardware: Hardware of the robot.
+
+    Attributes:
+        interface: a key of INTERFACES: what it commands (velocity, position, effort) or reports.
+        periodic: update() is called before physics steps.
+        group: its command topic takes a list, also of one joint.
+        limits_rate: a publish_rate above one message per physics step is refused.
+        joints: a JointHandle for each of config.joints.
+        pids: its Pids, whose gains can be changed at run time.
+    """
+
+    interface: ClassVar[str]
+    periodic: ClassVar[bool] = False
+    group: ClassVar[bool] = False
+    limits_rate: ClassVar[bool] = False
+
+    pids: tuple[Any, ...] = ()
+
+    @classmethod
+    def configure(
+        cls,
+        settings: Settings,
+        joints: tuple[str, ...],
+        description: ModelDescription | None,
+    ) -> ControllerConfig:
+        """Check an entry of the YAML file.
+
+        Args:
+            settings: the entry.
+            joints: names of the robot's movable joints.
+            description: of the robot, for what the entry does not say; None: it has to.
+
+        Raises:
+            ControllerError: names the key, the value and what is valid.
+        """
+        raise NotImplementedError
+
+    def __init__(self, config: Any, hardware: "Hardware") -> None:
+        self.config, self.hardware = config, hardware
+        self.joints = hardware.handles(config.joints)
+
+    def stop(self) -> None:
+        """Release the joints."""
+        for _, joints in self.config.claims:
+            self.hardware.release(joints)
+
+    def check(self, values: Any) -> Any:
+        """Check a command: by default a number for each joint; returns them as floats.
+
+        Raises:
+            CommandError: wrong count, NaN or out of bounds.
+        """
+        return check_command(self.config.name, values, (len(self.config.joints),))
+
+    def command(self, values: Any) -> None:
+        """Set a checked command."""
+
+    def observe(self, time: float) -> None:
+        """Update what is published to the joints' present state; nothing is commanded."""
+
+
+CONTROLLERS: Registry[type[Controller]] = Registry("controller type")
+
+
+def configure(
+    name: str,
+    values: Any,
+    joints: Sequence[str],
+    description: ModelDescription | None = None,
+) -> tuple[type[Controller], Any]:
+    """Check one controller's entry in the YAML file.
+
+    Args:
+        name: controller name.
+        values: its mapping.
+        joints: movable joints of the robot.
+        description: for the wheels' sizes; None: they must be configured.
+
+    Returns:
+        Class of the controller, its configuration.
+
+    Raises:
+        ControllerError: names the entry, the value and what would be valid.
+    """
+    what = f"controller '{name}'"
+    if not isinstance(values, dict):
+        raise ControllerError(
+            f"{what} has configuration {values!r}, must be a mapping with type and joint"
+        )
+    settings = Settings(values, what, name)
+    type_name = str(settings.get("type"))
+    try:
+        kind = CONTROLLERS.find(type_name)
+    except KeyError:
+        raise ControllerError(
+            f"{what} has type '{values.get('type')}', must be one of "
+            f"{', '.join(CONTROLLERS.names())}"
+        ) from None
+    config = kind.configure(settings, tuple(joints), description)
+    warnings = (*config.warnings, *settings.unknown())
+    return kind, replace(config, type=type_name, warnings=warnings)

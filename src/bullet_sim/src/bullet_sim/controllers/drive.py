@@ -6,8 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bullet_sim.controllers.base import as_number
-from bullet_sim.controllers.joint import Controller
+from bullet_sim.component import Stateful
+from bullet_sim.controllers.base import (
+    CONTROLLERS,
+    Controller,
+    ControllerConfig,
+    as_number,
+    check_command,
+    check_joints,
+)
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose
 
@@ -121,7 +128,7 @@ _WITHOUT_EFFECT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class BaseConfig:
+class BaseConfig(ControllerConfig):
     """Configuration that all kinds of bases share.
 
     Attributes:
@@ -170,9 +177,20 @@ class DriveConfig(BaseConfig):
     steer_multiplier: float = 1.0
 
 
-def common(settings):
-    """Values of a BaseConfig, and notes about keys without effect."""
-    values = {
+def common(settings, claims):
+    """Values of a BaseConfig.
+
+    Args:
+        settings: Settings of the entry.
+        claims: (interface, joint names) pairs.
+    """
+    ignored = settings.ignore(*_WITHOUT_EFFECT)
+    return {
+        "name": settings.name,
+        "joints": tuple(joint for _, names in claims for joint in names),
+        "claims": claims,
+        "publish_rate": settings.rate(),
+        "notes": tuple(f"{settings.what}: {key} has no effect here" for key in ignored),
         "linear": parse_limiter(settings.block("linear", "x")),
         "angular": parse_limiter(settings.block("angular", "z")),
         "timeout": settings.number("cmd_vel_timeout", 0.5),
@@ -186,10 +204,6 @@ def common(settings):
         "pose_covariance": _diagonal(settings, "pose_covariance_diagonal"),
         "twist_covariance": _diagonal(settings, "twist_covariance_diagonal"),
     }
-    notes = tuple(
-        f"{settings.what}: {key} has no effect here" for key in settings.ignore(*_WITHOUT_EFFECT)
-    )
-    return values, notes
 
 
 def _diagonal(settings, key):
@@ -224,69 +238,6 @@ def size(settings, key, measure):
         raise ControllerError(f"{settings.what} has no {key}, and {error}") from None
 
 
-def parse_diff(settings, description):
-    """Configuration of a diff_drive_controller.
-
-    Args:
-        settings: Settings of the entry.
-        description: ModelDescription or None.
-
-    Returns:
-        DriveConfig, claims as (interface, joint names) pairs, notes.
-
-    Raises:
-        ControllerError: names the key, the value and what is valid.
-    """
-    left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
-    if len(left) != len(right):
-        raise ControllerError(
-            f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as many"
-        )
-    both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
-    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
-    separation = size(
-        settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
-    )
-    values, notes = common(settings)
-    drive = DriveConfig(
-        left,
-        right,
-        separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
-        tuple(
-            radius * settings.number(f"{side}_wheel_radius_multiplier", both, above=0.0)
-            for side in ("left", "right")
-        ),
-        **values,
-    )
-    return drive, (("velocity", left + right),), notes
-
-
-def parse_ackermann(settings, description):
-    """Configuration of an ackermann_steering_controller; see parse_diff."""
-    rear = settings.text("rear_wheel", "rear_wheel_joint")
-    front = settings.text("front_steer", "front_steer_joint")
-    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
-    separation = size(
-        settings,
-        "wheel_separation_h",
-        lambda: abs(joint_position(description, front)[0] - joint_position(description, rear)[0]),
-    )
-    values, notes = common(settings)
-    drive = DriveConfig(
-        (rear,),
-        (front,),
-        separation * settings.number("wheel_separation_h_multiplier", 1.0, above=0.0),
-        (radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
-        steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
-        **values,
-    )
-    if not drive.separation > 0:
-        raise ControllerError(
-            f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
-        )
-    return drive, (("velocity", (rear,)), ("position", (front,))), notes
-
-
 def _distance(description, first, second):
     a, b = joint_position(description, first), joint_position(description, second)
     distance = sum((p - q) ** 2 for p, q in zip(a, b)) ** 0.5
@@ -300,7 +251,7 @@ STRAIGHT = 1e-6  # [rad] an arc that turns less counts as straight
 MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
 
 
-class Odometry:
+class Odometry(Stateful):
     """Pose in the plane and velocity, from arcs.
 
     Args:
@@ -313,6 +264,7 @@ class Odometry:
         lateral: velocity to the left [m/s]: wheels do not slide.
     """
 
+    STATE = ("x", "y", "heading", "linear", "angular", "_arcs", "_time")
     lateral = 0.0
 
     def __init__(self, window=10):
@@ -362,18 +314,39 @@ class Odometry:
 
 
 class Drive(Controller):
-    """Base class of both kinds of bases: time-out, limits, odometry.
+    """Base class of bases' controllers: time-out, limits, odometry.
 
     Attributes:
         odometry: Odometry.
         limited: (forward [m/s], turning) command after the limits.
+        command_sizes: numbers that a command may have.
     """
 
-    periodic = True
+    STATE = (
+        "odometry",
+        "limited",
+        "_before",
+        "_wanted",
+        "_age",
+        "_written",
+        "_positions",
+        "_time",
+    )
+    periodic = limits_rate = True
+    interface = "velocity"
+    command_sizes = (2,)
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self.odometry = Odometry(spec.drive.window)
+    @classmethod
+    def configure(cls, settings, joints, description):
+        """Check an entry of the YAML file; see Controller.configure."""
+        config = cls._configure(settings, description)
+        check_joints(config.joints, settings.what, joints)
+        return config
+
+    def __init__(self, config, hardware):
+        super().__init__(config, hardware)
+        self.odometry = Odometry(config.window)
+        self._positions, self._time = (0.0,) * len(self.joints), 0.0
         self._forget()
 
     def _forget(self):
@@ -383,51 +356,49 @@ class Drive(Controller):
     def start(self, time):
         """Start at rest and continue the odometry."""
         self._forget()
-        self._positions = dict(zip(self.spec.joints, self.hardware.positions_of(self.spec.joints)))
+        self._positions = tuple(joint.position for joint in self.joints)
         self._time = time
         self.odometry.start(time)
         self._write_once(self._outputs(0.0, 0.0))
 
-    def restart(self, time):
-        """Restart at the origin."""
+    def reset(self, time):
+        """Start at the origin."""
         self.odometry.reset(time)
         self.start(time)
+
+    def check(self, values):
+        """Check a command of command_sizes numbers."""
+        return check_command(self.config.name, values, self.command_sizes)
 
     def command(self, values):
         """Set (forward [m/s], turning); valid until the time-out."""
         self._wanted, self._age = values, 0.0
 
-    def brake(self):
-        """Drop the command: the base slows down within its limits."""
-        self._wanted = (0.0, 0.0)
-
-    def update(self, state, time, period):
+    def update(self, time, period):
         """Odometry, then wheel speeds within the limits."""
-        self.observe(state, time)
-        drive = self.spec.drive
-        wanted = self._wanted if self._age <= drive.timeout else (0.0, 0.0)
+        self.observe(time)
+        config = self.config
+        wanted = self._wanted if self._age <= config.timeout else (0.0, 0.0)
         self._age += period
         now = tuple(
             limiter.limit(value, last, before, period)
             for limiter, value, last, before in zip(
-                (drive.linear, drive.angular), wanted, self.limited, self._before
+                (config.linear, config.angular), wanted, self.limited, self._before
             )
         )
         self._before, self.limited = self.limited, now
         self._write_once(self._outputs(*now))
 
-    def observe(self, state, time):
-        """Update the odometry to a state."""
-        if self.spec.drive.open_loop:
+    def observe(self, time):
+        """Update the odometry to the joints' state."""
+        if self.config.open_loop:
             period = time - self._time
             distance, turn = (v * period for v in self._motion(*self.limited))
         else:
-            positions = state[0]
-            distance, turn = self._travelled(
-                {joint: positions[joint] - self._positions[joint] for joint in self.spec.joints},
-                positions,
-            )
-            self._positions = {joint: positions[joint] for joint in self.spec.joints}
+            positions = tuple(joint.position for joint in self.joints)
+            turned = [now - before for now, before in zip(positions, self._positions)]
+            distance, turn = self._travelled(turned, positions)
+            self._positions = positions
         self._time = time
         self.odometry.move(distance, turn, time)
 
@@ -437,32 +408,60 @@ class Drive(Controller):
             self._write(outputs)
 
 
+@CONTROLLERS.register("diff_drive_controller/DiffDriveController")
 class DiffDrive(Drive):
     """Left and right wheels; commands are m/s forward and rad/s to the left."""
 
+    @classmethod
+    def _configure(cls, settings, description):
+        left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
+        if len(left) != len(right):
+            raise ControllerError(
+                f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as "
+                "many"
+            )
+        both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
+        radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
+        separation = size(
+            settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
+        )
+        return DriveConfig(
+            left,
+            right,
+            separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
+            tuple(
+                radius * settings.number(f"{side}_wheel_radius_multiplier", both, above=0.0)
+                for side in ("left", "right")
+            ),
+            **common(settings, (("velocity", left + right),)),
+        )
+
     def _outputs(self, linear, angular):
-        drive = self.spec.drive
-        across = angular * drive.separation / 2
-        return (linear - across) / drive.radii[0], (linear + across) / drive.radii[1]
+        config = self.config
+        across = angular * config.separation / 2
+        return (linear - across) / config.radii[0], (linear + across) / config.radii[1]
 
     def _write(self, outputs):
-        drive = self.spec.drive
-        self.hardware.velocities(
-            self.spec.joints, (outputs[0],) * len(drive.left) + (outputs[1],) * len(drive.right)
-        )
+        config = self.config
+        speeds = (outputs[0],) * len(config.left) + (outputs[1],) * len(config.right)
+        self.hardware.command("velocity", self.joints, speeds)
 
     def _motion(self, linear, angular):
         return linear, angular
 
     def _travelled(self, turned, _):
-        drive = self.spec.drive
+        config, count = self.config, len(self.config.left)
         left, right = (
-            radius * math.fsum(turned[joint] for joint in joints) / len(joints)
-            for radius, joints in zip(drive.radii, (drive.left, drive.right))
+            radius * math.fsum(angles) / count
+            for radius, angles in zip(config.radii, (turned[:count], turned[count:]))
         )
-        return (left + right) / 2, (right - left) / drive.separation
+        return (left + right) / 2, (right - left) / config.separation
 
 
+@CONTROLLERS.register(
+    "ackermann_steering_controller/AckermannSteeringController",
+    "steer_drive_controller/SteerDriveController",
+)
 class Ackermann(Drive):
     """One rear wheel and one steering joint; commands are m/s forward and the steering angle.
 
@@ -470,30 +469,57 @@ class Ackermann(Drive):
     the odometry of open_loop uses it as an angle, too.
     """
 
+    @classmethod
+    def _configure(cls, settings, description):
+        rear = settings.text("rear_wheel", "rear_wheel_joint")
+        front = settings.text("front_steer", "front_steer_joint")
+        radius = size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
+        separation = size(
+            settings,
+            "wheel_separation_h",
+            lambda: abs(
+                joint_position(description, front)[0] - joint_position(description, rear)[0]
+            ),
+        )
+        config = DriveConfig(
+            (rear,),
+            (front,),
+            separation * settings.number("wheel_separation_h_multiplier", 1.0, above=0.0),
+            (radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
+            steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
+            **common(settings, (("velocity", (rear,)), ("position", (front,)))),
+        )
+        if not config.separation > 0:
+            raise ControllerError(
+                f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
+            )
+        return config
+
     def _outputs(self, linear, angle):
-        return linear / self.spec.drive.radii[1], angle
+        return linear / self.config.radii[1], angle
 
     def _write(self, outputs):
-        drive = self.spec.drive
-        self.hardware.velocities(drive.left, outputs[:1])
-        self.hardware.positions(drive.right, outputs[1:])
+        self.hardware.command("velocity", self.joints[:1], outputs[:1])
+        self.hardware.command("position", self.joints[1:], outputs[1:])
 
     def _motion(self, linear, angle):
-        return linear, linear * math.tan(angle) / self.spec.drive.separation
+        return linear, linear * math.tan(angle) / self.config.separation
 
     def _travelled(self, turned, positions):
-        drive = self.spec.drive
-        distance = turned[drive.left[0]] * drive.radii[0]
-        angle = positions[drive.right[0]] * drive.steer_multiplier
-        return distance, distance * math.tan(angle) / drive.separation
+        config = self.config
+        distance = turned[0] * config.radii[0]
+        angle = positions[1] * config.steer_multiplier
+        return distance, distance * math.tan(angle) / config.separation
 
 
-class WheelDrive:
+class WheelDrive(Stateful):
     """Wheel speeds of both sides for a command, and odometry from the wheels' angles.
 
     Args:
         spec: WheelDriveSpec.
     """
+
+    STATE = ("_speeds", "_angles", "_place", "_twist")
 
     def __init__(self, spec):
         self._spec = spec

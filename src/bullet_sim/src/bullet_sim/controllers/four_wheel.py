@@ -10,6 +10,8 @@ import collections
 import math
 from dataclasses import dataclass
 
+from bullet_sim.component import Stateful
+from bullet_sim.controllers.base import CONTROLLERS
 from bullet_sim.controllers.drive import (
     MAX_ARC,
     MIN_PERIOD,
@@ -44,43 +46,6 @@ class FourWheelConfig(BaseConfig):
     offset: float
     radius: float
     wheel_base: float
-
-
-def parse_four_wheel(settings, description):
-    """Configuration of a four_wheel_steering_controller.
-
-    Args:
-        settings: Settings of the entry.
-        description: ModelDescription or None.
-
-    Returns:
-        FourWheelConfig, claims as (interface, joint names) pairs, notes.
-
-    Raises:
-        ControllerError: names the key, the value and what is valid.
-    """
-    pairs = {key: wheel_names(settings, key) for key in _KEYS}
-    for key, names in pairs.items():
-        if len(names) != 2:
-            raise ControllerError(
-                f"{settings.what} has {len(names)} joints in {key}, must be two: left and right"
-            )
-    wheels = pairs["front_wheel"] + pairs["rear_wheel"]
-    steers = pairs["front_steering"] + pairs["rear_steering"]
-    track = size(settings, "track", lambda: _apart(description, wheels[0], wheels[1]))
-    base = size(settings, "wheel_base", lambda: _apart(description, wheels[0], wheels[2]))
-    radius = size(settings, "wheel_radius", lambda: wheel_radius(description, wheels[0]))
-    try:
-        offset = _apart(description, steers[0], wheels[0])
-    except ControllerError as error:
-        raise ControllerError(f"{settings.what}: {error}") from None
-    settings.ignore("wheel_steering_y_offset")  # upstream writes it there, from the URDF
-    for name, value in (("wheel_base", base), ("wheel_radius", radius)):
-        if not value > 0:
-            raise ControllerError(f"{settings.what} has {name} {value}, must be above 0 [m]")
-    values, notes = common(settings)
-    config = FourWheelConfig(wheels, steers, track - 2 * offset, offset, radius, base, **values)
-    return config, (("velocity", wheels), ("position", steers)), notes
 
 
 def _apart(description, first, second):
@@ -192,7 +157,7 @@ def _axle_speed(config, left, right, curvature, cosine):
     return math.copysign(math.sqrt(squares / (2.0 + 2.0 * half**2)), total)
 
 
-class FourWheelOdometry:
+class FourWheelOdometry(Stateful):
     """Pose in the plane, velocity, and what odom_steer reports.
 
     Args:
@@ -204,6 +169,21 @@ class FourWheelOdometry:
         speed: forward or backwards [m/s]; acceleration [m/s^2], jerk [m/s^3]: its means.
         angles: of the virtual front and rear wheel [rad]; rates: their means [rad/s].
     """
+
+    STATE = (
+        "x",
+        "y",
+        "heading",
+        "linear",
+        "lateral",
+        "angular",
+        "speed",
+        "acceleration",
+        "jerk",
+        "angles",
+        "rates",
+        "_rates",
+    )
 
     def __init__(self, window=10):
         self._rates = [collections.deque(maxlen=max(1, window)) for _ in range(4)]
@@ -249,46 +229,71 @@ class FourWheelOdometry:
         return math.fsum(rates) / len(rates)
 
 
+@CONTROLLERS.register("four_wheel_steering_controller/FourWheelSteeringController")
 class FourWheel(Drive):
     """Commands are (forward [m/s], turn [rad/s]) or (speed [m/s], front, rear angle [rad])."""
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self.odometry = FourWheelOdometry(spec.drive.window)
+    command_sizes = (2, 3)
 
-    def update(self, state, time, period):
+    @classmethod
+    def _configure(cls, settings, description):
+        pairs = {key: wheel_names(settings, key) for key in _KEYS}
+        for key, names in pairs.items():
+            if len(names) != 2:
+                raise ControllerError(
+                    f"{settings.what} has {len(names)} joints in {key}, must be two: left and right"
+                )
+        wheels = pairs["front_wheel"] + pairs["rear_wheel"]
+        steers = pairs["front_steering"] + pairs["rear_steering"]
+        track = size(settings, "track", lambda: _apart(description, wheels[0], wheels[1]))
+        base = size(settings, "wheel_base", lambda: _apart(description, wheels[0], wheels[2]))
+        radius = size(settings, "wheel_radius", lambda: wheel_radius(description, wheels[0]))
+        try:
+            offset = _apart(description, steers[0], wheels[0])
+        except ControllerError as error:
+            raise ControllerError(f"{settings.what}: {error}") from None
+        settings.ignore("wheel_steering_y_offset")  # upstream writes it there, from the URDF
+        for name, value in (("wheel_base", base), ("wheel_radius", radius)):
+            if not value > 0:
+                raise ControllerError(f"{settings.what} has {name} {value}, must be above 0 [m]")
+        values = common(settings, (("velocity", wheels), ("position", steers)))
+        return FourWheelConfig(wheels, steers, track - 2 * offset, offset, radius, base, **values)
+
+    def __init__(self, config, hardware):
+        super().__init__(config, hardware)
+        self.odometry = FourWheelOdometry(config.window)
+
+    def update(self, time, period):
         """Odometry, then wheels and steering within the limits."""
-        self.observe(state, time)
-        drive = self.spec.drive
-        wanted = self._wanted if self._age <= drive.timeout else (0.0,) * len(self._wanted)
+        self.observe(time)
+        config = self.config
+        wanted = self._wanted if self._age <= config.timeout else (0.0,) * len(self._wanted)
         self._age += period
-        forward = drive.linear.limit(wanted[0], self.limited[0], self._before[0], period)
+        forward = config.linear.limit(wanted[0], self.limited[0], self._before[0], period)
         turn = self.limited[1]
         if len(wanted) == 2:
-            turn = drive.angular.limit(wanted[1], turn, self._before[1], period)
-            outputs = for_twist(drive, forward, turn)
+            turn = config.angular.limit(wanted[1], turn, self._before[1], period)
+            outputs = for_twist(config, forward, turn)
         else:
-            outputs = for_angles(drive, forward, *wanted[1:])
+            outputs = for_angles(config, forward, *wanted[1:])
         self._before, self.limited = self.limited, (forward, turn)
         self._write_once(outputs)
 
-    def observe(self, state, time):
-        """Update the odometry to a state."""
+    def observe(self, time):
+        """Update the odometry to the joints' state."""
         period = time - self._time
         if period < MIN_PERIOD:
             return
-        drive, positions = self.spec.drive, state[0]
-        speeds = [(positions[name] - self._positions[name]) / period for name in drive.wheels]
-        angles = [positions[name] for name in drive.steers]
-        front, rear = (middle_angle(*pair) for pair in (angles[:2], angles[2:]))
-        self._positions = {name: positions[name] for name in drive.wheels}
-        self._time = time
-        motion = body_motion(drive, speeds, front, rear)
+        positions = tuple(joint.position for joint in self.joints)
+        speeds = [(now - before) / period for now, before in zip(positions[:4], self._positions)]
+        front, rear = (middle_angle(*pair) for pair in (positions[4:6], positions[6:]))
+        self._positions, self._time = positions, time
+        motion = body_motion(self.config, speeds, front, rear)
         self.odometry.move(motion, (front, rear), period)
 
     def _outputs(self, forward, turn):
-        return for_twist(self.spec.drive, forward, turn)
+        return for_twist(self.config, forward, turn)
 
     def _write(self, outputs):
-        self.hardware.velocities(self.spec.drive.wheels, outputs[0])
-        self.hardware.positions(self.spec.drive.steers, outputs[1])
+        self.hardware.command("velocity", self.joints[:4], outputs[0])
+        self.hardware.command("position", self.joints[4:], outputs[1])

@@ -3,13 +3,13 @@
 import math
 from dataclasses import dataclass
 
-from bullet_sim.controllers.joint import Controller
-from bullet_sim.controllers.pid import Pid
+from bullet_sim.controllers.base import CONTROLLERS, Controller
+from bullet_sim.controllers.pid import Pid, PidConfig
 from bullet_sim.controllers.trajectory import parse_gains
 
 
-@dataclass(frozen=True)
-class GripperConfig:
+@dataclass(frozen=True, kw_only=True)
+class GripperConfig(PidConfig):
     """Configuration of a gripper's controller.
 
     Attributes:
@@ -17,31 +17,12 @@ class GripperConfig:
         max_effort: of the command that holds the start [N m, N].
         stall_speed: below which it does not move [rad/s, m/s].
         stall_timeout: without movement after which a goal is given up [s].
-        monitor_rate: of the action's result [Hz].
     """
 
     tolerance: float = 0.01
     max_effort: float = 0.0
     stall_speed: float = 0.001
     stall_timeout: float = 1.0
-    monitor_rate: float = 20.0
-
-
-def parse_gripper(settings, joints, regulated, warnings):
-    """GripperConfig, and the joint's PidGains where its interface needs them.
-
-    Raises:
-        ControllerError: names the key, the value and what is valid.
-    """
-    config = GripperConfig(
-        abs(settings.number("goal_tolerance", 0.01)),
-        abs(settings.number("max_effort", 0.0)),
-        settings.number("stall_velocity_threshold", 0.001),
-        settings.number("stall_timeout", 1.0),
-        settings.number("action_monitor_rate", 20.0, above=0.0),
-    )
-    settings.ignore("gains")
-    return config, parse_gains(settings, joints, warnings) if regulated else ()
 
 
 @dataclass(eq=False)
@@ -74,14 +55,35 @@ class GripperControl(Controller):
 
     Attributes:
         goal: the GripperGoal that is pursued, or None.
-        pids: the Pid of a joint with efforts.
     """
 
+    STATE = ("goal", "_position", "_max_effort", "_effort", "_moved", "pids")
     periodic = True
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self.pids = tuple(Pid(gains) for gains in spec.gains)
+    @classmethod
+    def configure(cls, settings, joints, description):
+        """Check an entry of the YAML file; see Controller.configure."""
+        names, warnings = (settings.joint("joint", joints),), []
+        settings.ignore("gains")
+        regulated = cls.interface != "position"
+        rate = settings.number("action_monitor_rate", 20.0, above=0.0)
+        return GripperConfig(
+            name=settings.name,
+            joints=names,
+            claims=((cls.interface, names),),
+            publish_rate=rate,
+            gains=parse_gains(settings, names, warnings) if regulated else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            tolerance=abs(settings.number("goal_tolerance", 0.01)),
+            max_effort=abs(settings.number("max_effort", 0.0)),
+            stall_speed=settings.number("stall_velocity_threshold", 0.001),
+            stall_timeout=settings.number("stall_timeout", 1.0),
+            warnings=tuple(warnings),
+        )
+
+    def __init__(self, config, hardware):
+        super().__init__(config, hardware)
+        self.pids = tuple(Pid(gains, self.joints[0]) for gains in config.gains)
         self.goal, self._position, self._max_effort = None, 0.0, 0.0
         self._effort, self._moved = 0.0, 0.0
 
@@ -99,8 +101,16 @@ class GripperControl(Controller):
         super().stop()
 
     def _hold(self):
-        (self._position,) = self.hardware.positions_of(self.spec.joints)
-        self._max_effort = self.spec.action.max_effort
+        self.hardware.read()
+        self._position, self._max_effort = self.joints[0].position, self.config.max_effort
+
+    def set_state(self, state):
+        """Restore; a goal that is not the restored one is cancelled."""
+        present = self.goal
+        super().set_state(state)
+        if present is not self.goal:
+            self.goal = present
+            self._finish("canceled")
 
     def pursue(self, goal):
         """Pursue a goal; the one before is cancelled."""
@@ -119,31 +129,42 @@ class GripperControl(Controller):
         if goal is not None:
             goal.finished(outcome, grip)
 
-    def update(self, state, time, period):
+    def update(self, time, period):
         """Judge the goal, command the joint."""
-        (name,) = self.spec.joints
-        position, velocity = (values[name] for values in state)
-        error = self._position - position
+        (joint,) = self.joints
+        error = self._position - joint.position
         if self.goal is not None:
-            self._judge(error, position, velocity, time)
-        if self.spec.kind.interface == "position":
-            self.hardware.positions(self.spec.joints, (self._position,))
+            self._judge(error, joint.position, joint.velocity, time)
+        if self.interface == "position":
+            joint.set_position(self._position)
             self._effort = self._max_effort
             return
         most = abs(self._max_effort)
-        effort = self.hardware.regulate(
-            name, self.pids[0], "position", error, velocity, period, 0.0, limit=most
-        )
+        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=most)
         self._effort = min(max(effort, -most), most)
 
     def _judge(self, error, position, velocity, time):
-        config = self.spec.action
+        config = self.config
         if self._moved is None or abs(velocity) > config.stall_speed:
             self._moved = time
         if abs(error) < config.tolerance:
             self._finish("succeeded", Grip(position, self._effort, reached_goal=True))
         elif time - self._moved > config.stall_timeout:
             self._finish("aborted", Grip(position, self._effort, stalled=True))
+
+
+@CONTROLLERS.register("position_controllers/GripperActionController")
+class PositionGripper(GripperControl):
+    """Grips by position commands."""
+
+    interface = "position"
+
+
+@CONTROLLERS.register("effort_controllers/GripperActionController")
+class EffortGripper(GripperControl):
+    """Grips by efforts of a PID."""
+
+    interface = "effort"
 
 
 def check_goal(position, max_effort):

@@ -1,80 +1,77 @@
 """Commands to joints: on the engine's motors, or by an effort from a PID.
 
-Hardware interface of the controllers: joint velocities, positions and efforts. As in
+Hardware interface of the controllers: joint velocities, positions and efforts, as in
 gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds it. An
 effort is applied before every step. A joint with gains of its own (gazebo_ros_control/pid_gains)
 follows velocity and position commands by an effort from a PID.
 """
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-from bullet_sim.controllers.pid import SERVOS, Pid, is_stiff, position_error
+from bullet_sim.component import Stateful
+from bullet_sim.controllers.pid import Pid, PidGains, position_error
+from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
 
 
-class Regulator:
-    """Regulates joints of one robot.
-
-    Args:
-        joints: bullet_sim.models.joints.Joints.
-        inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
-            joints that are not in it get their PIDs' efforts as they are.
+class JointHandle:
+    """A joint as the controllers of a robot see it.
 
     Attributes:
-        joints: as above; may be replaced.
-        tracked: joints with stiff gains -> (velocity [rad/s, m/s], effort [N m, N]) to track.
-        servos: of stiff joints.
+        name: of the joint.
+        limits: its Joint of the description: kind, limits of position, velocity and effort.
+        inertia: that its effort moves [kg m^2, kg]; None: unknown.
+        position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
     """
 
-    def __init__(self, joints, inertias):
-        self.joints, self._inertias = joints, inertias
-        self.tracked, self.servos = {}, {}
-        self._stiff = {}  # joint -> (gains, goal, period, whether they are stiff)
+    __slots__ = ("name", "limits", "inertia", "position", "velocity", "_hardware")
 
-    def regulate(
-        self,
-        efforts,
-        name,
-        pid,
-        goal,
-        error,
-        velocity,
-        period,
-        moving=None,
-        extra=0.0,
-        limit=math.inf,
-    ):
-        """As Hardware.regulate; efforts: mapping that takes the effort of gains that are not stiff.
+    def __init__(
+        self, name: str, limits: Joint, inertia: float | None, hardware: "Hardware"
+    ) -> None:
+        self.name, self.limits, self.inertia, self._hardware = name, limits, inertia, hardware
+        self.position = self.velocity = 0.0
 
-        Only gains that are stiff for the joint's inertia are left to a servo, whose target goes
-        into `tracked`.
-        """
-        gains, known = pid.gains, self._stiff.get(name)
-        if known is None or known[0] is not gains or known[1] != goal or known[2] != period:
-            inertia = self._inertias.get(name)
-            stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
-            known = self._stiff[name] = gains, goal, period, stiff
-        if not known[3]:
-            if name in self.tracked:
-                del self.tracked[name]
-                self.joints.release([name])
-            rate = None if moving is None else moving - velocity
-            efforts[name] = min(max(pid.compute(error, period, rate) + extra, -limit), limit)
-            return
-        servo = self.servos.get(name)
-        if servo is None or servo.goal != goal or name not in self.tracked:
-            servo = self.servos[name] = SERVOS[goal](self._inertias[name])
-        own = velocity if moving is None else velocity - moving  # as seen from the goal
-        pid.compute(error, period, -own if goal == "position" else 0.0)
-        if name in efforts:
-            del efforts[name]
-        speed, effort = servo.target(gains, error, own, pid.terms[1] + extra, period)
-        if moving is not None:
-            speed += moving
-        self.tracked[name] = speed, effort if effort < limit else limit
+    def set_velocity(self, value: float) -> None:
+        """Command a velocity [rad/s, m/s], until the next command; the URDF limits it."""
+        self._hardware.command("velocity", (self,), (value,))
+
+    def set_position(self, value: float) -> None:
+        """Command a position [rad, m], as set_velocity()."""
+        self._hardware.command("position", (self,), (value,))
+
+    def set_effort(self, value: float) -> None:
+        """Command an effort [N m, N], as set_velocity()."""
+        self._hardware.command("effort", (self,), (value,))
+
+    def release(self) -> None:
+        """Drop the command: the joint moves freely, with its friction."""
+        self._hardware.release((self.name,))
+
+    # of Pid.update, in every physics step
+    def push(self, effort: float) -> None:
+        """Apply an effort [N m, N] to a joint whose motor is released."""
+        hardware, name = self._hardware, self.name
+        if name in hardware.tracked:
+            del hardware.tracked[name]
+            hardware.joints.release((name,))
+        hardware.efforts[name] = effort
+
+    def track(self, velocity: float, effort: float) -> None:
+        """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
+        hardware, name = self._hardware, self.name
+        if name in hardware.efforts:
+            del hardware.efforts[name]
+        hardware.tracked[name] = velocity, effort
+
+    def is_tracking(self) -> bool:
+        """Whether the last command was that of track()."""
+        return self.name in self._hardware.tracked
 
 
-class Hardware:
+class Hardware(Stateful):
     """Commands of one robot's joints.
 
     Args:
@@ -84,52 +81,65 @@ class Hardware:
             joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
-        constant: joints -> effort [N m, N] over each step.
-        tracked: joints with stiff gains -> (velocity [rad/s, m/s], effort [N m, N]) to track.
+        joints: the joints that controllers see.
+        efforts: joint name -> effort [N m, N] over each step.
+        tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
 
-    def __init__(self, joints, interfaces=None, inertias=None):
-        self._joints = joints
-        self._interfaces = interfaces or {}
-        self._pids, self._targets, self.constant, self._by_pid = {}, {}, {}, {}
-        self._regulator = Regulator(joints, inertias or {})
-        self.tracked = self._regulator.tracked
+    STATE = ("efforts", "tracked", "_targets", "_pids")
+    CACHE = ("joints", "_interfaces", "_handles")
 
-    def put_before(self, joints, interfaces):
+    def __init__(
+        self,
+        joints: Any,
+        interfaces: Mapping[str, Sequence[str]] | None = None,
+        inertias: Mapping[str, float] | None = None,
+    ) -> None:
+        self._inertias = inertias or {}
+        self.efforts: dict[str, float] = {}
+        self.tracked: dict[str, tuple[float, float]] = {}
+        self._pids: dict[str, Pid] = {}  # of the joints with gains of their own ...
+        self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
+        self.put_before(joints, interfaces or {})
+
+    def put_before(self, joints: Any, interfaces: Mapping[str, Sequence[str]]) -> None:
         """Use other joints than the robot's own, e.g. SteerBotJoints before them.
 
         Args:
             joints: with the methods of bullet_sim.models.joints.Joints.
             interfaces: as for the constructor.
         """
-        self._joints, self._interfaces = joints, interfaces
-        self._regulator.joints = joints
+        self.joints, self._interfaces = joints, interfaces
+        self._handles = {
+            name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)
+            for name in joints.names
+        }
 
     @property
-    def joints(self):
-        """The joints that controllers see."""
-        return self._joints
-
-    @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         """Names of the movable joints."""
-        return self._joints.names
+        return tuple(self._handles)
 
-    @property
-    def limits(self):
-        """Mapping joint name -> bullet_sim.description.model.Joint."""
-        return self._joints.limits
+    def handles(self, names: Iterable[str]) -> tuple[JointHandle, ...]:
+        """The handles of joints.
 
-    def positions_of(self, names):
-        """Positions [rad, m] of some joints, a tuple."""
-        return self._joints.positions_of(names)
+        Raises:
+            ControllerError: a joint does not exist.
+        """
+        names = tuple(names)
+        for name in names:
+            if name not in self._handles:
+                raise ControllerError(
+                    f"joint '{name}' does not exist; joints are {', '.join(self.names) or '(none)'}"
+                )
+        return tuple(self._handles[name] for name in names)
 
-    def state(self):
-        """Positions and velocities, two mappings from the joints' names."""
-        return self._joints.state()
+    def read(self) -> None:
+        """Read the joints' states into their handles."""
+        self.joints.read(self._handles.values())
 
     # interfaces -------------------------------------------------------------------------------
-    def check_interface(self, what, interface, names):
+    def check_interface(self, what: str, interface: str, names: Iterable[str]) -> list[str]:
         """Check that joints have a hardware interface.
 
         Args:
@@ -143,34 +153,30 @@ class Hardware:
         Raises:
             ControllerError: a joint's transmissions have other interfaces only.
         """
-        without = [name for name in names if name not in self._interfaces]
+        without = []
         for name in names:
-            offered = self._interfaces.get(name, ())
-            if offered and interface not in offered:
+            offered = self._interfaces.get(name)
+            if offered is None:
+                without.append(name)
+            elif offered and interface not in offered:
                 raise ControllerError(
                     f"{what} needs the {interface} interface of joint '{name}', whose "
                     f"<transmission> offers {' and '.join(offered)}"
                 )
-        return (
-            [
-                f"{what}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
-                "refuse the controller, here such joints take any"
-            ]
-            if without
-            else []
-        )
+        if not without:
+            return []
+        return [
+            f"{what}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
+            "refuse the controller, here such joints take any"
+        ]
 
-    def set_gains(self, joint, gains):
+    def set_gains(self, joint: str, gains: PidGains) -> None:
         """Drive a joint's velocity and position commands by a PID from now on.
-
-        Args:
-            joint: its name.
-            gains: PidGains.
 
         Raises:
             ControllerError: no such joint.
         """
-        if joint not in self.names:
+        if joint not in self._handles:
             raise ControllerError(
                 f"pid_gains name joint '{joint}', which does not exist; joints "
                 f"are {', '.join(self.names) or '(none)'}"
@@ -178,121 +184,86 @@ class Hardware:
         if joint in self._pids:
             self._pids[joint].gains = gains
         else:
-            self._pids[joint] = Pid(gains)
+            self._pids[joint] = Pid(gains, self._handles[joint])
 
-    def servo(self, joint):
-        """The servo of a joint with stiff gains that is regulated, or None."""
-        return self._regulator.servos.get(joint) if joint in self.tracked else None
-
-    def pid(self, joint):
-        """The Pid of a joint, or None."""
+    def pid(self, joint: str) -> Pid | None:
+        """The Pid of a joint with gains of its own, or None."""
         return self._pids.get(joint)
 
     # commands ---------------------------------------------------------------------------------
-    def velocities(self, names, values):
-        """Command joint velocities [rad/s, m/s], within the URDF's limits."""
-        self._command("velocity", names, values, self._joints.drive_velocities)
-
-    def positions(self, names, values):
-        """Command joint positions [rad, m], within the URDF's limits."""
-        self._command("position", names, values, self._joints.drive_positions)
-
-    def _command(self, kind, names, values, drive):
-        direct = [(n, v) for n, v in zip(names, values) if n not in self._pids]
-        if direct:
-            drive(*zip(*direct))
-        for name, value in zip(names, values):
-            if name in self._pids:
-                if name not in self._targets:
-                    self._joints.release([name])
-                    self._pids[name].reset()
-                self._targets[name] = (kind, value)
-
-    def efforts(self, names, values):
-        """Command joint efforts [N m, N], within the URDF's limits, until the next command."""
-        for name, value in zip(names, values):
-            if name not in self.constant:
-                self._joints.release([name])
-            self.constant[name] = value
-
-    def regulate(
-        self, name, pid, goal, error, velocity, period, moving=None, extra=0.0, limit=math.inf
-    ):
-        """Command a joint's effort by a PID, until the next command.
+    def command(
+        self, interface: str, joints: Sequence[JointHandle], values: Sequence[float]
+    ) -> None:
+        """Command joints until the next command, within the URDF's limits.
 
         Args:
-            name: the joint.
-            pid: its Pid.
-            goal: "velocity" or "position".
-            error: of the goal.
-            velocity: the joint's [rad/s, m/s].
-            period: since the last time, and to the next [s].
-            moving: velocity of a position goal [rad/s, m/s]; None: unknown, the derivative is that
-                of the error.
-            extra: effort beside the PID's [N m, N].
-            limit: most effort either way [N m, N].
-
-        Returns:
-            The effort that the PID gives [N m, N].
+            interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
+            joints: their handles.
+            values: one a joint.
         """
-        self._regulator.regulate(
-            self.constant, name, pid, goal, error, velocity, period, moving, extra, limit
-        )
-        return pid.output
+        if interface == "effort":
+            for joint, value in zip(joints, values):
+                if joint.name not in self.efforts:
+                    self.joints.release((joint.name,))
+                self.efforts[joint.name] = value
+            return
+        drive = {"velocity": self.joints.drive_velocities, "position": self.joints.drive_positions}
+        direct = [(j.name, value) for j, value in zip(joints, values) if j.name not in self._pids]
+        if direct:
+            drive[interface](*zip(*direct))
+        for joint, value in zip(joints, values):
+            name = joint.name
+            if name in self._pids:
+                if name not in self._targets:
+                    self.joints.release((name,))
+                    self._pids[name].reset()
+                self._pids[name].goal = interface
+                self._targets[name] = (interface, value)
 
-    def release(self, names):
+    def release(self, names: Iterable[str]) -> None:
         """Drop the commands: the joints move freely, with their friction."""
+        names = tuple(names)
         for name in names:
-            for commands in self._commands():
+            for commands in (self._targets, self.efforts, self.tracked):
                 commands.pop(name, None)
-        self._joints.release(names)
+        self.joints.release(names)
 
-    def _commands(self):
-        return self._targets, self.constant, self._by_pid, self.tracked, self._regulator.servos
-
-    def restart(self):
-        """Forget all commands: the body was loaded anew."""
-        for commands in self._commands():
+    def restart(self) -> None:
+        """Drop all commands: the body was loaded again."""
+        for commands in (self._targets, self.efforts, self.tracked):
             commands.clear()
 
     # every step -------------------------------------------------------------------------------
     @property
-    def periodic(self):
+    def periodic(self) -> bool:
         """Whether something has to be written before every step."""
-        return bool(self.constant or self._targets or self.tracked)
+        return bool(self.efforts or self._targets or self.tracked)
 
-    def write(self, state, period):
+    def write(self, period: float) -> None:
         """Write the efforts for the next step; one that is not finite counts as 0.
 
         Args:
-            state: result of state().
             period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
                 outputs stay.
         """
-        positions, velocities = state
+        handles, joints = self._handles, self.joints
         if period > 0:
-            for name, (kind, target) in self._targets.items():
-                error = (
-                    self._speed_error(name, target, velocities[name])
-                    if kind == "velocity"
-                    else position_error(self.limits[name], positions[name], target)
-                )
-                self._regulator.regulate(
-                    self._by_pid, name, self._pids[name], kind, error, velocities[name], period
-                )
-        joints = self._joints
-        if self.constant or self._by_pid:
+            for name, (goal, target) in self._targets.items():
+                joint = handles[name]
+                if goal == "velocity":
+                    limit = joint.limits.velocity or abs(target)
+                    error = min(max(target, -limit), limit) - joint.velocity
+                else:
+                    error = position_error(joint.limits, joint.position, target)
+                self._pids[name].update(error, joint.velocity, period)
+        if self.efforts:
             efforts = {}
-            for wanted in (self.constant, self._by_pid):
-                for name, effort in wanted.items():
-                    low, high = joints.effort_bounds(name, positions[name], velocities[name])
-                    if not low <= effort <= high:
-                        effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
-                    efforts[name] = effort
+            for name, effort in self.efforts.items():
+                joint = handles[name]
+                low, high = joints.effort_bounds(name, joint.position, joint.velocity)
+                if not low <= effort <= high:
+                    effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
+                efforts[name] = effort
             joints.apply_efforts(efforts)
         if self.tracked:
-            joints.track(self.tracked, state)
-
-    def _speed_error(self, name, target, velocity):
-        limit = self.limits[name].velocity or abs(target)
-        return min(max(target, -limit), limit) - velocity
+            joints.track(self.tracked, handles)

@@ -1,111 +1,186 @@
-"""Controllers of joints: the command forwarded, or through a PID."""
+"""Controllers of joints: states and sensors reported, commands forwarded, or through a PID."""
 
-from dataclasses import dataclass
-from itertools import repeat
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
-from bullet_sim.controllers.base import check_command
-from bullet_sim.controllers.pid import LOOPS, Pid, position_error
+from bullet_sim.controllers.base import (
+    CONTROLLERS,
+    Controller,
+    ControllerConfig,
+    Settings,
+    check_joints,
+)
+from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, position_error
+from bullet_sim.description.model import ModelDescription
+from bullet_sim.errors import ControllerError
+from bullet_sim.plugins.forces import ForceTorqueSpec
+from bullet_sim.plugins.inertial import ImuSpec
 
 
-class Controller:
-    """A loaded controller. The base class does nothing, as a joint state controller.
+@dataclass(frozen=True, kw_only=True)
+class JointStateConfig(ControllerConfig):
+    """Configuration of a joint state controller.
 
-    Args:
-        spec: ControllerSpec.
-        hardware: Hardware of the robot.
+    Attributes:
+        extra_joints: (name, position, velocity, effort) added to joint states.
     """
 
-    periodic = False  # whether update() is to be called before physics steps
-    pids = ()
-    sample = None
-    goal = None  # of an action that is pursued
-
-    def __init__(self, spec, hardware):
-        self.spec = spec
-        self.hardware = hardware
-
-    def start(self, time):
-        """Start controlling the joints; `time` [s] of the manager's clock."""
-
-    def stop(self):
-        """Stop controlling the joints."""
-        for _, joints in self.spec.claims:
-            self.hardware.release(joints)
-
-    def restart(self, time):
-        """Restart after a reset of the world."""
-        self.start(time)
-
-    def resume(self, goal):
-        """Go on from a restored state.
-
-        Args:
-            goal: that was pursued before it was restored, or None.
-
-        That goal is cancelled unless it is the restored one. A restored one that has ended since
-        has nobody to report to: the motion goes on without it.
-        """
-        if goal is not self.goal:
-            self.goal = goal
-            self._finish("canceled")
-
-    def _finish(self, outcome):
-        """End the goal, if there is one."""
-
-    def check(self, values):
-        """Check a command: a sequence of numbers; returns it as a tuple of floats.
-
-        Raises:
-            CommandError: wrong count, NaN or out of bounds.
-        """
-        return check_command(self.spec.name, values, self.spec.command_sizes)
-
-    def command(self, values):
-        """Set a checked command (a tuple of floats)."""
-
-    def update(self, state, time, period):
-        """Compute and write commands.
-
-        Args:
-            state: Hardware.state().
-            time: now [s].
-            period: since the last update [s].
-        """
-
-    @property
-    def updates(self):
-        """What a periodic controller has called in an update: functions as update()."""
-        return (self.update,)
-
-    def observe(self, state, time):
-        """Update published values to a state; nothing is commanded."""
+    extra_joints: tuple[tuple[str, float, float, float], ...] = ()
 
 
-class Forward(Controller):
+@CONTROLLERS.register("joint_state_controller/JointStateController")
+class JointState(Controller):
+    """Reports joints' states; commands nothing."""
+
+    interface = "state"
+    limits_rate = True
+
+    @classmethod
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> JointStateConfig:
+        wanted = settings.get("joints") or []
+        if not isinstance(wanted, list):
+            raise ControllerError(
+                f"{settings.what} has joints {wanted!r}, must be a list of joint names"
+            )
+        check_joints(wanted, settings.what, joints)
+        settings.ignore("interface_name")
+        extra = settings.get("extra_joints", [])
+        if not isinstance(extra, list):
+            raise ControllerError(f"{settings.what} has extra_joints {extra!r}, must be a list")
+        rows, warnings = [], []
+        for number, item in enumerate(extra):
+            row = Settings(item, f"{settings.what} extra_joints #{number}")
+            values = (row.number(key, 0.0) for key in ("position", "velocity", "effort"))
+            rows.append((row.text("name", None), *values))
+            warnings += row.unknown()
+        return JointStateConfig(
+            name=settings.name,
+            joints=tuple(wanted),
+            publish_rate=settings.rate(),
+            extra_joints=tuple(rows),
+            warnings=tuple(warnings),
+        )
+
+
+class SensorController(Controller):
+    """Reports all of a robot's sensors of one kind; commands nothing.
+
+    Attributes:
+        sensor: class of the sensors' specifications.
+        words: for such sensors, in messages.
+    """
+
+    limits_rate = True
+    sensor: ClassVar[type]
+    words: ClassVar[str]
+
+    @classmethod
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> ControllerConfig:
+        sensors = () if description is None else description.sensors
+        if not any(isinstance(spec, cls.sensor) for spec in sensors):
+            raise ControllerError(
+                f"{settings.what} publishes {cls.words}, of which the robot has none"
+            )
+        if settings.number("publish_rate", None, above=0.0) is None:
+            raise ControllerError(
+                f"{settings.what} has no publish_rate, which {settings.get('type')} needs [Hz]"
+            )
+        return ControllerConfig(name=settings.name, publish_rate=settings.rate())
+
+
+@CONTROLLERS.register("imu_sensor_controller/ImuSensorController")
+class ImuController(SensorController):
+    """Reports IMUs."""
+
+    interface, sensor, words = "imu", ImuSpec, "IMUs"
+
+
+@CONTROLLERS.register("force_torque_sensor_controller/ForceTorqueSensorController")
+class ForceTorqueController(SensorController):
+    """Reports forces and torques of joints."""
+
+    interface, sensor = "force_torque", ForceTorqueSpec
+    words = "force and torque of joints (libgazebo_ros_ft_sensor.so)"
+
+
+class JointCommand(Controller):
+    """Base of controllers with a command for each of their joints."""
+
+    goal: ClassVar[str | None] = None  # what a PID regulates, position or velocity; None: no PID
+
+    @classmethod
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> PidConfig:
+        what, kind, warnings = settings.what, settings.get("type"), []
+        names = (
+            settings.joints("joints", joints) if cls.group else (settings.joint("joint", joints),)
+        )
+        settings.ignore("publish_rate")
+        wanted = settings.get("interface_name")
+        if wanted not in (None, cls.interface):
+            raise ControllerError(
+                f"{what} has interface_name '{wanted}', must be '{cls.interface}' for {kind}"
+            )
+        config = PidConfig(name=settings.name, joints=names, claims=((cls.interface, names),))
+        if cls.goal is None:
+            if "pid" not in settings:
+                return config
+            parse_pid(settings.get("pid"), what, warnings)
+            note = (
+                f"{what}: pid is accepted and not used, as upstream: {kind} hands its "
+                "command to the joint within the limits of the URDF"
+            )
+            return replace(config, notes=(note,), warnings=tuple(warnings))
+        gains, published = [], []
+        for name in names:
+            holder = settings.block(name) if cls.group else settings
+            if "pid" not in holder:
+                raise ControllerError(
+                    f"{holder.what} has no pid, which {kind} needs: a mapping with p, i, d"
+                )
+            values = holder.get("pid")
+            gains.append(parse_pid(values, holder.what, warnings))
+            published.append(values.get("publish_state") is True)
+        return replace(
+            config,
+            gains=tuple(gains),
+            gain_names=tuple(f"{name}/pid" for name in names) if cls.group else ("pid",),
+            publish_pid=tuple(published),
+            warnings=tuple(warnings),
+        )
+
+
+class Forward(JointCommand):
     """Forwards its command to the joints: velocities, positions or efforts."""
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self._command = ()
-        self._write = {
-            "velocity": hardware.velocities,
-            "position": hardware.positions,
-            "effort": hardware.efforts,
-        }[spec.kind.interface]
+    STATE = ("_command",)
 
-    def start(self, time):
+    def __init__(self, config: PidConfig, hardware: Hardware) -> None:
+        super().__init__(config, hardware)
+        self._command: tuple[float, ...] = ()
+
+    def start(self, time: float) -> None:
         """Position commands start at the present positions, velocities and efforts at 0."""
-        if self.spec.kind.interface == "position":
-            self._command = self.hardware.positions_of(self.spec.joints)
+        if self.interface == "position":
+            self._command = tuple(joint.position for joint in self.joints)
         else:
-            self._command = (0.0,) * len(self.spec.joints)
-        self._write(self.spec.joints, self._command)
+            self._command = (0.0,) * len(self.joints)
+        self._write()
 
-    def command(self, values):
+    def command(self, values: tuple[float, ...]) -> None:
         """Write a command that differs from the last."""
         if values != self._command:
             self._command = values
-            self._write(self.spec.joints, values)
+            self._write()
+
+    def _write(self) -> None:
+        self.hardware.command(self.interface, self.joints, self._command)
 
 
 @dataclass
@@ -129,110 +204,146 @@ class Sample:
     command: float
 
 
-class PidControl(Controller):
-    """Regulates positions or velocities by efforts or velocities, as ros_control does.
+class PidControl(JointCommand):
+    """Base of controllers that regulate each joint by a PID."""
 
-    Attributes:
-        pids: one Pid a joint.
-    """
-
+    STATE = ("_targets", "_last", "pids")
     periodic = True
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self.pids = tuple(Pid(gains) for gains in spec.gains)
+    def __init__(self, config: PidConfig, hardware: Hardware) -> None:
+        super().__init__(config, hardware)
+        by_effort = self.interface == "effort"
+        self.pids = tuple(
+            Pid(gains, joint if by_effort else None, self.goal)
+            for gains, joint in zip(config.gains, self.joints)
+        )
+        self._targets: tuple[float, ...] = ()
+        self._last: tuple[float, ...] | None = None
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Hold the joints where they are, or at rest."""
         for pid in self.pids:
             pid.reset()
-        joints = self.spec.joints
-        self.command(
-            self.hardware.positions_of(joints)
-            if self.spec.kind.goal == "position"
-            else (0.0,) * len(joints)
-        )
+        self._last = None
+        holds = self.goal == "position"
+        self._targets = tuple(joint.position if holds else 0.0 for joint in self.joints)
+        self.hardware.command(self.interface, self.joints, (0.0,) * len(self.joints))
 
-    def _last(self):
-        """Fields of the first joint's last Sample, or None."""
-
-    @property
-    def sample(self):
-        """Sample of the first joint; None before the first update."""
-        last = self._last()
-        return None if last is None else Sample(*last)
-
-
-class PidByEffort(PidControl):
-    """Regulates by efforts."""
-
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        loop = LOOPS[spec.kind.goal]
-        self._loops = tuple(map(loop, repeat(hardware), spec.joints, self.pids))
-
-    @property
-    def updates(self):
-        """One function a joint."""
-        return tuple(loop.update for loop in self._loops)
-
-    def start(self, time):
-        """Hold the joints where they are, or at rest."""
-        for loop in self._loops:
-            loop.reset()
-        super().start(time)
-        self.hardware.efforts(self.spec.joints, (0.0,) * len(self._loops))
-
-    def stop(self):
-        """Stop regulating the joints."""
-        super().stop()
-        for loop in self._loops:
-            loop.forget()
-
-    def command(self, values):
+    def command(self, values: tuple[float, ...]) -> None:
         """Set new set points."""
-        for loop, value in zip(self._loops, values):
-            loop.target = value
+        self._targets = values
 
-    def update(self, state, time, period):
+    @property
+    def sample(self) -> Sample | None:
+        """Sample of the last joint; None before the first update."""
+        return None if self._last is None else Sample(*self._last)
+
+
+class PositionPid(PidControl):
+    """Regulates positions."""
+
+    goal = "position"
+
+    def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
-        for update in self.updates:
-            update(state, time, period)
+        for pid, joint, target in zip(self.pids, self.joints, self._targets):
+            limits, position, velocity = joint.limits, joint.position, joint.velocity
+            lower = limits.lower
+            if lower is not None:
+                target = min(max(target, lower), limits.upper)
+            error = position_error(limits, position, target)
+            output = pid.update(error, velocity, period)
+            self._last = time, period, target, position, velocity, error, output
 
-    def _last(self):
-        return self._loops[0].last
 
-
-class PidByVelocity(PidControl):
+class PositionByVelocity(PositionPid):
     """Regulates positions by velocities."""
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self._command, self._fields = (), None
-
-    def start(self, time):
-        """Hold the joints where they are."""
-        self._fields = None
-        super().start(time)
-        self.hardware.velocities(self.spec.joints, (0.0,) * len(self.pids))
-
-    def command(self, values):
-        """Set new set points."""
-        self._command = values
-
-    def update(self, state, time, period):
+    def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
-        positions, velocities = state
-        limits, joints = self.hardware.limits, self.spec.joints
-        outputs, fields = [], []
-        for joint, pid, target in zip(joints, self.pids, self._command):
-            if limits[joint].lower is not None:
-                target = min(max(target, limits[joint].lower), limits[joint].upper)
-            error = position_error(limits[joint], positions[joint], target)
-            outputs.append(pid.compute(error, period))
-            fields.append((target, positions[joint], velocities[joint], error))
-        self.hardware.velocities(joints, outputs)
-        self._fields = time, period, *fields[0], outputs[0]
+        super().update(time, period)
+        self.hardware.command("velocity", self.joints, [pid.output for pid in self.pids])
 
-    def _last(self):
-        return self._fields
+
+class VelocityPid(PidControl):
+    """Regulates velocities."""
+
+    goal = "velocity"
+
+    def update(self, time: float, period: float) -> None:
+        """One computation of each PID."""
+        for pid, joint, target in zip(self.pids, self.joints, self._targets):
+            velocity = joint.velocity
+            error = target - velocity
+            output = pid.update(error, velocity, period)
+            self._last = time, period, target, velocity, 0.0, error, output
+
+
+@CONTROLLERS.register("velocity_controllers/JointVelocityController")
+class JointVelocity(Forward):
+    """A joint's velocity [rad/s, m/s]."""
+
+    interface = "velocity"
+
+
+@CONTROLLERS.register("velocity_controllers/JointGroupVelocityController")
+class JointGroupVelocity(JointVelocity):
+    """Several joints' velocities."""
+
+    group = True
+
+
+@CONTROLLERS.register("velocity_controllers/JointPositionController")
+class JointPositionByVelocity(PositionByVelocity):
+    """A joint's position [rad, m], by velocities."""
+
+    interface = "velocity"
+
+
+@CONTROLLERS.register("position_controllers/JointPositionController")
+class JointPosition(Forward):
+    """A joint's position [rad, m]."""
+
+    interface = "position"
+
+
+@CONTROLLERS.register("position_controllers/JointGroupPositionController")
+class JointGroupPosition(JointPosition):
+    """Several joints' positions."""
+
+    group = True
+
+
+@CONTROLLERS.register("effort_controllers/JointEffortController")
+class JointEffort(Forward):
+    """A joint's effort [N m, N]."""
+
+    interface = "effort"
+
+
+@CONTROLLERS.register("effort_controllers/JointGroupEffortController")
+class JointGroupEffort(JointEffort):
+    """Several joints' efforts."""
+
+    group = True
+
+
+@CONTROLLERS.register("effort_controllers/JointPositionController")
+class JointPositionByEffort(PositionPid):
+    """A joint's position [rad, m], by efforts."""
+
+    interface = "effort"
+
+
+@CONTROLLERS.register("effort_controllers/JointGroupPositionController")
+class JointGroupPositionByEffort(JointPositionByEffort):
+    """Several joints' positions, by efforts."""
+
+    group = True
+
+
+@CONTROLLERS.register("effort_controllers/JointVelocityController")
+class JointVelocityByEffort(VelocityPid):
+    """A joint's velocity [rad/s, m/s], by efforts."""
+
+    interface = "effort"

@@ -1,16 +1,20 @@
 """Life cycles of a robot's controllers: load, start, stop, switch, unload, list."""
 
-import dataclasses
 import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any
 
-from bullet_sim.controllers import KINDS, make_controller, parse_controller
+from bullet_sim.component import Stateful
+from bullet_sim.controllers import CONTROLLERS, Controller, configure
 from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 
 INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
 
 
-class Manager:
+class Manager(Stateful):
     """Controllers of one robot.
 
     Args:
@@ -23,26 +27,36 @@ class Manager:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
     """
 
-    def __init__(self, joints, description=None, inertias=None):
+    STATE = ("hardware", "_loaded", "_states", "time", "_since", "_due")
+    CACHE = ("_periodic", "_updates")
+
+    def __init__(
+        self,
+        joints: Any,
+        description: ModelDescription | None = None,
+        inertias: Mapping[str, float] | None = None,
+    ) -> None:
         self._description = description
         self.hardware = Hardware(joints, getattr(description, "transmissions", None), inertias)
-        self._period = getattr(description, "control_period", 0.0)
-        self._loaded, self._states = {}, {}
-        self._periodic = []  # the running controllers to be updated, in order of loading ...
-        self._updates = []  # ... and the functions that this takes
+        self._period: float = getattr(description, "control_period", 0.0)
+        self._loaded: dict[str, Controller] = {}
+        self._states: dict[str, str] = {}
+        # the running controllers to be updated, in order of loading, and their functions
+        self._periodic: list[Controller] = []
+        self._updates: list[Callable[[float, float], None]] = []
         self.time = self._since = 0.0
         self._due = True
 
     @staticmethod
-    def types():
+    def types() -> list[str]:
         """Names of all controller types."""
-        return list(KINDS)
+        return list(CONTROLLERS.names())
 
-    def load(self, name, config):
+    def load(self, name: str, values: Any) -> Any:
         """Check and add a controller, stopped.
 
         Returns:
-            Its ControllerSpec.
+            Its configuration.
 
         Raises:
             ControllerError: the name is taken, the configuration is wrong, or a joint does not
@@ -51,18 +65,18 @@ class Manager:
         if name in self._loaded:
             raise ControllerError(f"controller '{name}' is loaded already")
         hardware = self.hardware
-        spec = parse_controller(name, config, hardware.names, self._description)
+        kind, config = configure(name, values, hardware.names, self._description)
         warnings = [
             text
-            for interface, joints in spec.claims
+            for interface, joints in config.claims
             for text in hardware.check_interface(f"controller '{name}'", interface, joints)
         ]
-        spec = dataclasses.replace(spec, warnings=(*spec.warnings, *warnings))
-        self._loaded[name] = make_controller(spec, hardware)
+        config = replace(config, warnings=(*config.warnings, *warnings))
+        self._loaded[name] = kind(config, hardware)
         self._states[name] = INITIALIZED
-        return spec
+        return config
 
-    def unload(self, name):
+    def unload(self, name: str) -> None:
         """Remove a stopped controller.
 
         Raises:
@@ -73,7 +87,7 @@ class Manager:
             raise ControllerError(f"controller '{name}' is running, stop it before unloading")
         del self._loaded[name], self._states[name]
 
-    def get(self, name):
+    def get(self, name: str) -> Any:
         """The Controller of that name.
 
         Raises:
@@ -86,15 +100,15 @@ class Manager:
             )
         return self._loaded[name]
 
-    def control_period(self, time_step):
+    def control_period(self, time_step: float) -> float:
         """Time [s] between two updates of a controller, with a physics step [s]."""
         return max(1, math.ceil(self._period / time_step - 1e-6)) * time_step
 
-    def is_running(self, name):
+    def is_running(self, name: str) -> bool:
         """Whether a controller is loaded and running."""
         return self._states.get(name) == RUNNING
 
-    def switch(self, start, stop, strict=True):
+    def switch(self, start: Iterable[str], stop: Iterable[str], strict: bool = True) -> list[str]:
         """Stop and start controllers as one step.
 
         Args:
@@ -107,24 +121,31 @@ class Manager:
         Raises:
             ControllerError: strict and a name is invalid; nothing has changed then.
         """
-        left_out = []
+        left_out: list[str] = []
         stopping = self._fitting(stop, strict, left_out, self.is_running, "is not running")
         starting = self._startable(start, stopping, strict, left_out)
         for name in stopping:
             self._states[name] = STOPPED
             self._loaded[name].stop()
+        self.hardware.read()
         for name in starting:
             self._states[name] = RUNNING
             self._loaded[name].start(self.time)
+        self._sort()
+        return left_out
+
+    def _sort(self) -> None:
+        """Note which of the running controllers are updated."""
         self._periodic = [
             controller
             for name, controller in self._loaded.items()
             if controller.periodic and self.is_running(name)
         ]
-        self._updates = [update for each in self._periodic for update in each.updates]
-        return left_out
+        self._updates = [each.update for each in self._periodic]
 
-    def _startable(self, start, stopping, strict, left_out):
+    def _startable(
+        self, start: Iterable[str], stopping: list[str], strict: bool, left_out: list[str]
+    ) -> list[str]:
         """The controllers of `start` whose joints are free once those of `stopping` stop."""
         claimed = {
             joint: name
@@ -132,7 +153,7 @@ class Manager:
             if self.is_running(name) and name not in stopping
             for joint in self._claims(name)
         }
-        starting = []
+        starting: list[str] = []
         for name in self._fitting(
             start,
             strict,
@@ -152,8 +173,15 @@ class Manager:
             left_out.append(reason)
         return starting
 
-    def _fitting(self, names, strict, left_out, fits, otherwise):
-        chosen = []
+    def _fitting(
+        self,
+        names: Iterable[str],
+        strict: bool,
+        left_out: list[str],
+        fits: Callable[[str], bool],
+        otherwise: str,
+    ) -> list[str]:
+        chosen: list[str] = []
         for name in names:
             try:
                 self.get(name)
@@ -167,10 +195,10 @@ class Manager:
                 left_out.append(str(error))
         return chosen
 
-    def _claims(self, name):
-        return [joint for _, joints in self._loaded[name].spec.claims for joint in joints]
+    def _claims(self, name: str) -> list[str]:
+        return [joint for _, joints in self._loaded[name].config.claims for joint in joints]
 
-    def command(self, name, values):
+    def command(self, name: str, values: Any) -> None:
         """Pass a command to a running controller; a stopped one ignores it.
 
         Args:
@@ -187,54 +215,53 @@ class Manager:
             controller.command(values)
 
     @property
-    def periodic(self):
+    def periodic(self) -> bool:
         """Whether update() has to be called before every physics step."""
         return bool(self._periodic) or self.hardware.periodic
 
-    def update(self, period):
+    def update(self, period: float) -> None:
         """Before a physics step: update controllers that are due, then write the joints' efforts.
 
         Args:
             period: physics step [s].
         """
-        state, time = self.hardware.state(), self.time
+        hardware, time = self.hardware, self.time
+        hardware.read()
         elapsed = 0.0
         if self._due or self._since >= self._period - 1e-9:
             elapsed = self._since if self._since > period else period
             self._due, self._since = False, 0.0
             for update in self._updates:
-                update(state, time, elapsed)
-        self.hardware.write(state, elapsed)
+                update(time, elapsed)
+        hardware.write(elapsed)
         self.time = time + period
         self._since += period
 
-    def observe(self):
+    def observe(self) -> None:
         """Update odometry to the present, for publishing it."""
-        state = self.hardware.state()
+        self.hardware.read()
         for controller in self._periodic:
-            controller.observe(state, self.time)
+            controller.observe(self.time)
 
-    def restart(self):
+    def restart(self) -> None:
         """Give every running controller the state that it has right after its start."""
         self.time = self._since = 0.0
         self._due = True
         self.hardware.restart()
+        self.hardware.read()
         for name, controller in self._loaded.items():
             if self.is_running(name):
-                controller.restart(0.0)
+                controller.reset(0.0)
 
-    def controllers(self):
+    def controllers(self) -> tuple[Controller, ...]:
         """The loaded Controllers, in order of loading."""
         return tuple(self._loaded.values())
 
-    def list(self):
-        """(ControllerSpec, state) of every loaded controller, in order of loading."""
-        return [(controller.spec, self._states[name]) for name, controller in self._loaded.items()]
+    def list(self) -> "list[tuple[type[Controller], Any, str]]":
+        """(class, configuration, state) of every loaded controller, in order of loading."""
+        return [(type(c), c.config, self._states[name]) for name, c in self._loaded.items()]
 
-    def running_state_controllers(self):
-        """ControllerSpecs of the running joint state controllers."""
-        return [
-            controller.spec
-            for name, controller in self._loaded.items()
-            if self.is_running(name) and controller.spec.kind.interface == "state"
-        ]
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore a result of get_state() with the same controllers loaded."""
+        super().set_state(state)
+        self._sort()

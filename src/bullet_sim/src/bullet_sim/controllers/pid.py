@@ -1,4 +1,4 @@
-"""PIDs: gains and terms, servos for stiff gains, the update of a joint.
+"""PIDs: gains and their checks, the update of a joint, closed forms for stiff gains.
 
 PID efforts that would be unstable as a constant torque over a physics step. A joint of inertia I
 under tau = p (q_d - q) - d v, held constant over a step T, is stable only while d T / I and p T^2 /
@@ -9,31 +9,32 @@ something holds is pushed with tau, as by the constant torque; one that moves mo
 inertia (a wheel that carries a car) accelerates as tau lets it. The idea that the gains act on the
 state at the step's end is that of Tan, Liu and Turk, "Stable Proportional-Derivative Controllers",
 IEEE CG&A 31(4), 2011.
-
-One joint of a PID controller with efforts: set point in, effort out. Controllers run in every
-physics step, thousands of times a second, and a call of a function costs Python as much as what it
-computes. So an update of a joint whose gains are stiff is one piece here, and calls none of
-Pid.compute, position_error, PositionServo.target, VelocityServo.target. It gives what they give, to
-the bit; where it is not the usual case, they are called (`_update_plainly`).
 """
 
 import functools
 import math
 from dataclasses import dataclass
-from math import isfinite, remainder
+from math import inf, isfinite, remainder
+from typing import TYPE_CHECKING
 
-from bullet_sim.controllers.base import as_number
+from bullet_sim.component import Stateful
+from bullet_sim.controllers.base import ControllerConfig, as_number
+from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
 
+if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import JointHandle
+
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
+_TURN = 2.0 * math.pi
 
 
-def shortest_distance(start, end):
+def shortest_distance(start: float, end: float) -> float:
     """The shortest turn [rad] from one angle to another, in (-pi, pi]."""
-    return -math.remainder(start - end, 2.0 * math.pi)
+    return -remainder(start - end, _TURN)
 
 
-def distance_within(start, end, lower, upper):
+def distance_within(start: float, end: float, lower: float, upper: float) -> float:
     """The shortest turn [rad] to an angle (up to whole turns) that stays within limits.
 
     Args:
@@ -46,27 +47,29 @@ def distance_within(start, end, lower, upper):
         end - start.
     """
     short = shortest_distance(start, end)
-    long = short - math.copysign(2.0 * math.pi, short)
+    long = short - math.copysign(_TURN, short)
     for turn in (short, long):
         if lower - TOLERANCE <= start + turn <= upper + TOLERANCE:
             return turn
     return end - start
 
 
-def position_error(joint, position, target):
+def position_error(joint: Joint, position: float, target: float) -> float:
     """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
 
     Args:
-        joint: bullet_sim.description.model.Joint.
+        joint: with its kind and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
-    if joint.lower is not None:
-        target = min(max(target, joint.lower), joint.upper)
+    lower = joint.lower
+    if lower is not None:
+        target = min(max(target, lower), joint.upper)
     if joint.kind == "prismatic":
         return target - position
-    if joint.lower is None:
-        return shortest_distance(position, target)
-    return distance_within(position, target, joint.lower, joint.upper)
+    error = -remainder(position - target, _TURN)
+    if lower is None or lower - TOLERANCE <= position + error <= joint.upper + TOLERANCE:
+        return error
+    return distance_within(position, target, lower, joint.upper)
 
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
@@ -93,49 +96,112 @@ class PidGains:
     antiwindup: bool = False
 
 
-class Pid:
-    """State of a PID: the integral and the last error.
+@dataclass(frozen=True, kw_only=True)
+class PidConfig(ControllerConfig):
+    """Configuration of a controller whose joints may have PIDs.
+
+    Attributes:
+        gains: of each joint; none where the type has no PID.
+        gain_names: of their parameters below the controller's.
+        publish_pid: whether each joint's PID publishes its inner state.
+    """
+
+    gains: tuple[PidGains, ...] = ()
+    gain_names: tuple[str, ...] = ()
+    publish_pid: tuple[bool, ...] = ()
+
+
+class Pid(Stateful):
+    """A PID. One with a joint commands the joint's effort, one without returns its output.
+
+    Where the gains are stiff for the inertia that the joint's effort moves, the joint tracks the
+    closed form's velocity with at most the effort instead (see the module's text).
 
     Args:
         gains: PidGains; may be replaced at any time, the state stays.
+        joint: JointHandle that follows the output; None: the caller does what is to be done.
+        goal: "position" or "velocity", of which the errors are.
 
     Attributes:
-        error, error_rate, integral: of the last computation.
+        error, error_rate, integral: of the last update.
         terms: (p, i, d) parts of the last output.
         output: the last output.
         last_error: what the next rate is a difference to, or None.
     """
 
-    def __init__(self, gains):
-        self.gains = gains
+    STATE = (
+        "gains",
+        "goal",
+        "error",
+        "error_rate",
+        "integral",
+        "output",
+        "terms",
+        "last_error",
+        "_mean",
+        "_end",
+    )
+    CACHE = ("_gains", "_goal", "_period", "_is_stiff", "_motion", "_share")
+
+    def __init__(
+        self, gains: PidGains, joint: "JointHandle | None" = None, goal: str | None = "position"
+    ) -> None:
+        self.gains, self.goal, self._joint = gains, goal, joint
+        self._gains: PidGains | None = None  # those that the following were computed for
+        self._goal, self._period, self._is_stiff = goal, 0.0, False
+        self._motion, self._share = (0.0, 0.0, 0.0, 0.0), 0.0
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Reset integral and last error."""
         self.error = self.error_rate = self.integral = self.output = 0.0
         self.terms = (0.0, 0.0, 0.0)
-        self.last_error = None
+        self.last_error: float | None = None
+        # velocities expected of and after the last period of the closed form; None before one
+        self._mean: float | None = None
+        self._end = 0.0
 
-    def compute(self, error, period, error_rate=None, gains=None):
-        """Output for an error.
+    def update(
+        self,
+        error: float,
+        velocity: float,
+        period: float,
+        goal_velocity: float | None = None,
+        feedforward: float = 0.0,
+        limit: float = inf,
+    ) -> float:
+        """Compute the output for an error and command the joint, if there is one.
+
+        All in one piece: it runs for each joint in every physics step.
 
         Args:
-            error: set point minus measurement.
-            period: time since the last computation [s].
-            error_rate: known rate of the error [1/s]; None: the difference to the last error, 0
-                at the first one (no jump at a start).
-            gains: PidGains to use instead of its own.
+            error: set point less measurement.
+            velocity: of the joint [rad/s, m/s].
+            period: since the last update, and to the next [s].
+            goal_velocity: of the set point of a position [rad/s, m/s]; None: unknown, the error's
+                rate is its difference to the last, 0 at the first (no jump at a start).
+            feedforward: effort beside the PID's [N m, N].
+            limit: most effort either way [N m, N].
 
         Returns:
-            The output; 0, without a change of state, when an input is not finite or no time passed;
-            also 0 when the sum is not finite.
+            The output; 0, without a change of terms, when an input is not finite or no time
+            passed; also 0 when the sum is not finite.
         """
         if not period > 0:
             return 0.0
-        if error_rate is None:
+        gains, goal, joint = self.gains, self.goal, self._joint
+        if gains is not self._gains or goal != self._goal or period != self._period:
+            self._prepare(period)
+        own, stiff = velocity, self._is_stiff
+        if stiff:
+            if goal_velocity is not None:
+                own = velocity - goal_velocity  # as seen from the goal
+            rate = -own if goal == "position" else 0.0
+        elif goal_velocity is not None:
+            rate = goal_velocity - velocity
+        else:
             last = self.last_error
-            error_rate = 0.0 if last is None else (error - last) / period
-        gains = gains or self.gains
+            rate = 0.0 if last is None else (error - last) / period
         integral = self.integral + error * period
         if gains.antiwindup and gains.i != 0:
             bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
@@ -145,16 +211,55 @@ class Pid:
             by_integral = gains.i_clamp_min
         elif by_integral > gains.i_clamp_max:
             by_integral = gains.i_clamp_max
-        by_error, by_rate = gains.p * error, gains.d * error_rate
+        by_error, by_rate = gains.p * error, gains.d * rate
         output = 0.0 + by_error + by_integral + by_rate
-        if not math.isfinite(output):
-            if not (math.isfinite(error) and math.isfinite(error_rate)):
-                return 0.0
+        if not isfinite(output):
             output = 0.0
-        self.error, self.error_rate, self.last_error = error, error_rate, error
-        self.integral, self.terms = integral, (by_error, by_integral, by_rate)
-        self.output = output
+            if not (isfinite(error) and isfinite(rate)):
+                self.output, self._mean = output, None
+                if joint is not None:
+                    joint.push(output)
+                return output
+        self.error, self.error_rate, self.last_error = error, rate, error
+        self.integral, self.terms, self.output = integral, (by_error, by_integral, by_rate), output
+        if joint is None:
+            return output
+        if not stiff:
+            joint.push(min(max(output + feedforward, -limit), limit))
+            return output
+        by_integral += feedforward
+        if goal == "velocity":
+            speed = own + self._share * (error + by_integral / gains.p)
+            effort = abs(by_error + by_integral)
+        else:
+            # The engine's velocity is the mean one of its last step. The one at its end is what was
+            # expected of the free motion, plus what the mean was other than expected.
+            mean = self._mean if joint.is_tracking() else None
+            now = own if mean is None else self._end + own - mean
+            phi, psi, phi_rate, psi_rate = self._motion
+            start = (by_error + by_integral) / joint.inertia
+            self._mean = speed = (phi * now + psi * start) / period
+            self._end = phi_rate * now + psi_rate * start
+            effort = abs(by_error - gains.d * own + by_integral)
+        if goal_velocity is not None:
+            speed += goal_velocity
+        joint.track(speed, effort if effort < limit else limit)
         return output
+
+    def _prepare(self, period: float) -> None:
+        """Find out whether gains are stiff, and their closed form."""
+        gains, joint, goal = self.gains, self._joint, self.goal
+        if goal != self._goal:
+            self._mean = None
+        self._gains, self._goal, self._period = gains, goal, period
+        inertia = None if joint is None else joint.inertia
+        self._is_stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
+        if not self._is_stiff:
+            self._mean = None
+        elif goal == "position":
+            self._motion = oscillator(gains.p, gains.d, inertia, period)
+        else:
+            self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
 
 
 def parse_pid(values, what, warnings=None):
@@ -253,222 +358,3 @@ def oscillator(p, d, inertia, period):
 def _grown(rate, time):
     """Integral of exp(rate t) from 0 to time."""
     return math.expm1(rate * time) / rate if abs(rate * time) > 1e-12 else time
-
-
-class PositionServo:
-    """Spring and damper of one joint towards a position.
-
-    Args:
-        inertia: that the joint moves [kg m^2, kg].
-
-    Attributes:
-        mean, end: velocities expected of and after the last period; None before it.
-        gains, period: of the last update.
-        motion: result of oscillator for these.
-    """
-
-    goal = "position"
-
-    def __init__(self, inertia):
-        self.inertia = inertia
-        self.mean = self.end = None
-        self.gains = self.period = self.motion = None
-
-    def target(self, gains, error, velocity, by_integral, period):
-        """Velocity that the motor is to track for a period, and how strong it may be.
-
-        The engine's velocity is the mean one of its last step. The one at its end is what was
-        expected of the free motion, plus what the mean was other than expected.
-
-        Args:
-            gains: PidGains.
-            error: set point less position [rad, m].
-            velocity: measured [rad/s, m/s].
-            by_integral: effort of the integral term [N m, N].
-            period: [s].
-
-        Returns:
-            Velocity [rad/s, m/s], effort [N m, N].
-        """
-        now = velocity if self.mean is None else self.end + velocity - self.mean
-        if gains is not self.gains or period != self.period:
-            self.gains, self.period = gains, period
-            self.motion = oscillator(gains.p, gains.d, self.inertia, period)
-        phi, psi, phi_rate, psi_rate = self.motion
-        start = (gains.p * error + by_integral) / self.inertia
-        self.mean = (phi * now + psi * start) / period
-        self.end = phi_rate * now + psi_rate * start
-        return self.mean, abs(gains.p * error - gains.d * velocity + by_integral)
-
-
-class VelocityServo:
-    """The same towards a velocity: tau = p (v_d - v); d adds to the inertia.
-
-    Attributes:
-        gains, period: of the last update.
-        share: of the error, that a period corrects with these.
-    """
-
-    goal = "velocity"
-
-    def __init__(self, inertia):
-        self.inertia = inertia
-        self.gains = self.period = self.share = None
-
-    def target(self, gains, error, velocity, by_integral, period):
-        """As PositionServo.target; the error is one of velocity."""
-        if gains is not self.gains or period != self.period:
-            self.gains, self.period = gains, period
-            self.share = -math.expm1(-gains.p * period / (self.inertia + gains.d))
-        wanted = velocity + self.share * (error + by_integral / gains.p)
-        return wanted, abs(gains.p * error + by_integral)
-
-
-SERVOS = {"position": PositionServo, "velocity": VelocityServo}
-
-
-_TURN = 2.0 * math.pi
-
-
-class PidLoop:
-    """Regulates a joint by efforts.
-
-    Args:
-        hardware: Hardware of the robot.
-        joint: its name.
-        pid: its Pid.
-
-    Attributes:
-        target: set point [rad, m, rad/s, m/s].
-        last: fields of the last update's Sample, or None.
-    """
-
-    goal = None  # "position" or "velocity"
-
-    def __init__(self, hardware, joint, pid):
-        self._hardware, self._joint, self._pid = hardware, joint, pid
-        self._limits, self._tracked = hardware.limits[joint], hardware.tracked
-        self._servo = None  # of stiff gains, from the last update
-        self._soft = None  # (gains, period) that give a constant effort, from the last update
-        self.target, self.last = 0.0, None
-
-    def reset(self):
-        """Begin anew."""
-        self.forget()
-        self.last = None
-
-    def forget(self):
-        """The joint is no longer regulated."""
-        self._servo = self._soft = None
-
-    def update(self, state, time, period):
-        """Compute the joint's effort and command it.
-
-        Args:
-            state: Hardware.state().
-            time: now [s].
-            period: since the last update [s].
-        """
-
-    def _update_plainly(self, target, value, moving, error, velocity, time, period):
-        """The update of any gains and any numbers, beginning with the error."""
-        joint, pid, hardware, soft = self._joint, self._pid, self._hardware, self._soft
-        gains = pid.gains
-        if soft is not None and soft[0] is gains and soft[1] == period:
-            hardware.constant[joint] = pid.compute(error, period) + 0.0  # as regulate()
-        else:
-            hardware.regulate(joint, pid, self.goal, error, velocity, period)
-            servo = hardware.servo(joint)
-            self._soft = (gains, period) if servo is None else None
-            self._servo = None if gains.antiwindup else servo
-        self.last = time, period, target, value, moving, error, pid.output
-
-
-class PositionLoop(PidLoop):
-    """Towards a position."""
-
-    goal = "position"
-
-    def __init__(self, hardware, joint, pid):
-        super().__init__(hardware, joint, pid)
-        self._is_prismatic = self._limits.kind == "prismatic"
-
-    def update(self, state, time, period):
-        positions, velocities = state
-        joint, limits, target = self._joint, self._limits, self.target
-        position, velocity, lower = positions[joint], velocities[joint], limits.lower
-        if lower is not None:
-            target = min(max(target, lower), limits.upper)
-        if self._is_prismatic:
-            error = target - position
-        else:
-            error = -remainder(position - target, _TURN)
-            if lower is not None and not (
-                lower - TOLERANCE <= position + error <= limits.upper + TOLERANCE
-            ):
-                error = position_error(limits, position, target)
-        pid, servo = self._pid, self._servo
-        gains = pid.gains
-        if servo is None or servo.gains is not gains or servo.period != period:
-            self._update_plainly(target, position, velocity, error, velocity, time, period)
-            return
-        p, i, d = gains.p, gains.i, gains.d
-        integral = pid.integral + error * period
-        by_integral = i * integral
-        if by_integral < gains.i_clamp_min:
-            by_integral = gains.i_clamp_min
-        elif by_integral > gains.i_clamp_max:
-            by_integral = gains.i_clamp_max
-        by_error, by_rate = p * error, d * -velocity
-        output = 0.0 + by_error + by_integral + by_rate
-        if not isfinite(output):
-            self._update_plainly(target, position, velocity, error, velocity, time, period)
-            return
-        pid.error = pid.last_error = error
-        pid.error_rate, pid.integral, pid.output = -velocity, integral, output
-        pid.terms = by_error, by_integral, by_rate
-        by_integral += 0.0  # -0 becomes 0, as in regulate()
-        mean = servo.mean
-        now = velocity if mean is None else servo.end + velocity - mean
-        phi, psi, phi_rate, psi_rate = servo.motion
-        start = (by_error + by_integral) / servo.inertia
-        servo.mean = mean = (phi * now + psi * start) / period
-        servo.end = phi_rate * now + psi_rate * start
-        self._tracked[joint] = mean, abs(by_error - d * velocity + by_integral)
-        self.last = time, period, target, position, velocity, error, output
-
-
-class VelocityLoop(PidLoop):
-    """Towards a velocity."""
-
-    goal = "velocity"
-
-    def update(self, state, time, period):
-        joint, target = self._joint, self.target
-        velocity = state[1][joint]
-        error = target - velocity
-        pid, servo = self._pid, self._servo
-        gains = pid.gains
-        if servo is None or servo.gains is not gains or servo.period != period:
-            self._update_plainly(target, velocity, 0.0, error, velocity, time, period)
-            return
-        integral = pid.integral + error * period
-        by_integral = gains.i * integral
-        if by_integral < gains.i_clamp_min:
-            by_integral = gains.i_clamp_min
-        elif by_integral > gains.i_clamp_max:
-            by_integral = gains.i_clamp_max
-        by_error = gains.p * error
-        output = 0.0 + by_error + by_integral
-        if not isfinite(output):
-            self._update_plainly(target, velocity, 0.0, error, velocity, time, period)
-            return
-        pid.error = pid.last_error = error
-        pid.error_rate, pid.integral, pid.output = 0.0, integral, output
-        pid.terms = by_error, by_integral, 0.0
-        wanted = velocity + servo.share * (error + by_integral / gains.p)
-        self._tracked[joint] = wanted, abs(by_error + by_integral)
-        self.last = time, period, target, velocity, 0.0, error, output
-
-
-LOOPS = {"position": PositionLoop, "velocity": VelocityLoop}

@@ -124,19 +124,15 @@ class SteerBotJoints:
             [numbers[source] for source in self._means.get(name, (name,))] for name in self.names
         ]
 
-    def _with_means(self, values):
-        for name, sources in self._means.items():
-            values[name] = math.fsum(values[source] for source in sources) / len(sources)
-        return values
-
-    def state(self):
-        """Positions and velocities as two mappings; the commanded joints have their pair's mean."""
-        return tuple(self._with_means(values) for values in self._joints.state())
-
-    def positions_of(self, names):
-        """Positions of some joints, as a tuple."""
-        positions = self.state()[0]
-        return tuple(positions[name] for name in names)
+    def read(self, handles):
+        """As Joints.read; the commanded joints have their pair's mean."""
+        positions, velocities = self._joints.state()
+        for name, handle in zip(self.names, handles):
+            sources = self._means.get(name, (name,))
+            handle.position, handle.velocity = (
+                math.fsum(values[source] for source in sources) / len(sources)
+                for values in (positions, velocities)
+            )
 
     def columns(self, numbers):
         """As Joints.columns."""

@@ -4,8 +4,9 @@ import copy
 import math
 from dataclasses import dataclass, field, replace
 
-from bullet_sim.controllers.joint import Controller
-from bullet_sim.controllers.pid import Pid, parse_pid, shortest_distance
+from bullet_sim.component import Stateful
+from bullet_sim.controllers.base import CONTROLLERS, Controller
+from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
 from bullet_sim.errors import CommandError, ControllerError
 
 
@@ -70,14 +71,14 @@ class Tolerances:
         return replace(self, path=changed[0], arrival=changed[1], patience=wait)
 
 
-@dataclass(frozen=True)
-class TrajectoryConfig:
-    """What a trajectory controller needs beside its joints and gains.
+@dataclass(frozen=True, kw_only=True)
+class TrajectoryConfig(PidConfig):
+    """Configuration of a trajectory controller.
 
     Attributes:
         tolerances: Tolerances of goals that give none.
         stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: at once.
-        monitor_rate: of the action's feedback and result [Hz].
+        monitor_rate: of the action's feedback [Hz].
         partial: trajectories may leave joints out.
         feedforward: of each joint's velocity.
     """
@@ -89,47 +90,11 @@ class TrajectoryConfig:
     feedforward: tuple[float, ...] = ()
 
 
-def parse_trajectory(settings, joints, regulated, warnings):
-    """Configuration of a joint_trajectory_controller.
-
-    Args:
-        settings: Settings of the entry.
-        joints: names of its joints.
-        regulated: whether its interface needs gains.
-        warnings: list for sentences about ignored keys.
-
-    Returns:
-        TrajectoryConfig, a PidGains a joint (none without need), state_publish_rate [Hz].
-
-    Raises:
-        ControllerError: names the key, the value and what is valid.
-    """
-    limits = settings.block("constraints")
-    stopped = limits.number("stopped_velocity_tolerance", 0.01)
-    path, arrival = [], []
-    for joint in joints:
-        own = limits.block(joint)
-        path.append(Tolerance(own.number("trajectory", 0.0)))
-        arrival.append(Tolerance(own.number("goal", 0.0), stopped))
-    tolerances = Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0))
-    ahead = settings.block("velocity_ff")
-    config = TrajectoryConfig(
-        tolerances,
-        settings.number("stop_trajectory_duration", 0.0),
-        settings.number("action_monitor_rate", 20.0, above=0.0),
-        settings.flag("allow_partial_joints_goal", False),
-        tuple(ahead.number(joint, 0.0) for joint in joints),
-    )
-    settings.ignore("verbose", "gains")
-    gains = parse_gains(settings, joints, warnings) if regulated else ()
-    return config, gains, settings.number("state_publish_rate", 50.0, above=0.0)
-
-
 def parse_gains(settings, joints, warnings):
     """PidGains of each joint from `gains`.
 
     Raises:
-        ControllerError: a joint has none.
+        ControllerError: a joint has none, or bad ones.
     """
     block = settings.block("gains")
     missing = [joint for joint in joints if joint not in block]
@@ -401,7 +366,7 @@ SUCCESSFUL, PATH_VIOLATED, GOAL_VIOLATED = 0, -4, -5  # of control_msgs/FollowJo
 
 
 @dataclass(eq=False)
-class Goal:
+class Goal(Stateful):
     """A goal of the action.
 
     Attributes:
@@ -410,6 +375,8 @@ class Goal:
         finished: called once with (outcome, code, text): "succeeded", "aborted" or "canceled".
         arrived: joints that were within their tolerance at the end.
     """
+
+    STATE = ("arrived",)
 
     finished: object
     path: tuple = ()
@@ -435,19 +402,52 @@ class TrajectoryControl(Controller):
         goal: the Goal that is followed, or None.
         desired, actual, error: Motions of the last update, at its `time` [s]; None before it.
         clock: function -> ROS time [s], for commands with a stamp.
-        pids: one Pid a joint, where the interface needs them.
     """
 
-    periodic = True
+    STATE = ("goal", "desired", "actual", "error", "time", "_next", "_segments", "pids")
+    periodic = group = True
 
-    def __init__(self, spec, hardware):
-        super().__init__(spec, hardware)
-        self.pids = tuple(Pid(gains) for gains in spec.gains)
-        self._continuous = [hardware.limits[name].kind == "continuous" for name in spec.joints]
-        self._prismatic = [hardware.limits[name].kind == "prismatic" for name in spec.joints]
+    @classmethod
+    def configure(cls, settings, joints, description):
+        """Check an entry of the YAML file; see Controller.configure."""
+        names, warnings = settings.joints("joints", joints), []
+        limits = settings.block("constraints")
+        stopped = limits.number("stopped_velocity_tolerance", 0.01)
+        path, arrival = [], []
+        for name in names:
+            own = limits.block(name)
+            path.append(Tolerance(own.number("trajectory", 0.0)))
+            arrival.append(Tolerance(own.number("goal", 0.0), stopped))
+        ahead = settings.block("velocity_ff")
+        settings.ignore("verbose", "gains")
+        regulated = cls.interface != "position"
+        return TrajectoryConfig(
+            name=settings.name,
+            joints=names,
+            claims=((cls.interface, names),),
+            publish_rate=settings.number("state_publish_rate", 50.0, above=0.0),
+            gains=parse_gains(settings, names, warnings) if regulated else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            tolerances=Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0)),
+            stop_duration=settings.number("stop_trajectory_duration", 0.0),
+            monitor_rate=settings.number("action_monitor_rate", 20.0, above=0.0),
+            partial=settings.flag("allow_partial_joints_goal", False),
+            feedforward=tuple(ahead.number(name, 0.0) for name in names),
+            warnings=tuple(warnings),
+        )
+
+    def __init__(self, config, hardware):
+        super().__init__(config, hardware)
+        by_effort = self.interface == "effort"
+        self.pids = tuple(
+            Pid(gains, joint if by_effort else None)
+            for gains, joint in zip(config.gains, self.joints)
+        )
+        self._continuous = [joint.limits.kind == "continuous" for joint in self.joints]
+        self._prismatic = [joint.limits.kind == "prismatic" for joint in self.joints]
         self.clock = lambda: 0.0
         self.goal = self.desired = self.actual = self.error = None
-        self.time = 0.0
+        self.time, self._next, self._segments = 0.0, 0.0, []
 
     # life cycle -------------------------------------------------------------------------------
     def start(self, time):
@@ -455,14 +455,12 @@ class TrajectoryControl(Controller):
         self._finish("canceled")
         self.desired = self.actual = self.error = None
         self._next = self.time = time
-        positions = self.hardware.positions_of(self.spec.joints)
+        positions = [joint.position for joint in self.joints]
         self._segments = hold(positions, time)
         for pid in self.pids:
             pid.reset()
-        if self.spec.kind.interface == "position":
-            self.hardware.positions(self.spec.joints, positions)
-        else:
-            self._write_direct((0.0,) * len(positions))
+        values = positions if self.interface == "position" else [0.0] * len(positions)
+        self.hardware.command(self.interface, self.joints, values)
 
     def stop(self):
         """Cancel the goal and stop controlling."""
@@ -474,10 +472,21 @@ class TrajectoryControl(Controller):
         if goal is not None:
             goal.finished(outcome, code, text)
 
+    def set_state(self, state):
+        """Restore; a goal that is not the restored one is cancelled.
+
+        A restored one that has ended since has nobody to report to: the motion goes on without it.
+        """
+        present = self.goal
+        super().set_state(state)
+        if present is not self.goal:
+            self.goal = present
+            self._finish("canceled")
+
     # commands ---------------------------------------------------------------------------------
     def check(self, command):
         """Check a plan.Command; returns it."""
-        check(command, self.spec.joints, self.spec.action.partial)
+        check(command, self.config.joints, self.config.partial)
         return command
 
     def command(self, command):
@@ -511,13 +520,13 @@ class TrajectoryControl(Controller):
         if not command.points:
             self._rest(goal)
             return
-        tolerances = goal and self.spec.action.tolerances.updated(
-            self.spec.joints, goal.path, goal.arrival, goal.patience
+        tolerances = goal and self.config.tolerances.updated(
+            self.config.joints, goal.path, goal.arrival, goal.patience
         )
         self._segments = join(
             self._segments,
             command,
-            self.spec.joints,
+            self.config.joints,
             self._next,
             command.stamp - self.clock() if command.stamp else 0.0,
             self._continuous,
@@ -527,11 +536,12 @@ class TrajectoryControl(Controller):
 
     def _rest(self, goal):
         """Stop: where the joints are, or within the time that is configured."""
-        duration, desired = self.spec.action.stop_duration, self.desired
+        duration, desired = self.config.stop_duration, self.desired
         if duration > 0.0 and desired is not None:
             self._segments = stop(desired.positions, desired.velocities, self._next, duration, goal)
         else:
-            positions = self.hardware.positions_of(self.spec.joints)
+            self.hardware.read()
+            positions = [joint.position for joint in self.joints]
             self._segments = hold(positions, self._next, goal)
 
     def planned(self, time):
@@ -543,19 +553,20 @@ class TrajectoryControl(Controller):
         time = self._next + time - self.clock()
         if any(time < segments[0].start for segments in self._segments):
             raise ControllerError(
-                f"controller '{self.spec.name}' has no trajectory for a time before its start"
+                f"controller '{self.config.name}' has no trajectory for a time before its start"
             )
         columns = zip(*(active(s, time).sample(time) for s in self._segments))
         return Motion(*map(list, columns))
 
     # every period -----------------------------------------------------------------------------
-    def update(self, state, time, period):
+    def update(self, time, period):
         """Compare with the trajectory, judge the goal, command the joints."""
         self.time, self._next = time, time + period
-        joints, (positions, velocities) = self.spec.joints, state
         segments = [active(of_joint, time) for of_joint in self._segments]
         self.desired = Motion(*map(list, zip(*(s.sample(time) for s in segments))))
-        self.actual = Motion([positions[n] for n in joints], [velocities[n] for n in joints])
+        self.actual = Motion(
+            [joint.position for joint in self.joints], [joint.velocity for joint in self.joints]
+        )
         self.error = Motion(
             [
                 wanted - now if along else shortest_distance(now, wanted)
@@ -574,7 +585,7 @@ class TrajectoryControl(Controller):
         self._write(period)
 
     def _judge(self, segments, time):
-        for number, (name, segment) in enumerate(zip(self.spec.joints, segments)):
+        for number, (name, segment) in enumerate(zip(self.config.joints, segments)):
             error = self.error.positions[number]
             errors = error, self.error.velocities[number]
             if segment.goal is not self.goal:
@@ -589,35 +600,43 @@ class TrajectoryControl(Controller):
                 elif time >= segment.end + segment.patience:
                     self._finish("aborted", GOAL_VIOLATED, f"{name} goal error {error:f}")
                     return
-        if len(self.goal.arrived) == len(self.spec.joints):
+        if len(self.goal.arrived) == len(self.config.joints):
             self._finish("succeeded")
 
     def _write(self, period):
-        kind, joints = self.spec.kind.interface, self.spec.joints
-        if kind == "position":
-            self.hardware.positions(joints, self.desired.positions)
+        if self.interface == "position":
+            self.hardware.command("position", self.joints, self.desired.positions)
             return
-        rows = zip(
-            joints,
+        outputs = []
+        for pid, error, wanted, speed, ahead in zip(
             self.pids,
             self.error.positions,
             self.desired.velocities,
             self.actual.velocities,
-            self.spec.action.feedforward,
-        )
-        if kind == "velocity":
-            self._write_direct(
-                [
-                    pid.compute(error, period, wanted - speed) + ahead * wanted
-                    for _, pid, error, wanted, speed, ahead in rows
-                ]
-            )
-            return
-        for name, pid, error, wanted, speed, ahead in rows:
-            self.hardware.regulate(
-                name, pid, "position", error, speed, period, wanted, ahead * wanted
-            )
+            self.config.feedforward,
+        ):
+            output = pid.update(error, speed, period, wanted, ahead * wanted)
+            outputs.append(output + ahead * wanted)
+        if self.interface == "velocity":
+            self.hardware.command("velocity", self.joints, outputs)
 
-    def _write_direct(self, values):
-        write = {"velocity": self.hardware.velocities, "effort": self.hardware.efforts}
-        write[self.spec.kind.interface](self.spec.joints, values)
+
+@CONTROLLERS.register("position_controllers/JointTrajectoryController")
+class PositionTrajectory(TrajectoryControl):
+    """Trajectories of joints' positions, as position commands."""
+
+    interface = "position"
+
+
+@CONTROLLERS.register("velocity_controllers/JointTrajectoryController")
+class VelocityTrajectory(TrajectoryControl):
+    """Trajectories of joints' positions, by velocities."""
+
+    interface = "velocity"
+
+
+@CONTROLLERS.register("effort_controllers/JointTrajectoryController")
+class EffortTrajectory(TrajectoryControl):
+    """Trajectories of joints' positions, by efforts."""
+
+    interface = "effort"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bullet_sim.component import Stateful
 from bullet_sim.errors import CommandError, ModelError
 from bullet_sim.pose import matrix_from_quaternion
 
@@ -44,8 +45,10 @@ class _Load:
     apply: Callable[[], None]
 
 
-class Forces:
+class Forces(Stateful):
     """External wrenches and efforts, applied before every physics step; several add up."""
+
+    STATE = ("_loads",)
 
     def __init__(self):
         self._loads = []

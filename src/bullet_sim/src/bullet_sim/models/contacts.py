@@ -19,6 +19,7 @@ import math
 
 import numpy as np
 
+from bullet_sim.component import Stateful
 from bullet_sim.models.model import implausible_state
 from bullet_sim.models.release import Release
 from bullet_sim.pose import Pose, matrix_from_quaternion
@@ -28,12 +29,14 @@ DEFAULT = 1.0  # coefficient where a file gives none, as in Gazebo
 _ACROSS = (0.0, 1.0, 0.0)
 
 
-class Friction:
+class Friction(Stateful):
     """Coefficients of all links of a world.
 
     Args:
         engine: the Engine.
     """
+
+    STATE = ("_given", "_axis", "_fixed", "_updated", "watched")
 
     def __init__(self, engine):
         self._engine = engine
@@ -186,12 +189,14 @@ def _distance(first, second, axis):
     return float(np.linalg.norm(offset - (offset @ axis) * axis))
 
 
-class Slip:
+class Slip(Stateful):
     """Turns the friction of sliding wheels against their slip.
 
     Args:
         engine: the Engine.
     """
+
+    STATE = ("_wheels", "_forces")
 
     def __init__(self, engine):
         self._engine = engine
@@ -237,12 +242,14 @@ def _correction(force, velocity, limit):
     return tuple(share * (-limit * v / speed - f) for v, f in zip(velocity, force))
 
 
-class Weight:
+class Weight(Stateful):
     """Upward forces on links without gravity.
 
     Args:
         engine: the Engine.
     """
+
+    STATE = ("_links",)
 
     def __init__(self, engine):
         self._engine = engine
@@ -277,7 +284,7 @@ class Weight:
 CHECK_STEPS = 10  # steps between two checks of contacts while nothing slides
 
 
-class Contacts:
+class Contacts(Stateful):
     """Everything about contacts that is computed between steps.
 
     Contacts are checked at fixed step counts, so that results do not depend on the size of batches.
@@ -287,6 +294,9 @@ class Contacts:
         on_implausible: function of one sentence, called once for each model whose state is
             implausible.
     """
+
+    STATE = ("_friction", "_slip", "_release", "_weight", "_changed", "_reported")
+    CACHE = ("_models",)
 
     def __init__(self, engine, on_implausible=None):
         self._engine = engine

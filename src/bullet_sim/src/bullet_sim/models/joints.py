@@ -5,6 +5,7 @@ from math import inf, isfinite
 
 import numpy as np
 
+from bullet_sim.component import Stateful
 from bullet_sim.errors import ModelError
 
 UNLIMITED_EFFORT = 1e6  # [N m, N] where the URDF gives no limit
@@ -12,7 +13,7 @@ UNLIMITED_SPEED = 1e4  # [rad/s, m/s]
 MAX_POSITION = 1e9  # [rad, m] that set_positions takes
 
 
-class Joints:
+class Joints(Stateful):
     """Movable joints of one body.
 
     Args:
@@ -20,6 +21,9 @@ class Joints:
         body: body number.
         joints: bullet_sim.description.model.Joint list.
     """
+
+    STATE = ("_applied",)
+    CACHE = ("_body", "_tracked", "_numbers")
 
     def __init__(self, engine, body, joints):
         self._engine, self._body = engine, body
@@ -48,12 +52,18 @@ class Joints:
         self._body = body
         self._applied = {}
 
-    def read(self):
+    def read(self, handles):
+        """Read positions [rad, m] and velocities into handles, one a joint in names' order."""
+        states = self._engine.joint_states(self._body)
+        for handle, index in zip(handles, self._permutation):
+            handle.position, handle.velocity, _, _ = states[index]
+
+    def arrays(self):
         """Positions [rad, m], velocities, efforts [N m, N]: three (n,) arrays in names' order."""
         return tuple(map(np.array, self.columns(range(len(self.names)))))
 
     def columns(self, numbers):
-        """As read(), three lists of plain numbers, of some joints by their numbers in names."""
+        """As arrays(), three lists of plain numbers, of some joints by their numbers in names."""
         states = self._engine.joint_states(self._body)
         order = [self._permutation[number] for number in numbers]
         efforts = [states[i][3] for i in order]
@@ -167,16 +177,15 @@ class Joints:
         self._engine.drive_efforts(self._body, numbers, list(efforts.values()))
         self._applied.update(efforts)
 
-    def track(self, targets, state):
+    def track(self, targets, handles):
         """Track velocities, each with at most an effort, within effort_bounds.
 
         The joints' own friction acts against it. What is not finite counts as 0.
 
         Args:
             targets: mapping name -> (velocity [rad/s, m/s], effort [N m, N]), not empty.
-            state: result of state().
+            handles: mapping name -> an object with position and velocity, as read() gives them.
         """
-        positions, velocities = state
         names = list(targets)
         if names != self._tracked:
             self._tracked, self._numbers = names, [self._index[name] for name in names]
@@ -186,11 +195,12 @@ class Joints:
         rows, speeds, efforts = self._rows, [], []
         for name, (speed, effort) in targets.items():
             limits, most, least_speed, greatest_speed, friction = rows[name]
-            velocity, lower = velocities[name], limits.lower
+            handle, lower = handles[name], limits.lower
+            velocity = handle.velocity
             if not least_speed <= velocity <= greatest_speed or (
-                lower is not None and not lower <= positions[name] <= limits.upper
+                lower is not None and not lower <= handle.position <= limits.upper
             ):
-                low, high = self.effort_bounds(name, positions[name], velocity)
+                low, high = self.effort_bounds(name, handle.position, velocity)
                 most = high if speed > velocity else -low
             if not effort <= most:
                 effort = most if isfinite(effort) else 0.0

@@ -8,6 +8,8 @@ in the ground or in a slab, else along the contact's normal, or away from the ot
 
 import math
 
+from bullet_sim.component import Stateful
+
 TOLERANCE = 5e-4  # [m] of overlap that the solver may correct by itself
 SPEED = 0.3  # [m/s] at most, where no maxVel is given
 RATE = 20.0  # [1/s]: speed per depth near the end
@@ -16,12 +18,14 @@ SLACK = 0.5  # [m] beyond the first depth that a model may have to move before i
 _UPRIGHT = 0.5  # vertical part of a normal from which on the way out is upwards
 
 
-class Release:
+class Release(Stateful):
     """Pushes overlapping models apart.
 
     Args:
         engine: the Engine.
     """
+
+    STATE = ("_unchecked", "_moving")
 
     def __init__(self, engine):
         self._engine = engine
@@ -84,8 +88,10 @@ class Release:
             self._moving[model.body] = _Release(self._engine, model, found, limit)
 
 
-class _Release:
+class _Release(Stateful):
     """A model on its way out of what it overlaps."""
+
+    STATE = ("pairs", "_left")
 
     def __init__(self, engine, model, found, limit):
         self._model, self._limit = model, limit

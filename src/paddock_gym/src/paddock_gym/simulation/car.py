@@ -32,6 +32,7 @@ class Car:
         self._world = world
         self.model = world.spawn_urdf(name, urdf, pose, description.resolve)
         self._hardware = self.model.manager.hardware  # what the controllers write to
+        self._wheels, self._hinges = map(self._hardware.handles, (WHEELS, HINGES))
         self._root = self.model.description.root
         self._rest = None  # height and tilt of the car at rest
 
@@ -45,8 +46,9 @@ class Car:
         yaw_rate = speed * math.tan(steering) / GEOMETRY.wheelbase
         wheels = wheel_commands(speed, yaw_rate, GEOMETRY)
         speeds = (wheels.left_rear, wheels.left_front, wheels.right_rear, wheels.right_front)
-        self._hardware.velocities(WHEELS, speeds)
-        self._hardware.positions(HINGES, (wheels.left_steering, wheels.right_steering))
+        self._hardware.command("velocity", self._wheels, speeds)
+        angles = wheels.left_steering, wheels.right_steering
+        self._hardware.command("position", self._hinges, angles)
 
     def motion(self):
         """Motion of base_link."""

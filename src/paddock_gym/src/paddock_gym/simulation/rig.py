@@ -60,6 +60,7 @@ class Rig:
         ).toxml()
         self.model = self.world.spawn_urdf("cybertruck", text, Pose(), self._resolve)
         self._hardware = self.model.manager.hardware
+        self._rear, self._hinges = map(self._hardware.handles, (REAR, HINGES))
         self._write(0.0, 0.0)
         self.world.step(round(SETTLING / TIME_STEP))
         self._rest = self.model.pose
@@ -107,8 +108,9 @@ class Rig:
 
     def _write(self, steering, speed):
         wheels = self._kinematics.wheels(steering, speed)
-        self._hardware.positions(HINGES, (wheels.left_steering, wheels.right_steering))
-        self._hardware.velocities(REAR, (wheels.rear_left, wheels.rear_right))
+        angles = wheels.left_steering, wheels.right_steering
+        self._hardware.command("position", self._hinges, angles)
+        self._hardware.command("velocity", self._rear, (wheels.rear_left, wheels.rear_right))
 
     def close(self):
         """Free the engine."""

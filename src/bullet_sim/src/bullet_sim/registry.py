@@ -1,0 +1,65 @@
+"""Names of types, and the classes or functions that stand for them."""
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Registry(Generic[T]):
+    """Built-in entries by name, and those that others add.
+
+    Args:
+        what: an entry in messages, e.g. "controller type".
+    """
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self._entries: dict[str, T] = {}
+        self._sources: list[tuple[Callable[[str], T | None], Callable[[], tuple[str, ...]]]] = []
+
+    def register(self, *names: str) -> Callable[[T], T]:
+        """Decorator that enters a class or a function under names.
+
+        Raises:
+            ValueError: a name is taken.
+        """
+
+        def enter(entry: T) -> T:
+            for name in names:
+                if name in self._entries:
+                    raise ValueError(f"{self.what} '{name}' is registered already")
+                self._entries[name] = entry
+            return entry
+
+        return enter
+
+    def add_source(
+        self, find: Callable[[str], T | None], names: Callable[[], tuple[str, ...]]
+    ) -> None:
+        """Ask others for what is not built in, in the order of these calls.
+
+        Args:
+            find: function of a name that gives an entry, or None for an unknown name.
+            names: function that gives all names that it knows.
+        """
+        self._sources.append((find, names))
+
+    def find(self, name: str) -> T:
+        """The entry of a name.
+
+        Raises:
+            KeyError: nobody knows it.
+        """
+        if name in self._entries:
+            return self._entries[name]
+        for find, _ in self._sources:
+            entry = find(name)
+            if entry is not None:
+                return entry
+        raise KeyError(name)
+
+    def names(self) -> tuple[str, ...]:
+        """All names, the built-in ones first."""
+        others = [name for _, names in self._sources for name in names()]
+        return tuple(dict.fromkeys([*self._entries, *others]))

@@ -1,0 +1,52 @@
+"""Joints without an engine, for controllers."""
+
+
+class FakeJoints:
+    """Joints that do exactly what they are told; subclasses have `names` and `limits`.
+
+    Attributes:
+        positions, speeds: [rad, m] and [rad/s, m/s] by name.
+        applied: efforts [N m, N] of the last step by name.
+    """
+
+    names, limits = (), {}
+
+    def __init__(self):
+        self.positions = dict.fromkeys(self.names, 0.0)
+        self.speeds = dict.fromkeys(self.names, 0.0)
+        self.applied = {}
+
+    def state(self):
+        """Positions and velocities."""
+        return dict(self.positions), dict(self.speeds)
+
+    def read(self, handles):
+        """As Joints.read."""
+        positions, velocities = self.state()
+        for handle in handles:
+            handle.position, handle.velocity = positions[handle.name], velocities[handle.name]
+
+    def drive_positions(self, names, values):
+        """Be there at once."""
+        self.positions.update(zip(names, values))
+
+    def drive_velocities(self, names, values):
+        """Move from now on."""
+        self.speeds.update(zip(names, values))
+
+    def effort_bounds(self, *_):
+        """Any."""
+        return -1e9, 1e9
+
+    def apply_efforts(self, efforts):
+        """Record."""
+        self.applied = dict(efforts)
+
+    def release(self, names):
+        """Stand still."""
+        self.speeds.update(dict.fromkeys(names, 0.0))
+
+    def move(self, period):
+        """Move for a time [s]."""
+        for name, speed in self.speeds.items():
+            self.positions[name] += speed * period
