@@ -24,51 +24,40 @@ class JointHandle:
         limits: its Joint of the description: kind, limits of position, velocity and effort.
         inertia: that its effort moves [kg m^2, kg]; None: unknown.
         position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
+        hardware: whose joint it is.
     """
 
-    __slots__ = ("name", "limits", "inertia", "position", "velocity", "_hardware")
+    __slots__ = ("name", "limits", "inertia", "position", "velocity", "hardware")
 
     def __init__(
         self, name: str, limits: Joint, inertia: float | None, hardware: "Hardware"
     ) -> None:
-        self.name, self.limits, self.inertia, self._hardware = name, limits, inertia, hardware
+        self.name, self.limits, self.inertia, self.hardware = name, limits, inertia, hardware
         self.position = self.velocity = 0.0
 
     def set_velocity(self, value: float) -> None:
         """Command a velocity [rad/s, m/s], until the next command; the URDF limits it."""
-        self._hardware.command("velocity", (self,), (value,))
+        self.hardware.command("velocity", (self,), (value,))
 
     def set_position(self, value: float) -> None:
         """Command a position [rad, m], as set_velocity()."""
-        self._hardware.command("position", (self,), (value,))
+        self.hardware.command("position", (self,), (value,))
 
     def set_effort(self, value: float) -> None:
         """Command an effort [N m, N], as set_velocity()."""
-        self._hardware.command("effort", (self,), (value,))
+        self.hardware.command("effort", (self,), (value,))
 
     def release(self) -> None:
         """Drop the command: the joint moves freely, with its friction."""
-        self._hardware.release((self.name,))
+        self.hardware.release((self.name,))
 
-    # of Pid.update, in every physics step
     def push(self, effort: float) -> None:
-        """Apply an effort [N m, N] to a joint whose motor is released."""
-        hardware, name = self._hardware, self.name
+        """Apply an effort [N m, N] of a PID to the joint, whose motor is released."""
+        hardware, name = self.hardware, self.name
         if name in hardware.tracked:
             del hardware.tracked[name]
             hardware.joints.release((name,))
         hardware.efforts[name] = effort
-
-    def track(self, velocity: float, effort: float) -> None:
-        """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
-        hardware, name = self._hardware, self.name
-        if name in hardware.efforts:
-            del hardware.efforts[name]
-        hardware.tracked[name] = velocity, effort
-
-    def is_tracking(self) -> bool:
-        """Whether the last command was that of track()."""
-        return self.name in self._hardware.tracked
 
 
 class Hardware(Stateful):
@@ -217,7 +206,7 @@ class Hardware(Stateful):
                 if name not in self._targets:
                     self.joints.release((name,))
                     self._pids[name].reset()
-                self._pids[name].goal = interface
+                self._pids[name].follow(interface)
                 self._targets[name] = (interface, value)
 
     def release(self, names: Iterable[str]) -> None:

@@ -207,31 +207,30 @@ class Sample:
 class PidControl(JointCommand):
     """Base of controllers that regulate each joint by a PID."""
 
-    STATE = ("_targets", "_last", "pids")
+    STATE = ("_last", "pids")
     periodic = True
+    goal: ClassVar[str]
 
     def __init__(self, config: PidConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        by_effort = self.interface == "effort"
+        acts = self.interface == "effort"
         self.pids = tuple(
-            Pid(gains, joint if by_effort else None, self.goal)
-            for gains, joint in zip(config.gains, self.joints)
+            Pid(gains, joint, self.goal, acts) for gains, joint in zip(config.gains, self.joints)
         )
-        self._targets: tuple[float, ...] = ()
         self._last: tuple[float, ...] | None = None
 
     def start(self, time: float) -> None:
         """Hold the joints where they are, or at rest."""
         for pid in self.pids:
             pid.reset()
+            pid.target = pid.joint.position if self.goal == "position" else 0.0
         self._last = None
-        holds = self.goal == "position"
-        self._targets = tuple(joint.position if holds else 0.0 for joint in self.joints)
         self.hardware.command(self.interface, self.joints, (0.0,) * len(self.joints))
 
     def command(self, values: tuple[float, ...]) -> None:
         """Set new set points."""
-        self._targets = values
+        for pid, value in zip(self.pids, values):
+            pid.target = value
 
     @property
     def sample(self) -> Sample | None:
@@ -246,11 +245,13 @@ class PositionPid(PidControl):
 
     def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
-        for pid, joint, target in zip(self.pids, self.joints, self._targets):
+        for pid in self.pids:
+            joint, target = pid.joint, pid.target
             limits, position, velocity = joint.limits, joint.position, joint.velocity
             lower = limits.lower
             if lower is not None:
-                target = min(max(target, lower), limits.upper)
+                upper = limits.upper
+                target = lower if target < lower else upper if target > upper else target
             error = position_error(limits, position, target)
             output = pid.update(error, velocity, period)
             self._last = time, period, target, position, velocity, error, output
@@ -272,8 +273,8 @@ class VelocityPid(PidControl):
 
     def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
-        for pid, joint, target in zip(self.pids, self.joints, self._targets):
-            velocity = joint.velocity
+        for pid in self.pids:
+            target, velocity = pid.target, pid.joint.velocity
             error = target - velocity
             output = pid.update(error, velocity, period)
             self._last = time, period, target, velocity, 0.0, error, output

@@ -112,17 +112,20 @@ class PidConfig(ControllerConfig):
 
 
 class Pid(Stateful):
-    """A PID. One with a joint commands the joint's effort, one without returns its output.
+    """A PID that commands its joint's effort, or only computes its output.
 
     Where the gains are stiff for the inertia that the joint's effort moves, the joint tracks the
     closed form's velocity with at most the effort instead (see the module's text).
 
     Args:
         gains: PidGains; may be replaced at any time, the state stays.
-        joint: JointHandle that follows the output; None: the caller does what is to be done.
+        joint: JointHandle whose error it sees; None: the caller knows.
         goal: "position" or "velocity", of which the errors are.
+        acts: whether it commands the joint's effort.
 
     Attributes:
+        joint, goal: as above.
+        target: of the caller [rad, m, rad/s, m/s].
         error, error_rate, integral: of the last update.
         terms: (p, i, d) parts of the last output.
         output: the last output.
@@ -132,6 +135,7 @@ class Pid(Stateful):
     STATE = (
         "gains",
         "goal",
+        "target",
         "error",
         "error_rate",
         "integral",
@@ -141,15 +145,21 @@ class Pid(Stateful):
         "_mean",
         "_end",
     )
-    CACHE = ("_gains", "_goal", "_period", "_is_stiff", "_motion", "_share")
+    CACHE = ("_gains", "_period", "_is_stiff", "_motion", "_share")
 
     def __init__(
-        self, gains: PidGains, joint: "JointHandle | None" = None, goal: str | None = "position"
+        self,
+        gains: PidGains,
+        joint: "JointHandle | None" = None,
+        goal: str = "position",
+        acts: bool = True,
     ) -> None:
-        self.gains, self.goal, self._joint = gains, goal, joint
+        self.gains, self.goal, self.joint, self.target = gains, goal, joint, 0.0
+        self._acts = acts and joint is not None
         self._gains: PidGains | None = None  # those that the following were computed for
-        self._goal, self._period, self._is_stiff = goal, 0.0, False
-        self._motion, self._share = (0.0, 0.0, 0.0, 0.0), 0.0
+        self._period, self._is_stiff = 0.0, False
+        self._motion: tuple[float, ...] = ()  # of stiff gains for a position ...
+        self._share = 0.0  # ... of the error that a period corrects, of those for a velocity
         self.reset()
 
     def reset(self) -> None:
@@ -187,16 +197,16 @@ class Pid(Stateful):
             The output; 0, without a change of terms, when an input is not finite or no time
             passed; also 0 when the sum is not finite.
         """
-        if not period > 0:
-            return 0.0
-        gains, goal, joint = self.gains, self.goal, self._joint
-        if gains is not self._gains or goal != self._goal or period != self._period:
+        gains, joint = self.gains, self.joint
+        if gains is not self._gains or period != self._period:
+            if not period > 0:
+                return 0.0
             self._prepare(period)
-        own, stiff = velocity, self._is_stiff
+        stiff, own = self._is_stiff, velocity
         if stiff:
             if goal_velocity is not None:
                 own = velocity - goal_velocity  # as seen from the goal
-            rate = -own if goal == "position" else 0.0
+            rate = -own if self._motion else 0.0
         elif goal_velocity is not None:
             rate = goal_velocity - velocity
         else:
@@ -217,46 +227,53 @@ class Pid(Stateful):
             output = 0.0
             if not (isfinite(error) and isfinite(rate)):
                 self.output, self._mean = output, None
-                if joint is not None:
+                if self._acts:
                     joint.push(output)
                 return output
-        self.error, self.error_rate, self.last_error = error, rate, error
-        self.integral, self.terms, self.output = integral, (by_error, by_integral, by_rate), output
-        if joint is None:
+        self.error = self.last_error = error
+        self.error_rate, self.integral, self.output = rate, integral, output
+        self.terms = by_error, by_integral, by_rate
+        if not self._acts:
             return output
         if not stiff:
             joint.push(min(max(output + feedforward, -limit), limit))
             return output
         by_integral += feedforward
-        if goal == "velocity":
-            speed = own + self._share * (error + by_integral / gains.p)
-            effort = abs(by_error + by_integral)
-        else:
+        hardware, name = joint.hardware, joint.name
+        if self._motion:
             # The engine's velocity is the mean one of its last step. The one at its end is what was
             # expected of the free motion, plus what the mean was other than expected.
-            mean = self._mean if joint.is_tracking() else None
-            now = own if mean is None else self._end + own - mean
+            mean = self._mean
+            now = own if mean is None or name not in hardware.tracked else self._end + own - mean
             phi, psi, phi_rate, psi_rate = self._motion
             start = (by_error + by_integral) / joint.inertia
             self._mean = speed = (phi * now + psi * start) / period
             self._end = phi_rate * now + psi_rate * start
             effort = abs(by_error - gains.d * own + by_integral)
+        else:
+            speed = own + self._share * (error + by_integral / gains.p)
+            effort = abs(by_error + by_integral)
         if goal_velocity is not None:
             speed += goal_velocity
-        joint.track(speed, effort if effort < limit else limit)
+        if name in hardware.efforts:
+            del hardware.efforts[name]
+        hardware.tracked[name] = speed, effort if effort < limit else limit
         return output
+
+    def follow(self, goal: str) -> None:
+        """Set what the errors are of from now on: "position" or "velocity"."""
+        if goal != self.goal:
+            self.goal, self._gains, self._mean = goal, None, None
 
     def _prepare(self, period: float) -> None:
         """Find out whether gains are stiff, and their closed form."""
-        gains, joint, goal = self.gains, self._joint, self.goal
-        if goal != self._goal:
-            self._mean = None
-        self._gains, self._goal, self._period = gains, goal, period
-        inertia = None if joint is None else joint.inertia
-        self._is_stiff = inertia is not None and is_stiff(gains, goal, inertia, period)
+        gains, joint = self.gains, self.joint
+        self._gains, self._period, self._motion = gains, period, ()
+        inertia = joint.inertia if self._acts else None
+        self._is_stiff = inertia is not None and is_stiff(gains, self.goal, inertia, period)
         if not self._is_stiff:
             self._mean = None
-        elif goal == "position":
+        elif self.goal == "position":
             self._motion = oscillator(gains.p, gains.d, inertia, period)
         else:
             self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
