@@ -1,4 +1,4 @@
-"""A node ends by SIGINT and SIGTERM whatever its main thread is doing."""
+"""Signals that ask a process to stop; a node ends by them whatever its main thread is doing."""
 
 import signal
 import subprocess
@@ -6,6 +6,8 @@ import sys
 import time
 
 import pytest
+
+from paddock_common.process import StopRequest
 
 LIMIT = 60.0  # [s]
 # The main thread has a lock that the shutdown needs, as in a call of the master.
@@ -46,6 +48,24 @@ from paddock_common import nodes
 print("ready", flush=True)
 nodes.init_interruptible("n")
 """
+
+
+def test_a_stop_request_stores_the_first_signal_and_gives_the_handlers_back():
+    numbers, calls = (signal.SIGUSR1, signal.SIGUSR2), []
+    before = [signal.getsignal(number) for number in numbers]
+    with StopRequest(numbers, lambda: calls.append(stop.signal)) as stop:
+        assert not stop.requested() and stop.signal is None
+        for number in numbers[::-1]:
+            signal.raise_signal(number)
+        assert stop.requested() and stop.signal == signal.SIGUSR2
+        assert calls == [signal.SIGUSR2] * 2
+    assert [signal.getsignal(number) for number in numbers] == before
+    assert stop.requested()
+
+
+def test_a_stop_request_needs_no_ros():
+    script = "import sys, paddock_common.process\nassert 'rospy' not in sys.modules"
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=LIMIT)
 
 
 def ended(script, number, wait=0.0):

@@ -43,7 +43,7 @@ from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 
 from paddock_common import subscriptions
-from paddock_common.process import end_with_roslaunch
+from paddock_common.process import StopRequest, end_with_roslaunch
 
 _said = set()  # handlers that have failed
 
@@ -251,25 +251,19 @@ def watch():
     """Has SIGINT and SIGTERM shut the node down; main thread only."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
-    asked, done = [], threading.Event()
-
-    def note(number, _frame):
-        asked.append(number)
-        os.write(writer, b".")
+    stop, done = StopRequest(NUMBERS, lambda: os.write(writer, b".")), threading.Event()
 
     def shut_down():
         os.read(reader, 1)
-        rospy.signal_shutdown(f"signal-{int(asked[0])}")
+        rospy.signal_shutdown(f"signal-{int(stop.signal)}")
         done.set()
 
     def finish():
-        if asked:
+        if stop.requested():
             done.wait(PATIENCE)
 
     _thread.start_new_thread(shut_down, ())
     atexit.register(finish)
-    for number in NUMBERS:
-        signal.signal(number, note)
 
 
 def start(name, make, errors=ValueError):

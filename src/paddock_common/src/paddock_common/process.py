@@ -1,4 +1,6 @@
-"""This process: its priority, and its end with the one that started it; imports no rospy."""
+"""This process: its priority, signals that ask it to stop, and its end with the one that started
+it; imports no rospy.
+"""
 
 import ctypes
 import os
@@ -22,6 +24,46 @@ def give_way(niceness=5):
             stream.write(str(niceness))
     except OSError:
         pass  # there are no such groups
+
+
+class StopRequest:
+    """Whether a signal has asked this process to stop; to be made in the main thread.
+
+    The handler stores the number and does no work of its own: it runs between two instructions of
+    the main thread, which may have a lock that the work needs.
+
+    Args:
+        signals: Numbers of the signals; they are handled from here on.
+        then: Called by the handler, without arguments, at each of them; must not block.
+
+    Attributes:
+        signal: Number of the first one that came; None: none has come.
+    """
+
+    def __init__(self, signals=(signal.SIGINT, signal.SIGTERM), then=None):
+        self.signal, self._then = None, then
+        self._before = {number: signal.signal(number, self._handle) for number in signals}
+
+    def requested(self):
+        """Whether one has come."""
+        return self.signal is not None
+
+    def close(self):
+        """Handles the signals as before."""
+        while self._before:
+            signal.signal(*self._before.popitem())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _handle(self, number, _frame):
+        if self.signal is None:
+            self.signal = number
+        if self._then is not None:
+            self._then()
 
 
 PR_SET_PDEATHSIG = 1  # prctl(2)

@@ -20,6 +20,7 @@ GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
 # leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
 LONGEST = 2.0  # wait for a subscriber before the zero is published [s]
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)  # end a teleop in order
 VIOLENT = (
     signal.SIGKILL,
     signal.SIGSEGV,
@@ -111,7 +112,7 @@ def main():
         elif child.returncode is None:
             child.send_signal(number)
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+    for number in SIGNALS:
         signal.signal(number, forward)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     child = subprocess.Popen(command, env=dict(os.environ, **{GUARD: str(os.getpid())}))

@@ -13,6 +13,7 @@ import time
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.process import StopRequest
 from paddock_common.settings import Number, parameter, read
 from paddock_common.waiting import flush
 
@@ -41,10 +42,8 @@ class Session:
         """
         if not rosgraph.is_master_online():
             raise Ended(f"no ROS master at {rosgraph.get_master_uri()}")
-        self.signal = None  # number of the signal that ends the session
         nodes.init_node(name, disable_signals=True)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
-            signal.signal(number, self._on_signal)
+        self.stop = StopRequest(guard.SIGNALS)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck
         self.limits = read(Limits, rospy.get_param)
         self.rate = parameter(rospy.get_param, "rate", 20.0, Number(above=0.0, unit="Hz"))
@@ -145,7 +144,7 @@ class Session:
         """
         period = 1.0 / self.rate
         last = time.monotonic()
-        while self.signal is None and not rospy.is_shutdown():
+        while not (self.stop.requested() or rospy.is_shutdown()):
             now = time.monotonic()
             tick(now, now - last)
             last = now
@@ -182,9 +181,6 @@ class Session:
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
         self._publisher.publish(message)
-
-    def _on_signal(self, number, _frame):
-        self.signal = number
 
 
 def terminal_gone():
@@ -224,4 +220,5 @@ def run(name, kind):
     finally:
         if session:
             session.close()
-    return 0 if session.signal in (None, signal.SIGINT) else 128 + session.signal
+    ended_by = session.stop.signal
+    return 0 if ended_by in (None, signal.SIGINT) else 128 + ended_by

@@ -1,12 +1,11 @@
 """The node `teleop`, and the start and end of other nodes with this window."""
 
-import signal
 import sys
 
 import rosgraph
 import rospy
 from paddock_common.nodes import bear_failures
-from paddock_common.process import end_with_roslaunch
+from paddock_common.process import StopRequest, end_with_roslaunch
 from paddock_common.settings import read
 from paddock_common.waiting import flush
 
@@ -42,8 +41,7 @@ def connect(name, memory=None):
     nodes.init_node(name, disable_signals=True)
     end_with_roslaunch()
     window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri), memory)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: window.close())
+    StopRequest(then=window.close)
     return window
 
 

@@ -3,10 +3,10 @@
 import dataclasses
 import json
 import os
-import signal
 import time
 
 import torch
+from paddock_common.process import StopRequest
 from stable_baselines3.common.logger import configure
 
 from paddock_gym.training import algorithm, checkpoint
@@ -34,15 +34,14 @@ def train(settings, folder, resume=False, say=print, ray=None):
     """
     # Small networks are fastest on one thread; those for pictures learn while the workers wait.
     torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
-    stop = _Stop()
     settings, workers = _workers(settings, folder, ray, say)
     begin = time.monotonic()
     try:
         model = _model(settings, folder, workers, resume)
         already = model.num_timesteps
         model.set_logger(configure(folder, ["csv"]))
-        watch = Watch(folder, settings.steps, say, stop.asked, *success(settings))
-        with stop:
+        with StopRequest() as stop:  # Ctrl-C ends the training in order
+            watch = Watch(folder, settings.steps, say, stop.requested, *success(settings))
             model.learn(
                 max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
             )
@@ -57,7 +56,7 @@ def train(settings, folder, resume=False, say=print, ray=None):
         "steps": model.num_timesteps,
         "steps_this_time": model.num_timesteps - already,
         "seconds_this_time": round(seconds, 1),
-        "interrupted": stop.asked(),
+        "interrupted": stop.requested(),
         "workers_lost": lost,
         **finish(settings, folder, model),
     }
@@ -103,27 +102,3 @@ def _model(settings, folder, workers, resume):
     return algorithm.of(settings, workers)(
         policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
     )
-
-
-class _Stop:
-    """Notes Ctrl-C, so that the training ends in order."""
-
-    def __init__(self):
-        self._asked = False
-
-    def asked(self):
-        """Whether the user asked to stop."""
-        return self._asked
-
-    def __enter__(self):
-        self._before = {
-            number: signal.signal(number, self._note) for number in (signal.SIGINT, signal.SIGTERM)
-        }
-        return self
-
-    def __exit__(self, *_):
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def _note(self, _number, _frame):
-        self._asked = True

@@ -1,11 +1,5 @@
-"""Calls of the controller manager's services, and bringing controllers up and down.
+"""Calls of the controller manager's services, and bringing controllers up and down."""
 
-Shutdown on signals, without work in signal handlers. rospy's own handler runs the whole shutdown
-inside the handler: if the main thread holds a lock at that time (logging has some), the handler
-deadlocks on it. Here the handler sets a flag, and the main thread ends when it sees it.
-"""
-
-import signal
 import socket
 import threading
 import time
@@ -15,19 +9,6 @@ import rospy
 from controller_manager_msgs import srv
 
 from paddock_common import waiting
-
-_asked = []
-
-
-def watch():
-    """Installs handlers of SIGINT and SIGTERM, for nodes made with disable_signals=True."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _frame: _asked.append(number))
-
-
-def over():
-    """Whether a shutdown was requested."""
-    return bool(_asked) or rospy.is_shutdown()
 
 
 class Spawner:
@@ -109,9 +90,11 @@ class ManagerClient:
 
     Args:
         namespace: namespace of the manager; relative to the node's, '' for the node's own.
+        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
     """
 
-    def __init__(self, namespace=""):
+    def __init__(self, namespace="", ended=None):
+        self._ended = ended
         prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._names = {
             name: rospy.resolve_name(f"{prefix}controller_manager/{name}") for name in SERVICES
@@ -131,7 +114,7 @@ class ManagerClient:
         for name in services:
             try:
                 left = max(0.0, deadline - time.monotonic())
-                waiting.wait_for_service(self._names[name], left, over)
+                waiting.wait_for_service(self._names[name], left, self._ended)
             except waiting.WaitTimeout:
                 raise ManagerError(
                     f"service {self._names[name]} did not come within {timeout:g} s. Is the "

@@ -5,15 +5,32 @@ import time
 import rospy
 from std_msgs.msg import Bool
 
-from controller_manager import client, command_line
+from controller_manager import command_line
 from controller_manager.client import ManagerClient, ManagerError, Spawner, run_bounded
 from paddock_common import nodes, waiting
+from paddock_common.process import StopRequest
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
 
-def wait_for_true(topic):
-    """Waits for a Bool that is true; logs when none has come for a while."""
+def start_node(name):
+    """Starts a node that still calls services after a signal has asked it to end.
+
+    Returns:
+        Function without arguments: whether a shutdown was requested.
+    """
+    nodes.init_node(name, anonymous=True, disable_signals=True)
+    stop = StopRequest()
+    return lambda: stop.requested() or rospy.is_shutdown()
+
+
+def wait_for_true(topic, ended):
+    """Waits for a Bool that is true; logs when none has come for a while.
+
+    Args:
+        topic: name.
+        ended: of start_node.
+    """
     received = []
     subscriber = rospy.Subscriber(topic, Bool, lambda message: received.append(message.data))
     start = time.monotonic()
@@ -23,7 +40,7 @@ def wait_for_true(topic):
             rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
         return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=client.over)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=ended)
     subscriber.unregister()
 
 
@@ -33,7 +50,7 @@ def end_quietly(spawner, manager, timeout):
     roslaunch stops all nodes at once, and the controllers end with the simulator.
 
     Args:
-        spawner: bring_up.Spawner.
+        spawner: client.Spawner.
         manager: ManagerClient.
         timeout: wall-clock limit [s].
     """
@@ -54,16 +71,15 @@ def end_quietly(spawner, manager, timeout):
 def main():
     """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
     opts = command_line.parse_spawner(rospy.myargv()[1:])
-    nodes.init_node("spawner", anonymous=True, disable_signals=True)
-    client.watch()
-    manager = ManagerClient(opts.namespace)
+    ended = start_node("spawner")
+    manager = ManagerClient(opts.namespace, ended)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
     try:
-        return run(opts, manager, spawner)
+        return run(opts, manager, spawner, ended)
     except rospy.ROSInterruptException:
         return 0
     except (ManagerError, ValueError, OSError) as error:
-        if client.over():
+        if ended():
             return 0
         rospy.logfatal("spawner: %s", error)
         return 1
@@ -72,13 +88,14 @@ def main():
         rospy.signal_shutdown("the spawner has ended")
 
 
-def run(opts, manager, spawner):
+def run(opts, manager, spawner, ended):
     """Brings the controllers up and waits for the end; returns the exit code.
 
     Args:
-        opts: of options.parse_spawner.
+        opts: of command_line.parse_spawner.
         manager: ManagerClient.
-        spawner: bring_up.Spawner.
+        spawner: client.Spawner.
+        ended: of start_node.
     """
     begin = time.monotonic()
     controllers, parameters = command_line.expand(opts.controllers)
@@ -86,9 +103,9 @@ def run(opts, manager, spawner):
         rospy.set_param(name, value)
     manager.wait(opts.timeout)
     if opts.wait_for:
-        wait_for_true(opts.wait_for)
+        wait_for_true(opts.wait_for, ended)
     spawner.bring_up(controllers, start=not opts.stopped)
-    if not spawner.loaded and not client.over():
+    if not spawner.loaded and not ended():
         rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
         return 1
     done = spawner.started or spawner.loaded
@@ -100,7 +117,7 @@ def run(opts, manager, spawner):
         time.monotonic() - begin,
         ", ".join(done),
     )
-    while not client.over():
+    while not ended():
         time.sleep(waiting.POLL_PERIOD)
     return 0
 
@@ -111,9 +128,8 @@ SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 def unspawn():
     """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
     opts = command_line.parse_unspawner(rospy.myargv()[1:])
-    nodes.init_node("unspawner", anonymous=True, disable_signals=True)
-    client.watch()
-    manager = ManagerClient(opts.namespace)
+    ended = start_node("unspawner")
+    manager = ManagerClient(opts.namespace, ended)
     try:
         manager.wait(opts.timeout, ["switch_controller"])
         if not manager.switch(stop=opts.controllers):
@@ -124,7 +140,7 @@ def unspawn():
         rospy.logfatal("unspawner: %s", error)
         return 1
     rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
-    while not client.over():
+    while not ended():
         time.sleep(waiting.POLL_PERIOD)
     reason = run_bounded(
         lambda: manager.switch(start=opts.controllers, strict=False), SHUTDOWN_TIMEOUT
