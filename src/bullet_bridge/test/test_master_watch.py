@@ -27,7 +27,7 @@ class Rig:
         """Asks once a second."""
         for _ in range(int(seconds)):
             self.time += 1.0
-            self.watch.check()
+            self.watch.monitor.check()
 
 
 @pytest.fixture(name="rig")
@@ -83,7 +83,7 @@ def test_another_master_ends_the_simulation(rig):
 
 
 def test_a_closed_watch_ends_nothing(rig):
-    rig.watch.close()
+    rig.watch.monitor.close()
     rig.answer = 8
     rig.go_on(1)
     assert rig.ended == []

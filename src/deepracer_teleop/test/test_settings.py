@@ -4,7 +4,8 @@ import math
 
 import pytest
 from deepracer_teleop.window.settings import Settings
-from deepracer_teleop.window.status import MasterWatch, run_id
+from deepracer_teleop.window.status import master_problem, run_id
+from paddock_common.master import ERRORS, MasterMonitor
 from paddock_common.settings import read
 
 
@@ -39,22 +40,29 @@ def test_bad_values_are_named(key, value):
         Settings(**{key: value})
 
 
-def test_no_master_is_no_id():
-    assert run_id("http://127.0.0.1:9", timeout=0.5) is None
-    assert run_id("http://no-such-host.invalid:11311", timeout=0.5) is None
+@pytest.mark.parametrize("uri", ["http://127.0.0.1:9", "http://no-such-host.invalid:11311"])
+def test_no_master_is_no_id(uri):
+    with pytest.raises(ERRORS):
+        run_id(uri, timeout=0.5)
 
 
 def test_a_lost_master_and_one_that_comes_back():
     now, answers = [0.0], ["a"]
-    watch = MasterWatch("http://x:1", clock=lambda: now[0], ask=lambda _uri: answers[0])
-    watch.check()
-    assert watch.problem(3.0) == ""
+
+    def identity(_uri):
+        if answers[0] is None:
+            raise TimeoutError
+        return answers[0]
+
+    monitor = MasterMonitor("http://x:1", identity, now=lambda: now[0])
+    monitor.check()
+    assert master_problem(monitor, 3.0) == ""
     now[0], answers[0] = 4.0, None
-    watch.check()
-    assert "http://x:1 has not answered for 4 s" in watch.problem(3.0)
+    monitor.check()
+    assert "http://x:1 has not answered for 4 s" in master_problem(monitor, 3.0)
     answers[0] = "a"
-    watch.check()
-    assert watch.problem(3.0) == ""
+    monitor.check()
+    assert master_problem(monitor, 3.0) == ""
     answers[0] = "b"
-    watch.check()
-    assert "Another ROS master" in watch.problem(3.0)
+    monitor.check()
+    assert "Another ROS master" in master_problem(monitor, 3.0)

@@ -8,6 +8,7 @@ import pytest
 from cv_bridge import CvBridge
 from deepracer_teleop.camera import FrameRate, draw_frame_rate, frame_rate_text
 from deepracer_teleop.window import window as module
+from paddock_common.master import MasterMonitor
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor
 from PyQt5.QtTest import QTest
@@ -266,25 +267,15 @@ def test_an_unreadable_picture_is_reported(rig):
     assert "nonsense" in window.cameraLabel.text()
 
 
-class LostMaster:
-    words = ""
-
-    def problem(self, _timeout):
-        return self.words
-
-    def stop(self):
-        pass
-
-
 def test_a_lost_master_is_shown_and_decides_the_exit_code(rig):
-    window = rig.build()
-    window._watch = LostMaster()
+    window, now = rig.build(), [0.0]
+    window._monitor = MasterMonitor("http://x:1", lambda _: "a", now=lambda: now[0])
     window._check_health()
     assert not window.troubleLabel.isVisible() and window.exitCode == 0
-    window._watch.words = "The ROS master at X has not answered for 5 s."
+    now[0] = 5.0
     window._check_health()
     assert window.troubleLabel.isVisible() and window.exitCode == 1
-    assert window.troubleLabel.text() == window._watch.words
+    assert "http://x:1 has not answered for 5 s" in window.troubleLabel.text()
 
 
 @pytest.mark.parametrize(

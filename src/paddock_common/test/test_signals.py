@@ -6,7 +6,6 @@ import sys
 import time
 
 import pytest
-
 from paddock_common.process import StopRequest
 
 LIMIT = 60.0  # [s]

@@ -113,7 +113,7 @@ def main():
     nodes.init_interruptible("gazebo", disable_rostime=True)
     end_with_roslaunch()
     master = MasterWatch(end)
-    master.start()
+    master.monitor.start()
     with ExitStack() as parts:
         try:
             make_server(parts).run()
@@ -121,7 +121,7 @@ def main():
             rospy.logfatal("%s", error)
             return 1
         finally:
-            master.close()
+            master.monitor.close()
     return 1 if master.reason else 0
 
 

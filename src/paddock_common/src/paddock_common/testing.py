@@ -12,7 +12,7 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
-from paddock_common import rpc
+from paddock_common.master import ERRORS, proxy
 
 FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
 POLL_PERIOD = 0.005  # [s]
@@ -246,9 +246,9 @@ def wait_for(condition, what, limit=LIMIT):
 def call(uri, name, *arguments):
     """What a method of a master or a node gives by XML-RPC, or None when it does not answer."""
     try:
-        with rpc.proxy(uri, CALL_LIMIT) as server:
+        with proxy(uri, CALL_LIMIT) as server:
             code, _, value = getattr(server, name)("/test", *arguments)
-    except rpc.ERRORS:
+    except ERRORS:
         return None
     return value if code == 1 else None
 

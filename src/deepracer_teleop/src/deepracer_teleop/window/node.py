@@ -4,13 +4,14 @@ import sys
 
 import rosgraph
 import rospy
+from paddock_common.master import ERRORS, MasterMonitor
 from paddock_common.nodes import bear_failures
 from paddock_common.process import StopRequest, end_with_roslaunch
 from paddock_common.settings import read
 from paddock_common.waiting import flush
 
 from deepracer_teleop.window.settings import Memory, Settings
-from deepracer_teleop.window.status import MasterWatch, run_id
+from deepracer_teleop.window.status import run_id
 from deepracer_teleop.window.window import InterfaceWindow
 from paddock_common import nodes
 
@@ -32,15 +33,17 @@ def connect(name, memory=None):
         ValueError: A parameter is wrong; the message names it.
     """
     uri = rosgraph.get_master_uri()
-    if run_id(uri, MASTER_LIMIT) is None:
+    try:
+        run_id(uri, MASTER_LIMIT)
+    except ERRORS:
         raise ConnectionError(
             f"no ROS master answers at {uri}; start roscore (or a launch file), "
             "or set ROS_MASTER_URI"
-        )
+        ) from None
     bear_failures()
     nodes.init_node(name, disable_signals=True)
     end_with_roslaunch()
-    window = InterfaceWindow(read(Settings, rospy.get_param), MasterWatch(uri), memory)
+    window = InterfaceWindow(read(Settings, rospy.get_param), MasterMonitor(uri, run_id), memory)
     StopRequest(then=window.close)
     return window
 

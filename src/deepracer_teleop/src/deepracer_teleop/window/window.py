@@ -18,7 +18,7 @@ from deepracer_teleop.hand import Hand
 from deepracer_teleop.recording import RecordButton
 from deepracer_teleop.window.layout import Layout, Mover, prepare_scaling
 from deepracer_teleop.window.settings import Settings
-from deepracer_teleop.window.status import Status
+from deepracer_teleop.window.status import Status, master_problem
 
 TICK_MS = 5  # period of the timer that ends timed moves [ms]
 HEALTH_MS = 250  # period of the checks of camera and master [ms]
@@ -128,12 +128,12 @@ class InterfaceWindow(Layout):
 
     closeAsked = pyqtSignal()  # from rospy's shutdown to Qt's
 
-    def __init__(self, settings=None, watch=None, memory=None):
+    def __init__(self, settings=None, monitor=None, memory=None):
         """Builds the widgets; executeInterface() runs them.
 
         Args:
             settings: Settings; by default the original's values.
-            watch: MasterWatch or None.
+            monitor: MasterMonitor by run_id, or None.
             memory: Memory of place and size, or None.
         """
         global _settings, _mover, sliderControl
@@ -146,7 +146,7 @@ class InterfaceWindow(Layout):
         sliderControl = False
         super().__init__(_settings)
         self.exitCode = 0
-        self._watch, self._memory = watch, memory
+        self._monitor, self._memory = monitor, memory
         self._finished = False
         self.addButtons()
         self.addSliders()
@@ -208,8 +208,8 @@ class InterfaceWindow(Layout):
         self._camera.start()
         self._status.start()
         self._hand.pad.start()
-        if self._watch is not None:
-            self._watch.start()
+        if self._monitor is not None:
+            self._monitor.start()
         rospy.on_shutdown(self._on_ros_shutdown)
         self.show()
         self.setFocus()
@@ -259,8 +259,8 @@ class InterfaceWindow(Layout):
         self._finished = True
         self._ticker.stop()
         self._health.stop()
-        if self._watch is not None:
-            self._watch.stop()
+        if self._monitor is not None:
+            self._monitor.close()
         self._camera.stop()
         self._status.stop()
         self._hand.pad.stop()
@@ -291,7 +291,9 @@ class InterfaceWindow(Layout):
         if words != self.statusLabel.text():
             self.statusLabel.setText(words)
         self._record.check()
-        problem = "" if self._watch is None else self._watch.problem(self.settings.master_timeout)
+        problem = ""
+        if self._monitor is not None:
+            problem = master_problem(self._monitor, self.settings.master_timeout)
         if bool(problem) != bool(self.exitCode):
             print(f"teleop: {problem or 'the ROS master answers again'}", file=sys.stderr)
         self.exitCode = 1 if problem else 0
