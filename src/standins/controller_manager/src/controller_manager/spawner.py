@@ -3,12 +3,12 @@
 import time
 
 import rospy
+from paddock_common.process import StopRequest
 from std_msgs.msg import Bool
 
 from controller_manager import command_line
 from controller_manager.client import ManagerClient, ManagerError, Spawner, run_bounded
 from paddock_common import nodes, waiting
-from paddock_common.process import StopRequest
 
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
