@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist, Vector3
+from paddock_common.settings import Number
 from sensor_msgs.msg import Joy
 
 from paddock_common import nodes
 
 STILL = (0.0,) * 6
+NUMBER = Number()
 
 
 class Deadman:
@@ -121,10 +123,12 @@ def read(parameters):
 def _axes(parameters, kind, names, alone, number, scale, turbo):
     given = parameters.get("axis_" + kind, number)
     if not isinstance(given, dict):
-        normal = _number("scale_" + kind, parameters.get("scale_" + kind, scale))
+        normal = NUMBER.check("scale_" + kind, parameters.get("scale_" + kind, scale))
         fast = parameters.get(f"scale_{kind}_turbo", normal if turbo is None else turbo)
         return {
-            alone: Axis(_whole("axis_" + kind, given), normal, _number(f"scale_{kind}_turbo", fast))
+            alone: Axis(
+                _whole("axis_" + kind, given), normal, NUMBER.check(f"scale_{kind}_turbo", fast)
+            )
         }
     unknown = sorted(set(map(str, given)) - set(names))
     if unknown:
@@ -134,21 +138,15 @@ def _axes(parameters, kind, names, alone, number, scale, turbo):
         value = parameters.get(key, {})
         if not isinstance(value, dict):
             raise ValueError(f"{key} is {value!r}, must be a map of names as axis_{kind} is")
-        scales.append({name: _number(f"{key}/{name}", value.get(name, 0.0)) for name in names})
+        scales.append({name: NUMBER.check(f"{key}/{name}", value.get(name, 0.0)) for name in names})
     return {
         name: Axis(_whole(f"axis_{kind}/{name}", axis), scales[0][name], scales[1][name])
         for name, axis in given.items()
     }
 
 
-def _number(name, value):
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value - value != 0.0:
-        raise ValueError(f"{name} is {value!r}, must be a number")
-    return float(value)
-
-
 def _whole(name, value):
-    if _number(name, value) != int(value):
+    if NUMBER.check(name, value) != int(value):
         raise ValueError(f"{name} is {value!r}, must be a whole number")
     return int(value)
 

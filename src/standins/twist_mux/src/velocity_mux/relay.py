@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import rospy
 from actionlib import SimpleActionServer
 from geometry_msgs.msg import Twist
+from paddock_common.settings import Number
 from std_msgs.msg import Bool
 from twist_mux_msgs.msg import JoyPriorityAction, JoyPriorityResult, JoyTurboAction, JoyTurboResult
 from visualization_msgs.msg import Marker
@@ -39,10 +40,7 @@ class Turbo:
 
     def __init__(self, parameters):
         def number(name, default):
-            value = parameters.get(name, default)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
-                raise ValueError(f"turbo/{name} is {value!r}, must be a number above 0")
-            return value
+            return Number(above=0.0).check(f"turbo/{name}", parameters.get(name, default))
 
         def speeds(name, default):
             return Range(
