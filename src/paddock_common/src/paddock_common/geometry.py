@@ -1,14 +1,19 @@
-"""Headings of quaternions, transforms of odometry messages."""
+"""Headings and quaternions, transforms of odometry messages."""
 
 import math
 
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Quaternion, TransformStamped
 
 
 def yaw_of(quaternion):
     """Gives the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
     q = quaternion
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def quaternion_of(yaw):
+    """Returns the geometry_msgs/Quaternion of a heading [rad]."""
+    return Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
 
 
 def transform_of(message):

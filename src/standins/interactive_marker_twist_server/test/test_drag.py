@@ -1,24 +1,20 @@
 """How far the marker was dragged, as a velocity; every configuration that comes along."""
 
 import glob
-import math
 import os
 
 import pytest
 import yaml
 from marker_twist.node import read
+from paddock_common.geometry import quaternion_of
 
 CONFIG = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "config")
-AHEAD = (0.0, 0.0, 0.0, 1.0)
-
-
-def turned(angle):
-    return (0.0, 0.0, math.sin(angle / 2.0), math.cos(angle / 2.0))
+AHEAD = quaternion_of(0.0)
 
 
 def test_the_defaults_drive_ahead_and_turn():
     drag = read({})
-    assert drag.velocity((0.4, 0.3, 0.2), turned(0.5)) == (
+    assert drag.velocity((0.4, 0.3, 0.2), quaternion_of(0.5)) == (
         (0.4, 0.0, 0.0),
         pytest.approx(1.1),
     )
@@ -39,7 +35,7 @@ def test_scale_and_limits(way, speed):
 @pytest.mark.parametrize("angle, rate", [(3.0, 1.5), (-3.0, -1.5), (0.2, 0.6)])
 def test_turning(angle, rate):
     drag = read({"angular_scale": 3.0, "max_angular_velocity": 1.5})
-    assert drag.velocity((0.0, 0.0, 0.0), turned(angle))[1] == pytest.approx(rate)
+    assert drag.velocity((0.0, 0.0, 0.0), quaternion_of(angle))[1] == pytest.approx(rate)
 
 
 def test_maps():

@@ -1,9 +1,9 @@
 """The track as markers for rviz: its ground picture and its walls, from its own SDF."""
 
-import math
 import xml.etree.ElementTree as ElementTree
 
 import rospy
+from paddock_common.geometry import quaternion_of
 from paddock_common.nodes import run
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -45,7 +45,7 @@ def _marker(visual):
     marker = Marker(action=Marker.ADD, ns="track", frame_locked=True)
     x, y, z, _roll, _pitch, yaw = _numbers(visual.findtext("pose"), (0.0,) * 6)
     marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
-    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    marker.pose.orientation = quaternion_of(yaw)
     if uri := (visual.findtext(MESH) or "").strip():
         marker.type, marker.mesh_resource = Marker.MESH_RESOURCE, uri
         marker.mesh_use_embedded_materials = True

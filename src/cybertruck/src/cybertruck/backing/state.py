@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import rospy
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import yaw_of
 from sensor_msgs.msg import JointState
 
 from cybertruck.trailer.kinematics import trailer_axle
@@ -83,11 +84,7 @@ class StateSource:
             self._keep(self._hitch, message.header.stamp.to_sec(), angle)
 
     def _on_odometry(self, message):
-        pose, turn = message.pose.pose.position, message.pose.pose.orientation
-        heading = math.atan2(
-            2.0 * (turn.w * turn.z + turn.x * turn.y),
-            1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
-        )
+        pose, heading = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
         self._keep(
             self._odometry,
             message.header.stamp.to_sec(),

@@ -4,8 +4,8 @@ import math
 import threading
 from dataclasses import dataclass
 
-from geometry_msgs.msg import Quaternion
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import quaternion_of
 from paddock_common.settings import Number, check, number
 
 from cybertruck.drive.odometry import Measured
@@ -46,11 +46,6 @@ def measured(message):
     return Measured(*values), encoders
 
 
-def quaternion(yaw):
-    """Heading [rad] as a geometry_msgs/Quaternion."""
-    return Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-
-
 def odometry(stamp, frames, state):
     """nav_msgs/Odometry of a WheelOdometry; the twist is in the child frame (REP-105).
 
@@ -63,7 +58,7 @@ def odometry(stamp, frames, state):
     message.header.stamp = stamp
     message.header.frame_id, message.child_frame_id = frames
     message.pose.pose.position.x, message.pose.pose.position.y = state.x, state.y
-    message.pose.pose.orientation = quaternion(state.yaw)
+    message.pose.pose.orientation = quaternion_of(state.yaw)
     pose, twist = [0.0] * 36, [0.0] * 36
     rows = (0, 1, 5)  # x, y, yaw of the 6 by 6 matrix
     for i, row in enumerate(rows):

@@ -18,6 +18,7 @@ from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import quaternion_of
 from paddock_common.settings import check, number, read, text
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
@@ -158,8 +159,7 @@ class LapKeeper:
         state = ModelState(model_name=self.settings.model, reference_frame="world")
         state.pose.position.x = x - side * math.sin(yaw)
         state.pose.position.y = y + side * math.cos(yaw)
-        state.pose.orientation.z = math.sin((yaw + turn) / 2.0)
-        state.pose.orientation.w = math.cos((yaw + turn) / 2.0)
+        state.pose.orientation = quaternion_of(yaw + turn)
         answer = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
         if not answer.success:
             raise LapError(f"the car cannot be placed: {answer.status_message}")

@@ -1,16 +1,18 @@
 """Interactive markers that are dragged: their twist, and the node."""
 
-import math
 from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Pose, Quaternion, Twist, Vector3
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
+from paddock_common.geometry import yaw_of
+from paddock_common.settings import Number
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
 from paddock_common import nodes
 
 AXES = ("x", "y", "z")
+NUMBER = Number()
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Drag:
 
         Args:
             position: (x, y, z) in the robot's frame [m].
-            orientation: Quaternion (x, y, z, w).
+            orientation: geometry_msgs/Quaternion.
 
         Returns:
             ((x, y, z) [m/s], turn rate [rad/s]).
@@ -58,12 +60,7 @@ class Drag:
             self.linear[name].speed(way) if name in self.linear else 0.0
             for name, way in zip(AXES, position)
         )
-        return speeds, self.angular.speed(yaw_of(*orientation))
-
-
-def yaw_of(x, y, z, w):
-    """Heading of a quaternion [rad]."""
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return speeds, self.angular.speed(yaw_of(orientation))
 
 
 def read(parameters):
@@ -92,20 +89,14 @@ def read(parameters):
             if isinstance(scale, dict):
                 raise ValueError(f"{key} is {value!r}, must be a map as linear_scale is")
             value = {"x": value}
-        limits.append({name: _number(key, value.get(name, 0.0)) for name in factors})
+        limits.append({name: NUMBER.check(key, value.get(name, 0.0)) for name in factors})
     linear = {
-        name: Scale(_number("linear_scale", factor), limits[0][name], limits[1][name])
+        name: Scale(NUMBER.check("linear_scale", factor), limits[0][name], limits[1][name])
         for name, factor in factors.items()
     }
-    fastest = _number("max_angular_velocity", parameters.get("max_angular_velocity", 2.2))
-    factor = _number("angular_scale", parameters.get("angular_scale", 2.2))
+    fastest = NUMBER.check("max_angular_velocity", parameters.get("max_angular_velocity", 2.2))
+    factor = NUMBER.check("angular_scale", parameters.get("angular_scale", 2.2))
     return Drag(linear, Scale(factor, -fastest, fastest))
-
-
-def _number(name, value):
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value - value != 0.0:
-        raise ValueError(f"{name} is {value!r}, must be a number")
-    return float(value)
 
 
 HALF = 0.5**0.5
@@ -166,10 +157,8 @@ def main():
     )
 
     def take(feedback):
-        at, turned = feedback.pose.position, feedback.pose.orientation
-        linear, angular = drag.velocity(
-            (at.x, at.y, at.z), (turned.x, turned.y, turned.z, turned.w)
-        )
+        at = feedback.pose.position
+        linear, angular = drag.velocity((at.x, at.y, at.z), feedback.pose.orientation)
         publisher.publish(Twist(Vector3(*linear), Vector3(0.0, 0.0, angular)))
         server.setPose(marker.name, Pose(orientation=Quaternion(w=1.0)))  # back to the robot
         server.applyChanges()

@@ -1,12 +1,11 @@
 """The node map_server: a map's file as messages and as a service."""
 
-import math
 import sys
 import threading
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point, Pose, Quaternion
+from geometry_msgs.msg import Point, Pose
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import (
     GetMap,
@@ -14,6 +13,7 @@ from nav_msgs.srv import (
     LoadMap,
     LoadMapResponse,
 )
+from paddock_common.geometry import quaternion_of, yaw_of
 
 from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, Map, from_picture, load
 from paddock_common import nodes
@@ -31,7 +31,7 @@ def to_message(grid, frame, stamp):
         height=grid.cells.shape[0],
         origin=Pose(
             Point(x, y, 0.0),
-            Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)),
+            quaternion_of(yaw),
         ),
     )
     message.data = grid.cells.ravel().tolist()
@@ -40,11 +40,7 @@ def to_message(grid, frame, stamp):
 
 def from_message(message):
     """Map of a nav_msgs/OccupancyGrid."""
-    info, turned = message.info, message.info.origin.orientation
-    yaw = math.atan2(
-        2.0 * (turned.w * turned.z + turned.x * turned.y),
-        1.0 - 2.0 * (turned.y**2 + turned.z**2),
-    )
+    info, yaw = message.info, yaw_of(message.info.origin.orientation)
     cells = np.array(message.data, np.int8).reshape(info.height, info.width)
     return Map(cells, info.resolution, (info.origin.position.x, info.origin.position.y, yaw))
 

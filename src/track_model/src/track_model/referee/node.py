@@ -11,7 +11,7 @@ from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Odometry, Path
-from paddock_common.geometry import yaw_of
+from paddock_common.geometry import quaternion_of, yaw_of
 from paddock_common.nodes import run
 from paddock_common.settings import read
 from std_srvs.srv import Trigger, TriggerResponse
@@ -32,7 +32,7 @@ def pose_stamped(x, y, yaw):
     """Return a PoseStamped on the ground without header."""
     pose = PoseStamped()
     pose.pose.position.x, pose.pose.position.y = x, y
-    pose.pose.orientation.z, pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    pose.pose.orientation = quaternion_of(yaw)
     return pose
 
 
@@ -291,7 +291,7 @@ class RefereeNode:
             x, y, yaw = self._referee.put_back_pose()
         state = ModelState(model_name=self._model, reference_frame="world")
         state.pose.position.x, state.pose.position.y = x, y
-        state.pose.orientation.z, state.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        state.pose.orientation = quaternion_of(yaw)
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
             answer = self._move(state)
