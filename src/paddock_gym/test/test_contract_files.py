@@ -69,11 +69,11 @@ def changed(table, **items):
         (changed(DISCRETE, action_space=[{"speed": 1}]), "action_space[0] is {'speed': 1}"),
         (
             changed(DISCRETE, action_space=[{"steering_angle": 31, "speed": 1}]),
-            "action_space[0].steering_angle is 31; it must be a number from -30 to 30 [degrees]",
+            "action_space[0].steering_angle is 31; it must be from -30 to 30 [degrees]",
         ),
         (
             changed(DISCRETE, action_space=[{"steering_angle": 0, "speed": 5}]),
-            "action_space[0].speed is 5; it must be a number from 0.1 to 4 [m/s]",
+            "action_space[0].speed is 5; it must be from 0.1 to 4 [m/s]",
         ),
         (changed(DISCRETE, sensor=["SONAR"]), "sensor is 'SONAR'"),
         (changed(CONTINUOUS, action_space={"speed": {}}), "action_space.steering_angle is None"),
@@ -123,7 +123,7 @@ def test_hyperparameters(tmp_path):
 @pytest.mark.parametrize(
     "content, words",
     [
-        ({"batch_size": 4}, "batch_size is 4; it must be a number from 8 to 4096"),
+        ({"batch_size": 4}, "batch_size is 4; it must be from 8 to 4096"),
         ({"batch_size": 64.5}, "batch_size is 64.5; it must be a whole number"),
         ({"lr": "fast"}, "lr is 'fast'"),
         ({"loss_type": "l1"}, "loss_type is 'l1'; it must be one of huber"),

@@ -76,7 +76,7 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
         ("{starts: 2}", "[1]", "fixed is [1]; it must be a table of options"),
         (PURSUIT, "of: goal\nover: {creep: [-1]}", "creep"),
         (PURSUIT, "of: goal", "over is missing"),
-        (PURSUIT, "of: train\nover: {lr: [2]}", "lr is 2; it must be a number from 1e-08 to 0.1"),
+        (PURSUIT, "of: train\nover: {lr: [2]}", "lr is 2; it must be from 1e-08 to 0.1"),
         (PURSUIT, "of: train\nover: {observation: [radar]}", "observation is 'radar'"),
         (PURSUIT, "of: train\nover: {steps: [many]}", "steps is 'many'; it must be a whole"),
         (PURSUIT, "of: train\nover: {race: [drag]}", "race is 'drag'; there are time_trial"),

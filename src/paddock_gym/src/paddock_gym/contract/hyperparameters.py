@@ -1,8 +1,9 @@
 """DeepRacer's JSON files: action spaces, hyperparameters."""
 
 import json
-import math
 from dataclasses import dataclass
+
+from paddock_common.settings import Choice, Number
 
 from paddock_gym.errors import GymError
 
@@ -31,15 +32,8 @@ def json_number(path, key, value, low, high, unit=""):
     Raises:
         GymError: it is none, or outside.
     """
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not math.isfinite(value)
-        or not low <= value <= high
-    ):
-        words = f"from {low:g} to {high:g}" + (f" [{unit}]" if unit else "")
-        raise GymError(f"{path}: {key} is {value!r}; it must be a number {words}")
-    return float(value)
+    rule = Number(least=low, most=high, unit=unit)
+    return float(rule.check(f"{path}: {key}", value, GymError))
 
 
 def one_of(path, key, value, valid):
@@ -48,9 +42,7 @@ def one_of(path, key, value, valid):
     Raises:
         GymError: it is none of them.
     """
-    if value not in valid:
-        raise GymError(f"{path}: {key} is {value!r}; it must be one of {', '.join(valid)}")
-    return value
+    return Choice(tuple(valid)).check(f"{path}: {key}", value, GymError)
 
 
 # Key -> smallest, largest; of the console.

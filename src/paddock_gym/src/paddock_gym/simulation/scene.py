@@ -10,6 +10,7 @@ from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.pybullet_renderer import Mirror
 from bullet_sim.render.request import Quality
 from bullet_sim.world import World
+from paddock_common.settings import Number
 from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
@@ -139,8 +140,8 @@ SETTLING = 1.0  # simulated time until the cars stand still [s]
 # PyBullet's own 0.02 to four digits, at 1.3 to 3 times its pace.
 CONTACT_BREAKING = 0.002
 REFERENCE_STEP = 0.001  # physics step at which the engine's position gain is meant [s]
-SHORTEST_STEP, LONGEST_STEP = 0.0001, 0.005  # [s]
-RATES = (1.0, 100.0)  # of control [Hz]
+TIME_STEP = Number(least=0.0001, most=0.005, unit="s")
+CONTROL_RATE = Number(least=1.0, most=100.0, unit="Hz")
 WINDOW = 0.5  # around the last place that is searched; an action takes a car less far [m]
 
 
@@ -167,8 +168,8 @@ class Scene:
     """
 
     def __init__(self, track="default", time_step=1 / 240, control_rate=15.0, cars=1, walls=None):
-        _check("time_step", time_step, SHORTEST_STEP, LONGEST_STEP, "s")
-        _check("control_rate", control_rate, *RATES, "Hz")
+        TIME_STEP.check("time_step", time_step, GymError)
+        CONTROL_RATE.check("control_rate", control_rate, GymError)
         self.track = load_track(track)
         self.projector = Projector(Course(self.track.lane), WINDOW)
         self.period = 1.0 / control_rate
@@ -220,8 +221,3 @@ class Scene:
             self._painter.close()
             self._painter = None
         self.world.close()
-
-
-def _check(name, value, low, high, unit):
-    if not (isinstance(value, (int, float)) and low <= value <= high):
-        raise GymError(f"{name} is {value!r}; it must be from {low:g} to {high:g} [{unit}]")
