@@ -52,13 +52,13 @@ def add_arguments(parser):
     add("--reward", metavar="FILE", type=_file, help="a reward_function.py (default: progress)")
     add("--metadata", metavar="FILE", type=_file, help="a model_metadata.json: the actions")
     add("--hyperparameters", metavar="FILE", type=_file, help="a hyperparameters.json: of PPO")
-    race = add("--race", type=_listed("race", RACES), help=", ".join(RACES))
+    race = add("--race", type=_one_of("race", RACES), help=f"one of {', '.join(RACES)}")
     race.complete = lambda: RACES
     add(
         "--randomize",
         metavar="WHAT",
-        type=_listed("randomize", (*RANDOM, "all", "nothing")),
-        help=f"of {', '.join(RANDOM)}, separated by commas; all; nothing (default: start)",
+        type=_random,
+        help=f"of {', '.join(RANDOM)}, separated by commas; or all, or nothing (default: start)",
     )
     add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
     add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
@@ -92,13 +92,6 @@ def wanted(options):
         for key in OF_THE_CAR:
             if key in table:
                 raise UsageError(f"--{key} is an option of the DeepRacer; --env backing has none")
-    for key in ("observation", "race"):
-        if key in table:
-            table[key] = table[key] if key == "observation" else table[key][0]
-    if "randomize" in table:
-        chosen = table["randomize"]
-        special = {"all": list(RANDOM), "nothing": []}
-        table["randomize"] = special.get(chosen[0], chosen)
     if options.workers and options.workers > most_processes():
         table.setdefault("ray", "auto")
     if not options.resume:
@@ -140,9 +133,20 @@ def _listed(what, valid):
         for name in chosen:
             if name not in valid:
                 raise UsageError(f"{what} is {name!r}; there are {', '.join(valid)}")
+        if len(set(chosen)) < len(chosen):
+            raise UsageError(f"{what} is {value!r}; it must have each name once")
         return chosen
 
     return read
+
+
+def _random(value):
+    chosen = value.split(",")
+    if "all" not in chosen and "nothing" not in chosen:
+        return _listed("randomize", (*RANDOM, "all", "nothing"))(value)
+    if len(chosen) > 1:
+        raise UsageError(f"randomize is {value!r}; all and nothing stand alone")
+    return list(RANDOM) if value == "all" else []
 
 
 def _one_of(what, valid):

@@ -60,6 +60,15 @@ def test_a_training_with_everything(tmp_path):
     assert (table["steps"], table["workers"], table["seed"]) == (1000, 3, 5)
 
 
+@pytest.mark.parametrize(
+    "value, names",
+    [("nothing", []), ("all", list(train.RANDOM)), ("mass,friction", ["mass", "friction"])],
+)
+def test_what_is_random(value, names):
+    table = train.wanted(parsed(train, "train", "--randomize", value))
+    assert table["randomize"] == names
+
+
 def test_resume_changes_only_what_is_given():
     table = train.wanted(parsed(train, "train", "fast", "--resume", "--steps", "9"))
     del table["folder"]
@@ -75,7 +84,13 @@ def test_resume_changes_only_what_is_given():
         (["--steps", "0"], "steps is '0'; it must be a whole number, 1 or more"),
         (["--reward", "absent.py"], "there is no file 'absent.py'"),
         (["--track", "monza"], "track is 'monza'; there are default"),
+        (["--observation", "state,state"], "observation is 'state,state'; it must have each name"),
+        (["--randomize", "mass,mass"], "randomize is 'mass,mass'; it must have each name once"),
+        (["--randomize", "nothing,friction"], "randomize is 'nothing,friction'; all and nothing"),
+        (["--randomize", "friction,all"], "randomize is 'friction,all'; all and nothing stand"),
         (["--race", "drag"], "race is 'drag'"),
+        (["--race", "head_to_bot,time_trial"], "race is 'head_to_bot,time_trial'; there are time"),
+        (["--track", "easy,hard"], "track is 'easy,hard'; there are default"),
         (["--ray", "box"], "ray is 'box'; it must be auto, or HOST:PORT"),
     ],
 )
