@@ -5,15 +5,12 @@ a view takes well under a millisecond.
 """
 
 import os
-import socket
-import subprocess
 import sys
-import tempfile
 import threading
 from multiprocessing.connection import Connection
 
 import rospy
-from bullet_sim.child import blocking_pair
+from bullet_sim.child import Child
 from bullet_sim.errors import SimError
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.sensors.views import Observer
@@ -49,7 +46,7 @@ class ViewerLink:
         self._command = tuple(command)
         self._drawing = (renderer, quality.shadows, quality.antialias)
         self._opening = threading.Lock()
-        self._process = self._thread = self._connection = self._log = None
+        self._child = self._thread = self._connection = None
         self._closing = False
 
     def advertise(self):
@@ -63,7 +60,7 @@ class ViewerLink:
     @property
     def process(self):
         """The newest viewer's subprocess.Popen, or None."""
-        return self._process
+        return self._child and self._child.process
 
     def is_open(self):
         """Whether a viewer is running."""
@@ -84,23 +81,11 @@ class ViewerLink:
         return problem
 
     def _start(self):
-        bridge_end, viewer_end = blocking_pair()
-        self._log = tempfile.TemporaryFile()
         try:
-            self._process = subprocess.Popen(
-                [*self._command, str(viewer_end.fileno()), *self._drawing],
-                stdin=subprocess.DEVNULL,
-                stdout=self._log,
-                stderr=self._log,
-                pass_fds=[viewer_end.fileno()],
-            )
+            self._child = Child("the viewer", self._command, self._drawing)
         except OSError as error:
-            bridge_end.close()
-            self._log.close()
             return f"{self._command[0]} does not start: {error.strerror}"
-        finally:
-            viewer_end.close()
-        self._connection = Connection(bridge_end.detach())
+        self._connection = Connection(os.dup(self._child.socket.fileno()))
         self._thread = threading.Thread(target=self._serve, name="viewer-link", daemon=True)
         self._thread.start()
         return ""
@@ -118,9 +103,11 @@ class ViewerLink:
             pass
         finally:
             self._connection.close()
-        end = self._end_of_process()
-        if end and not self._closing and not rospy.is_shutdown():
-            rospy.logwarn("%s; the simulation goes on", end)
+            self._child.shut_down()
+        self._child.wait(CLOSE_TIMEOUT)
+        if self.process.returncode and not self._closing and not rospy.is_shutdown():
+            rospy.logwarn("%s; the simulation goes on", self._child.ending("QStandardPaths"))
+        self._child.close()
 
     def _execute(self, observer, request, *arguments):
         """Execute a request; returns the response or None.
@@ -150,36 +137,9 @@ class ViewerLink:
             self._server.set_paused(True)
         self._server.begin_steps(count)
 
-    def _end_of_process(self):
-        """How the process ended, in one line; '' when its window was closed."""
-        try:
-            code = self._process.wait(CLOSE_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            code = self._process.wait()
-        size = self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, size - 4000))
-        lines = [
-            line
-            for line in self._log.read().decode(errors="replace").splitlines()
-            if line.strip() and not line.startswith("QStandardPaths")
-        ]
-        self._log.close()
-        if code == 0:
-            return ""
-        end = f"signal {-code}" if code < 0 else f"exit code {code}"
-        text = f"the viewer (pid {self._process.pid}) ended with {end}"
-        return f"{text}: {lines[-1].strip()}" if lines else text
-
     def close(self):
         """End the viewer."""
         self._closing = True
-        if not self.is_open():
-            return
-        try:  # the viewer reads the end of the stream and exits, which ends the thread
-            end = socket.socket(fileno=os.dup(self._connection.fileno()))
-            end.shutdown(socket.SHUT_RDWR)
-            end.close()
-        except OSError:
-            pass
-        self._thread.join(2.0 * CLOSE_TIMEOUT)
+        if self.is_open():
+            self._child.shut_down()  # the viewer exits, which ends the thread
+            self._thread.join(2.0 * CLOSE_TIMEOUT)

@@ -11,13 +11,12 @@ import pathlib
 import select
 import socket
 import struct
-import subprocess
 import sys
 import threading
 import time
 
 import rospy
-from bullet_sim.child import blocking_pair
+from bullet_sim.child import Child
 
 from bullet_bridge.transport.publishing import (
     ConnectionWrapper,
@@ -38,28 +37,21 @@ class RelayChannel:
 
     Attributes:
         process: subprocess.Popen.
+        name: for messages, with the process id.
 
     Raises:
         OSError: the process does not start.
     """
 
     def __init__(self):
-        self._socket, child_end = blocking_pair()
+        script = pathlib.Path(__file__).with_name("relay_process.py")
+        command = (sys.executable, "-I", "-S", str(script))
+        self._child = Child("the relay", command, logged=False)
+        self.process, self.name = self._child.process, self._child.name
+        self._socket = self._child.socket
         self._socket.setsockopt(
             socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(TIMEOUT), 0)
         )
-        script = pathlib.Path(__file__).with_name("relay_process.py")
-        try:
-            self.process = subprocess.Popen(
-                [sys.executable, "-I", "-S", str(script), str(child_end.fileno())],
-                stdin=subprocess.DEVNULL,
-                pass_fds=[child_end.fileno()],
-            )
-        except OSError:
-            self._socket.close()
-            raise
-        finally:
-            child_end.close()
 
     def pass_socket(self, record, passed):
         """Write a record and pass a socket along with it.
@@ -122,19 +114,12 @@ class RelayChannel:
 
     def end(self):
         """End the process, which sends what it has read; kill it after TIMEOUT."""
-        try:
-            self._socket.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
-        try:
-            self.process.wait(TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        self._child.shut_down()
+        self._child.wait(TIMEOUT)
 
     def close(self):
         """Close the socket, after numbers() has ended."""
-        self._socket.close()
+        self._child.close()
 
 
 class RelayedConnection(ConnectionWrapper):
@@ -289,8 +274,7 @@ class Relay:
             connection.close()
         if not self._closing and not rospy.is_shutdown():
             self._on_failure(
-                f"the relay (pid {self.process.pid}) {reason}; the bridge sends by itself "
-                "from now on"
+                f"{self._channel.name} {reason}; the bridge sends by itself from now on"
             )
             self._reconnect()
 

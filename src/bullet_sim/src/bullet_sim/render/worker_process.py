@@ -8,13 +8,12 @@ import socket
 import struct
 import subprocess
 import sys
-import tempfile
 import time
 from multiprocessing.connection import Connection
 
 import numpy as np
 
-from bullet_sim.child import blocking_pair
+from bullet_sim.child import Child
 from bullet_sim.errors import RenderError
 from bullet_sim.render.request import DEFAULT
 
@@ -139,6 +138,7 @@ HANG_CHECK = 0.25  # [s] between two looks; a debugger's stop of everything coun
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
 AHEAD = 2  # orders that it may have: it begins the next one without waiting for its parent
 _HEADER = struct.Struct("!i")
+COMMAND = (sys.executable, "-m", "bullet_sim.render.worker")
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
 
 
@@ -167,39 +167,24 @@ class Worker:
         paths = [_ROOT, os.environ.get("PYTHONPATH", "")]
         variables = dict(os.environ, **environment)
         variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
-        self._log = tempfile.TemporaryFile()
-        parent_end, child_end = blocking_pair()
         self.kind = kind
         self.memory = SharedMemory()
         self.buffers = BufferRing(self.memory, 1 + AHEAD)
-        try:
-            self.process = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-m",
-                    "bullet_sim.render.worker",
-                    str(child_end.fileno()),
-                    str(self.memory.fd),
-                    kind,
-                    quality.shadows,
-                    quality.antialias,
-                ],
-                stdin=subprocess.DEVNULL,
-                stdout=self._log,
-                stderr=self._log,
-                env=variables,
-                pass_fds=[child_end.fileno(), self.memory.fd],
-            )
-        finally:
-            child_end.close()
-        self._answers, self._unread = parent_end, b""
-        self.connection = Connection(os.dup(parent_end.fileno()))
-        self._hung = ""
+        self._child = Child(
+            f"the {kind} renderer",
+            COMMAND,
+            (str(self.memory.fd), kind, quality.shadows, quality.antialias),
+            [self.memory.fd],
+            variables,
+        )
+        self.process, answers = self._child.process, self._child.socket
+        self.connection = Connection(os.dup(answers.fileno()))
+        self._unread, self._hung = b"", ""
         try:
             if not self.connection.poll(timeout):
                 raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
             _, self.details = self.connection.recv()
-            parent_end.setsockopt(
+            answers.setsockopt(
                 socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, int(1e6 * HANG_CHECK))
             )
         except (EOFError, ConnectionError):
@@ -221,15 +206,14 @@ class Worker:
         while not self._has_answer():
             try:
                 # One system call: each gives up the GIL, for which the physics competes.
-                data = self._answers.recv(65536)
+                data = self._child.socket.recv(65536)
             except BlockingIOError:  # nothing for HANG_CHECK
                 before, (state, used) = used, self._stat()
                 waits = before is None or used > before or state == "R"  # R: for a processor
                 idle = 0 if waits else idle + 1
                 if idle * HANG_CHECK >= HANG_TIMEOUT:
                     self._hung = (
-                        f"the {self.kind} renderer (pid {self.process.pid}) did nothing for "
-                        f"{HANG_TIMEOUT:g} s and was ended"
+                        f"{self._child.name} did nothing for {HANG_TIMEOUT:g} s and was ended"
                     )
                     self.process.kill()
                     raise EOFError(self._hung) from None
@@ -262,28 +246,19 @@ class Worker:
         if self._hung:
             return self._hung
         try:
-            code = self.process.wait(2.0)
+            self.process.wait(2.0)
         except subprocess.TimeoutExpired:
-            return f"the {self.kind} renderer (pid {self.process.pid}) closed its connection"
-        size = self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, size - 4000))
-        lines = self._log.read().decode(errors="replace").strip().splitlines()
-        end = f"signal {-code}" if code < 0 else f"exit code {code}"
-        text = f"the {self.kind} renderer (pid {self.process.pid}) ended with {end}"
-        return f"{text}: {lines[-1].strip()}" if lines else text
+            return f"{self._child.name} closed its connection"
+        return self._child.ending()
 
     def close(self, kill=False):
         """End the process by closing its connection; kill: by SIGKILL."""
         self.connection.close()
-        self._answers.close()
+        self._child.shut_down()
         if kill:
             self.process.kill()
-        try:
-            self.process.wait(3.0)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self._log.close()
+        self._child.wait(3.0)
+        self._child.close()
         self.memory.close()
 
 
