@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from paddock_common.settings import Choice, Flag, Number, Text
+from paddock_common.settings import Choice, Flag, Number, Text, converted
 
 
 @pytest.mark.parametrize(
@@ -60,3 +60,15 @@ def test_others_are_refused_with_what_is_valid(rule, value, valid):
     with pytest.raises(LookupError) as error:
         rule.check("~speed", value, LookupError)
     assert error.value.args == (f"~speed is {value!r}; it must be {valid}",)
+
+
+@pytest.mark.parametrize("value, number", [(2, 2.0), ("1e3", 1000.0), (" -0.5 ", -0.5)])
+def test_a_text_that_is_a_number_is_converted(value, number):
+    found = converted("x", value)
+    assert found == number and isinstance(found, float)
+
+
+@pytest.mark.parametrize("value", [True, "two", "", None, [1], math.nan, "inf", 10**400])
+def test_what_is_no_number_is_named(value):
+    with pytest.raises(ValueError, match="x is .*; it must be a number"):
+        converted("x", value)

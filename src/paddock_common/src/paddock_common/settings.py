@@ -142,6 +142,21 @@ def is_number(value):
         return False
 
 
+def converted(name, value):
+    """Gives the float of a finite number or of a text that is one, as upstream's nodes take it.
+
+    Raises:
+        ValueError: It is none; the message names it and its value.
+    """
+    try:
+        number = value if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = value
+    if not is_number(number):
+        raise ValueError(f"{name} is {value!r}; it must be a number")
+    return number
+
+
 _RULE, _NAME = "rule", "name"
 
 

@@ -115,6 +115,7 @@ def test_entries_as_upstream_writes_them():
         ({"name": "a", "topic": "a", "timeout": "soon", "priority": 1}, "timeout is 'soon'"),
         ({"name": "a", "topic": "a", "timeout": 1, "priority": float("nan")}, "priority is nan"),
         ({"name": "a", "topic": "a", "timeout": 1, "priority": True}, "priority is True"),
+        ({"name": "a", "topic": "a", "timeout": 10**400, "priority": 1}, "timeout is 1000"),
         ("a_vel", "it is 'a_vel'"),
     ],
 )

@@ -9,12 +9,13 @@ import tf2_ros
 from geographic_msgs.msg import GeoPoint
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
+from paddock_common.settings import converted
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
 from paddock_common import nodes
 from robot_localization.frames import Frames, from_quaternion, matrix, to_message, to_transform
 from robot_localization.navsat import Alignment, NotAligned, fix_as_odometry, odometry_as_fix
-from robot_localization.options import number, truth
+from robot_localization.options import truth
 from robot_localization.srv import (
     FromLL,
     FromLLResponse,
@@ -119,7 +120,7 @@ class NavsatNode:
             return truth(name, given.get(name, False))
 
         def value(name, default=0.0):
-            return number(name, given.get(name, default))
+            return converted(name, given.get(name, default))
 
         self._lock = threading.RLock()
         self._alignment = Alignment(
@@ -166,7 +167,7 @@ class NavsatNode:
     def _datum_of(self, values):
         if not isinstance(values, list) or len(values) < 3:
             raise ValueError(f"datum is {values!r}, must be [latitude, longitude, heading]")
-        latitude, longitude, heading = (number("datum", item) for item in values[:3])
+        latitude, longitude, heading = (converted("datum", item) for item in values[:3])
         self._alignment.set_datum(latitude, longitude, 0.0, matrix(0.0, 0.0, heading))
 
     def _take_odometry(self, message):

@@ -1,30 +1,13 @@
 """Parameters of the filters."""
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from paddock_common.settings import converted
 
 from robot_localization.ekf import PROCESS_NOISE, SIZE
 
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
-
-
-def number(name, value):
-    """A finite number.
-
-    Raises:
-        ValueError: It is none; names the parameter and its value.
-    """
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        result = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}, must be a number") from None
-    if not math.isfinite(result):
-        raise ValueError(f"{name} is {value!r}, must be finite")
-    return result
 
 
 def truth(name, value):
@@ -120,7 +103,7 @@ class Options:
     gravitational_acceleration: float = 9.80665
 
 
-READERS = {float: number, bool: truth, str: frame}
+READERS = {float: converted, bool: truth, str: frame}
 
 
 def read(parameters, prefix=""):
@@ -213,7 +196,7 @@ def _array(name, values, shape):
     if not isinstance(values, list) or len(values) not in {count, SIZE}:
         length = f"has {len(values)} values" if isinstance(values, list) else f"is {values!r}"
         raise ValueError(f"{name} {length}, must have {count}")
-    array = np.array([number(name, value) for value in values])
+    array = np.array([converted(name, value) for value in values])
     if len(shape) == 2 and len(values) == SIZE:
         return np.diag(array)
     return array.reshape(shape)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from paddock_common.settings import converted
 
 from robot_localization.ekf import (
     ACCELERATION,
@@ -16,7 +17,7 @@ from robot_localization.ekf import (
     Measurement,
 )
 from robot_localization.frames import IDENTITY, from_quaternion, matrix, to_transform
-from robot_localization.options import number, truth
+from robot_localization.options import truth
 from robot_localization.prepare import PoseInput, acceleration, gravity_of, twist
 
 NEVER = float("inf")
@@ -123,7 +124,7 @@ def _sensor(kind, name, parameters):
         notes.append(f"{name}_differential and {name}_relative are both true; the first is used")
         relative = False
     thresholds = tuple(
-        number(name + suffix, parameters[name + suffix])
+        converted(name + suffix, parameters[name + suffix])
         if suffix and name + suffix in parameters
         else NEVER
         for suffix in THRESHOLDS[kind]
@@ -137,7 +138,7 @@ def _sensor(kind, name, parameters):
             differential=differential,
             relative=relative,
             thresholds=thresholds,
-            queue_size=max(1, int(number(name, parameters.get(f"{name}_queue_size", 1)))),
+            queue_size=max(1, int(converted(name, parameters.get(f"{name}_queue_size", 1)))),
             nodelay=truth_of("_nodelay"),
             child_frame=truth_of("_pose_use_child_frame"),
             remove_gravity=truth_of("_remove_gravitational_acceleration"),

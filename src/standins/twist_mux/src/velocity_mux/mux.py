@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from paddock_common.settings import converted
+
 MEMBERS = ("name", "topic", "timeout", "priority")
 PRIORITIES = (0, 255)
 
@@ -61,22 +63,10 @@ def _entry(item):
     topic = item["topic"]
     if not isinstance(topic, str) or not topic.strip():
         raise ValueError(f"topic is {topic!r}, must be a name")
-    timeout, priority = (_number(member, item[member]) for member in ("timeout", "priority"))
+    timeout, priority = (converted(member, item[member]) for member in ("timeout", "priority"))
     if not timeout >= 0.0:
         raise ValueError(f"timeout is {item['timeout']!r}, must be 0 s or more")
     return Entry(str(item["name"]), topic.strip(), timeout, int(priority))
-
-
-def _number(member, value):
-    try:
-        if isinstance(value, bool):
-            raise ValueError
-        number = float(value)
-        if number - number != 0.0:
-            raise ValueError
-        return number
-    except (TypeError, ValueError):
-        raise ValueError(f"{member} is {value!r}, must be a number") from None
 
 
 class Heard:
