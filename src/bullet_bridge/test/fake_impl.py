@@ -1,6 +1,9 @@
-"""A publisher, and what stands behind it: takes packed messages as rospy's topic does."""
+"""Publishers, subscribers and cameras without a ROS master, and plugins made with them."""
 
 import io
+
+from bullet_bridge.plugins import base
+from bullet_bridge.plugins.base import PluginContext, make_plugin
 
 
 class Impl:
@@ -46,3 +49,52 @@ class Topic:
     def unregister(self):
         """Close; nothing stands behind it any more, as with rospy's."""
         self.closed, self.impl = True, None
+
+
+class FakeArrivals:
+    """Stands in for Arrivals: stores the last topic and its callback."""
+
+    topic = take = None
+
+    def subscribe(self, topic, kind, callback, **_options):
+        """Store it."""
+        self.topic, self.take = topic, callback
+        return Topic(topic, kind)
+
+
+class FakeCameras:
+    """Stands in for Cameras: stores what is requested."""
+
+    def __init__(self):
+        self.sensors, self.requests = [], []
+
+    def add(self, sensor):
+        """Store it."""
+        self.sensors.append(sensor)
+
+    def remove(self, sensor):
+        """Remove it."""
+        self.sensors.remove(sensor)
+
+    def request(self, request):
+        """Store it."""
+        self.requests.append(request)
+
+
+def fake_publishers(monkeypatch):
+    """Topics by name, of the publishers that plugins make from now on."""
+    made = {}
+
+    def publisher(name, kind, **_):
+        if name not in made or made[name].closed:
+            made[name] = Topic(name, kind)
+        return made[name]
+
+    monkeypatch.setattr(base, "publisher", publisher)
+    return made
+
+
+def plugin_of(world, model, spec, seed=0, arrivals=None):
+    """The plugin of a specification, as the simulation makes it."""
+    context = PluginContext(world, model, spec, seed, arrivals or FakeArrivals(), FakeCameras())
+    return make_plugin(context)

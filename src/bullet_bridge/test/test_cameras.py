@@ -63,6 +63,12 @@ class Camera:
         self.times.append(frame.time)
 
 
+def drawn(cameras, world, camera):
+    """Have a camera's image rendered."""
+    cameras.request(camera.request)
+    cameras.flush(world)
+
+
 @pytest.fixture(name="cameras")
 def _cameras(monkeypatch, request):
     monkeypatch.setattr(module, "RenderClient", Client)
@@ -87,10 +93,10 @@ def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
     cameras.start()  # of the next model
     cameras.add(camera)
     cameras.set_sources(["a body"])
-    cameras.draw(SimpleNamespace(snapshot=lambda: 1.0), [camera])
+    drawn(cameras, SimpleNamespace(snapshot=lambda: 1.0), camera)
     Client.may_start.set()
     cameras._starter.join()
-    cameras.draw(SimpleNamespace(snapshot=lambda: 2.0), [camera])
+    drawn(cameras, SimpleNamespace(snapshot=lambda: 2.0), camera)
     cameras._client.finish()
     assert (cameras._client.sources, camera.times) == (["a body"], [2.0])
 
@@ -99,13 +105,13 @@ def test_pictures_of_before_a_reset_do_not_come_after_it(cameras):
     camera, world = Camera("a"), SimpleNamespace(snapshot=lambda: now)
     cameras.add(camera)
     for now in (1.0, 2.0):  # noqa: B007 (the world reads it)
-        cameras.draw(world, [camera])
+        drawn(cameras, world, camera)
     cameras._client.finish()
     now = 3.0
-    cameras.draw(world, [camera])
+    drawn(cameras, world, camera)
     cameras.restart()
     now = 0.1
-    cameras.draw(world, [camera])
+    drawn(cameras, world, camera)
     cameras._client.finish()
     assert camera.times == [1.0, 2.0, 0.1]
 
@@ -115,10 +121,10 @@ def test_removing_leaves_a_later_namesake(cameras):
     cameras.add(old)
     cameras.add(new)
     cameras.remove(old)
-    cameras.draw(SimpleNamespace(snapshot=lambda: 1.0), [new])
+    drawn(cameras, SimpleNamespace(snapshot=lambda: 1.0), new)
     cameras._client.finish()
     cameras.remove(new)
-    cameras.draw(SimpleNamespace(snapshot=lambda: 2.0), [new])
+    drawn(cameras, SimpleNamespace(snapshot=lambda: 2.0), new)
     cameras._client.finish()
     assert (old.times, new.times) == ([], [1.0])
 
@@ -130,5 +136,5 @@ def test_every_picture_is_waited_for_if_asked(cameras, at_once):
     camera = Camera("a")
     cameras.add(camera)
     for now in (1.0, 2.0, 3.0):
-        cameras.draw(SimpleNamespace(snapshot=lambda: now), [camera])  # noqa: B023
+        drawn(cameras, SimpleNamespace(snapshot=lambda: now), camera)  # noqa: B023
     assert camera.times == at_once

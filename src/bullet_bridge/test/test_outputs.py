@@ -4,13 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins import base as sensor_outputs
-from bullet_bridge.plugins import cameras as depth_outputs
-from bullet_bridge.plugins import drives as wheel_outputs
-from bullet_bridge.plugins import table as outputs
-from bullet_bridge.plugins.cameras import CameraOutput, DepthCameraOutput, depth_image, point_cloud
-from bullet_bridge.plugins.lidars import LidarOutput
-from bullet_bridge.plugins.measurements import ContactOutput
+from bullet_bridge.plugins import drives as wheel_plugins
+from bullet_bridge.plugins.base import ROS_SIDE
+from bullet_bridge.plugins.cameras import depth_image, point_cloud
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
@@ -23,7 +19,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
-from fake_impl import Topic
+from fake_impl import FakeArrivals, Topic, fake_publishers, plugin_of
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import robots
@@ -39,16 +35,7 @@ BOT = (
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    """Topics by name; publishers made from here on are kept there."""
-    made = {}
-
-    def publisher(name, kind, **_):
-        made[name] = Topic(name, kind)
-        return made[name]
-
-    for module in (sensor_outputs, depth_outputs, wheel_outputs):
-        monkeypatch.setattr(module, "publisher", publisher)
-    return made
+    return fake_publishers(monkeypatch)
 
 
 @pytest.fixture(name="world")
@@ -66,14 +53,14 @@ def _bot(world):
     return bot
 
 
-def test_every_kind_of_sensor_has_an_output():
+def test_every_specification_has_a_plugin():
     kinds = {
         kind
         for module in (cameras, drives, forces, inertial, lidars)
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }
-    assert kinds == set(outputs.OUTPUTS)
+    assert kinds == set(ROS_SIDE)
 
 
 DEPTH = np.array([[1.0, np.nan], [2.0, 3.5]], np.float32)
@@ -120,7 +107,7 @@ def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
         cutoff=1.5,
         cutoff_max=3.0,
     )
-    output = DepthCameraOutput(world, bot, spec, 0)
+    output = plugin_of(world, bot, spec)
     assert output.request.depth and output.request.pose[0][0] == pytest.approx(0.21)
     topics["/d"].subscribers = 0
     output.publish_frame(Frame("d", 0.5, 5, np.zeros((2, 2, 3), np.uint8), DEPTH))
@@ -135,9 +122,9 @@ def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
     assert np.isfinite(cloud).tolist() == [False, False, True, False]
     for name in topics:
         topics[name].subscribers = 0
-    assert not output.has_subscribers()
+    assert not output.is_wanted()
     topics["/d"].subscribers = 1
-    assert output.has_subscribers()
+    assert output.is_wanted()
     output.close()
     assert all(topic.closed for topic in topics.values())
 
@@ -148,7 +135,7 @@ def test_cameras_of_one_name_have_each_their_own_pictures(topics, world, bot):
         CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
         CameraSpec("cam", "bumper", topic="/b", info_topic="/bi"),
     ]
-    names = [CameraOutput(world, bot, spec, 0).request.name for spec in bot.description.sensors]
+    names = [plugin_of(world, bot, spec).request.name for spec in bot.description.sensors]
     assert names == ["bot/base/cam/0", "bot/base/cam/1", "bot/bumper/cam/2"]
 
 
@@ -165,13 +152,15 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     bot.description.sensors.append(spec)
     logged = []
     monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
-    robots.Connector(None, world, None, 0, NoArrivals()).make_outputs(bot, [])
+    parts = []
+    robots.Robots(None, world, None, 0, FakeArrivals())._add_plugin(bot, 0, spec, parts)
+    assert parts == []
     assert [topic.closed for topic in made] == [True]
     assert len(logged) == 1 and "/scan is left out" in logged[0]
 
 
 def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
-    ContactOutput(world, bot, ContactSpec("c", "base", topic="/hit"), 0).update(0.3)
+    plugin_of(world, bot, ContactSpec("c", "base", topic="/hit")).update(0.3, 0.0)
     (state,) = topics["/hit"].messages[0].states
     assert state.collision1_name == "bot::base::base_collision"
     assert state.collision2_name == "ground_plane::link::collision"
@@ -182,8 +171,8 @@ def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
 
 @pytest.mark.parametrize("names", [(), ("rubber",), ("base_fixed_joint_lump__rubber",)])
 def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, names):
-    output = ContactOutput(world, bot, ContactSpec("c", "bumper", names, topic="/hit"), 0)
-    output.update(0.3)
+    output = plugin_of(world, bot, ContactSpec("c", "bumper", names, topic="/hit"))
+    output.update(0.3, 0.0)
     assert topics["/hit"].messages[0].states == []
     world.spawn_sdf(
         "crate",
@@ -194,7 +183,7 @@ def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, nam
         str,
     )
     world.step(1)
-    output.update(0.301)
+    output.update(0.301, 0.0)
     (state,) = topics["/hit"].messages[1].states
     assert (state.collision1_name, state.collision2_name) == (
         "bot::bumper::rubber",
@@ -205,7 +194,7 @@ def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, nam
 
 def test_bumper_of_an_unknown_collision_is_refused(topics, world, bot):
     with pytest.raises(ModelError, match="'nose'.*rubber"):
-        ContactOutput(world, bot, ContactSpec("c", "base", ("nose",)), 0)
+        plugin_of(world, bot, ContactSpec("c", "base", ("nose",)))
     assert topics == {}
 
 
@@ -227,13 +216,13 @@ def test_lidar_pose_counts_once(topics, world, bot):
         max_angle=0.0,
         topic="/scan",
     )
-    LidarOutput(world, bot, spec, 0).update(0.1)
+    plugin_of(world, bot, spec).update(0.1, 0.0)
     assert topics["/scan"].messages[0].ranges[0] == pytest.approx(3.0 - 0.51, abs=0.005)
 
 
 @pytest.mark.parametrize("rate, first", [(0.0, 1), (1e6, 1), (100.0, 10)])
 def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
-    output = ContactOutput(world, bot, ContactSpec("c", "base", rate=rate), 0)
+    output = plugin_of(world, bot, ContactSpec("c", "base", rate=rate))
     assert output.schedule.next - world.step_count == first
 
 
@@ -277,20 +266,11 @@ CART = (
 )
 
 
-class NoArrivals:
-    """Stands in for Arrivals: keeps the callback."""
-
-    def subscribe(self, topic, kind, callback):
-        """Store it."""
-        self.topic, self.take = topic, callback
-        return Topic(topic, kind)
-
-
 @pytest.mark.parametrize("tags, sign", [("<legacyMode>false</legacyMode>", 1.0), ("", -1.0)])
 @pytest.mark.parametrize("source", ["world", "encoder"])
 def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, tags, sign, source):
     logged = []
-    monkeypatch.setattr(wheel_outputs.rospy, "logerr_throttle", lambda _, text: logged.append(text))
+    monkeypatch.setattr(wheel_plugins.rospy, "logerr_throttle", lambda _, text: logged.append(text))
     cart = world.spawn_urdf(
         "cart",
         CART.format(f"{tags}<odometrySource>{source}</odometrySource>"),
@@ -298,16 +278,15 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
         str,
     )
     assert cart.description.warnings == []
-    output = outputs.OUTPUTS[drives.WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
-    arrivals = NoArrivals()
-    output.attach(arrivals)
-    assert arrivals.topic == "/n/cmd_vel" and output.has_subscribers()
+    arrivals = FakeArrivals()
+    output = plugin_of(world, cart, cart.description.sensors[0], arrivals=arrivals)
+    assert arrivals.topic == "/n/cmd_vel" and output.is_wanted()
     command = Twist()
     command.linear.x, command.angular.z = 0.3, 0.5
     arrivals.take(command)
     for _ in range(100):
         world.step(20)
-        output.update(world.time)
+        output.update(world.time, 0.0)
     odometry = topics["/n/odom"].messages[-1]
     assert odometry.twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
     assert odometry.twist.twist.angular.z == pytest.approx(
@@ -319,7 +298,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     command.linear.x = math.nan
     arrivals.take(command)
     world.step(20)
-    output.update(world.time)
+    output.update(world.time, 0.0)
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
     assert len(logged) == 1 and "/n/cmd_vel" in logged[0] and "nan" in logged[0]
     output.close()
@@ -347,7 +326,7 @@ def test_joint_states_plugin(topics, world):
     cart = world.spawn_urdf("cart", text, Pose((0.0, 0.0, 0.1)), str)
     assert "nose" in cart.description.warnings[0]
     spec = cart.description.sensors[1]
-    outputs.OUTPUTS[type(spec)](world, cart, spec, 0).update(0.2)
+    plugin_of(world, cart, spec).update(0.2, 0.0)
     message = topics["/cart/joint_states"].messages[0]
     assert message.name == ["right_joint", "left_joint"] and len(message.velocity) == 2
 

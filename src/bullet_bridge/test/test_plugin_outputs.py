@@ -5,17 +5,16 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins import base, drives, lidars, measurements
-from bullet_bridge.plugins.table import OUTPUTS
+from bullet_bridge.plugins import drives, lidars
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import GpsSpec, MagneticSpec
-from bullet_sim.plugins.lidars import CloudSpec, RangeSpec
+from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_impl import FakeArrivals, fake_publishers, plugin_of
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import PointCloud, Range
-from test_outputs import Topic
 
 WALL = (
     '<model name="w"><static>true</static><link name="l"><collision name="c"><geometry><box><size>'
@@ -39,14 +38,7 @@ CART = (
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    made = {}
-
-    def publisher(name, kind, **_):
-        return made.setdefault(name, Topic(name, kind))
-
-    for module in (base, drives, measurements):
-        monkeypatch.setattr(module, "publisher", publisher)
-    return made
+    return fake_publishers(monkeypatch)
 
 
 @pytest.fixture(name="world")
@@ -65,9 +57,9 @@ def _cart(world):
     return cart
 
 
-def made(spec, world, model, seed=1):
-    """The output that the table gives for a spec."""
-    return OUTPUTS[type(spec)](world, model, spec, seed)
+def made(spec, world, model, arrivals=None):
+    """The plugin of a spec."""
+    return plugin_of(world, model, spec, 1, arrivals)
 
 
 SCAN = dict(samples=9, min_angle=-0.4, max_angle=0.4, range_min=0.2, range_max=10.0)
@@ -76,7 +68,7 @@ SCAN = dict(samples=9, min_angle=-0.4, max_angle=0.4, range_min=0.2, range_max=1
 def test_velodyne_cloud(topics, world, cart):
     spec = CloudSpec("v", "base", layers=4, min_elevation=0.0, max_elevation=0.3, topic="/v",
                      frame_id="velo", **SCAN)  # fmt: skip
-    made(spec, world, cart).update(0.5)
+    made(spec, world, cart).update(0.5, 0.0)
     cloud = topics["/v"].messages[-1]
     cloud.serialize(io.BytesIO())
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring", "time"]
@@ -90,7 +82,7 @@ def test_velodyne_cloud(topics, world, cart):
 def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
     spec = CloudSpec("v", "base", layers=2, min_elevation=0.0, max_elevation=0.1, topic="/v",
                      organized=True, **dict(SCAN, range_max=5.2))  # fmt: skip
-    made(spec, world, cart).update(0.5)
+    made(spec, world, cart).update(0.5, 0.0)
     cloud = topics["/v"].messages[-1]
     assert (cloud.height, cloud.width) == (2, 9) and not cloud.is_dense
     data = np.frombuffer(cloud.data, lidars._POINT).reshape(2, 9)
@@ -99,7 +91,7 @@ def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
 
 
 def test_block_laser(topics, world, cart):
-    made(CloudSpec("b", "base", topic="/b", layout="block", **SCAN), world, cart).update(0.1)
+    made(BlockCloudSpec("b", "base", topic="/b", **SCAN), world, cart).update(0.1, 0.0)
     cloud = topics["/b"].messages[-1]
     assert isinstance(cloud, PointCloud) and len(cloud.points) == 9
     assert len(cloud.channels[0].values) == 9
@@ -109,7 +101,7 @@ def test_block_laser(topics, world, cart):
 @pytest.mark.parametrize("farthest, expected", [(10.0, 5.0), (3.0, 3.0)])
 def test_range_is_that_of_the_nearest_ray(topics, world, cart, farthest, expected):
     spec = RangeSpec("s", "base", topic="/s", field_of_view=0.4, **dict(SCAN, range_max=farthest))
-    made(spec, world, cart).update(0.1)
+    made(spec, world, cart).update(0.1, 0.0)
     message = topics["/s"].messages[-1]
     assert message.range == pytest.approx(expected, abs=0.01)
     assert (message.radiation_type, message.field_of_view) == (Range.ULTRASOUND, 0.4)
@@ -119,7 +111,7 @@ def test_range_is_that_of_the_nearest_ray(topics, world, cart, farthest, expecte
 def test_gps(topics, world, cart):
     cart.set_state(Pose((30.0, 40.0, 0.1)), (1.0, 2.0, 0.0))
     spec = GpsSpec("g", "base", heading=math.pi / 2, altitude=100.0, noise_stddev=(0.0, 0.0, 0.3))
-    made(spec, world, cart).update(2.0)
+    made(spec, world, cart).update(2.0, 0.0)
     fix, velocity = topics["/fix"].messages[-1], topics["/fix_velocity"].messages[-1]
     # x to the east, y to the north
     assert (fix.latitude - spec.latitude) * 111.2e3 == pytest.approx(40.0, rel=0.01)
@@ -135,33 +127,21 @@ def test_gps(topics, world, cart):
 def test_magnetic(topics, world, cart, field_message):
     cart.set_state(Pose.from_xyz_rpy((0, 0, 0.1), (0, 0, math.pi / 2)))
     spec = MagneticSpec("m", "base", inclination=0.0, field_message=field_message)
-    made(spec, world, cart).update(0.1)
+    made(spec, world, cart).update(0.1, 0.0)
     message = topics["/magnetic"].messages[-1]
     vector = message.magnetic_field if field_message else message.vector
     assert (vector.x, vector.y, vector.z) == pytest.approx((0.0, -0.44, 0.0), abs=1e-6)
 
 
-class Arrivals:
-    """Takes the place of the counting subscriber."""
-
-    def subscribe(self, topic, _kind, callback, **_options):
-        self.topic, self.take = topic, callback
-        return self
-
-    def unregister(self):
-        """End."""
-
-
 def test_planar_move(topics, world, cart, monkeypatch):
-    output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart)
-    arrivals = Arrivals()
-    output.attach(arrivals)
-    assert arrivals.topic == "/cmd_vel" and output.has_subscribers()
+    arrivals = FakeArrivals()
+    output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart, arrivals)
+    assert arrivals.topic == "/cmd_vel" and output.is_wanted()
     command = Twist()
     command.linear.x, command.linear.y, command.angular.z = 0.4, 0.2, 0.0
     arrivals.take(command)
     for _ in range(400):
-        output.update(world.time)
+        output.update(world.time, 0.0)
         world.step(1)
     x, y, _ = cart.pose.position
     assert (x, y) == pytest.approx((0.16, 0.08), abs=6e-3)
@@ -170,7 +150,7 @@ def test_planar_move(topics, world, cart, monkeypatch):
     assert len(topics["/odom"].messages) == pytest.approx(8, abs=1)  # 20 Hz for 0.4 s
     assert topics["/tf"].messages[-1].transforms[0].child_frame_id == "base_footprint"
     for _ in range(400):  # beyond the timeout
-        output.update(world.time)
+        output.update(world.time, 0.0)
         world.step(1)
     assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
@@ -178,7 +158,7 @@ def test_planar_move(topics, world, cart, monkeypatch):
     monkeypatch.setattr(drives.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
     command.linear.x = math.nan
     arrivals.take(command)
-    output.update(world.time)
+    output.update(world.time, 0.0)
     assert len(logged) == 1 and "/cmd_vel" in logged[0]
     output.close()
 
@@ -186,16 +166,15 @@ def test_planar_move(topics, world, cart, monkeypatch):
 def test_diff_drive_tells_of_its_wheels(topics, world, cart):
     spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
                           wheel_states_topic="/joint_states", wheel_transforms=True)  # fmt: skip
-    output = made(spec, world, cart)
-    arrivals = Arrivals()
-    output.attach(arrivals)
+    arrivals = FakeArrivals()
+    output = made(spec, world, cart, arrivals)
     command = Twist()
     command.linear.x = 0.3
     arrivals.take(command)
     for _ in range(50):
-        output.update(world.time)
+        output.update(world.time, 0.0)
         world.step(10)
-    output.update(world.time)
+    output.update(world.time, 0.0)
     state = topics["/joint_states"].messages[-1]
     assert state.name == ["left", "right"] and state.position[0] == pytest.approx(1.5, rel=0.1)
     frames = [

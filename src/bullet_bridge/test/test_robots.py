@@ -17,32 +17,35 @@ class Spec(SimpleNamespace):
     topic, link = "/topic", "base"
 
 
-class Output:
-    """Stores the times of its updates."""
+class Part:
+    """Stands in for a plugin: stores the times of its updates."""
 
-    def __init__(self, world, model, spec, seed):
+    def __init__(self, context):
+        spec, world = context.spec, context.world
         if spec.rate is None:
             raise ValueError("bad sensor")
         if spec.rate < 0:
             raise OverflowError("too large")
-        self.world, self.model, self.spec, self.seed = world, model, spec, seed
-        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.has_subscribers)
+        self.world, self.model, self.spec, self.seed = world, context.model, spec, context.seed
+        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.is_wanted)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
+        self.updated, self.error = 0.0, None
 
-    def attach(self, arrivals):
-        """Nothing to count."""
-
-    def has_subscribers(self):
+    def is_wanted(self):
         """As set."""
         return self.subscribed
 
-    def update(self, time):
+    def update(self, time, period):
         """Store it."""
+        if self.error is not None:
+            raise self.error
         self.times.append(time)
+        assert period > 0.0
 
-    def restart(self):
+    def reset(self, _time):
         """Restart."""
         self.restarts += 1
+        self.updated = 0.0
         self.schedule.restart(0)
 
     def close(self):
@@ -56,22 +59,23 @@ class Rig:
     def __init__(self, monkeypatch):
         self.made, self.errors, self.before_register = [], [], lambda: None
 
-        def make(*arguments):
-            self.made.append(Output(*arguments))
+        def make(context):
+            self.made.append(Part(context))
             return self.made[-1]
 
-        monkeypatch.setattr(module, "OUTPUTS", {Spec: make})
+        monkeypatch.setattr(module, "make_plugin", make)
         monkeypatch.setattr(
             module.rospy, "logerr", lambda text, *rest: self.errors.append(text % rest)
         )
         self.world = SimpleNamespace(
-            models={}, step_count=0, time_step=0.001, name="w", sources=lambda: []
+            models={}, step_count=0, time_step=0.001, time=0.0, name="w", sources=lambda: []
         )
         self.camera_restarts = []
         cameras = SimpleNamespace(
             set_sources=lambda _: None,
             take_failures=lambda: ["dark"],
             restart=lambda: self.camera_restarts.append(True),
+            flush=lambda _world: None,
         )
         self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
 
@@ -138,8 +142,8 @@ def test_without_subscribers_no_batch_ends_and_a_late_subscriber_gets_the_same_t
 ):
     monkeypatch.setattr(robots, "CHECK_GAP", 0.0)
     rig.model("a", 1000, 30)
-    for output in rig.made:
-        output.subscribed = False
+    for part in rig.made:
+        part.subscribed = False
     rig.robots.refresh()
     assert rig.run(100) == [20, 40, 60, 80, 100]
     rig.made[1].subscribed = True
@@ -194,36 +198,40 @@ def test_a_failed_spawn_closes_everything(rig, error):
     rig.before_register = refuse
     with pytest.raises(type(error)):
         rig.model("a", 50, 100)
-    assert [output.closed for output in rig.made] == [True, True]
+    assert [part.closed for part in rig.made] == [True, True]
 
 
-def test_a_sensor_whose_topic_cannot_be_subscribed_is_left_out(rig, monkeypatch):
-    def refuse(_self, _arrivals):
-        raise ValueError("bad topic")
-
-    monkeypatch.setattr(Output, "attach", refuse)
-    rig.model("a", 50)
-    rig.run(50)
-    assert rig.made[0].times == []
-    assert rig.errors == ["model 'a': sensor on /topic is left out: bad topic"]
+def test_a_plugin_that_raises_is_switched_off_until_the_reset_and_the_others_go_on(rig):
+    rig.model("a", 50, 100)
+    rig.run(20)
+    rig.made[0].error = KeyError("speed")
+    rig.run(60)
+    (text,) = rig.errors
+    assert "model 'a', sensor on /topic: is switched off" in text and "KeyError: 'speed'" in text
+    rig.made[0].error = None
+    assert len(rig.made[0].times) == 1 and len(rig.made[1].times) == 6
+    rig.world.step_count = 0
+    rig.robots.restart()
+    rig.run(40)
+    assert len(rig.made[0].times) == 3
 
 
 def test_a_model_deleted_during_its_spawn_leaves_nothing(rig):
     rig.before_register = rig.world.models.clear
     rig.model("a", 50, 100)
-    assert [output.closed for output in rig.made] == [True, True]
+    assert [part.closed for part in rig.made] == [True, True]
     rig.run(50)
-    assert [output.times for output in rig.made] == [[], []]
+    assert [part.times for part in rig.made] == [[], []]
 
 
 def test_seeds_depend_on_model_and_place_and_stay(rig):
     rig.model("a", 50, 100)
     rig.model("b", 50)
-    seeds = [output.seed for output in rig.made]
+    seeds = [part.seed for part in rig.made]
     assert len(set(seeds)) == 3
     rig.robots.disconnect("a")
     rig.model("a", 50, 100)
-    assert [output.seed for output in rig.made[3:]] == seeds[:2]
+    assert [part.seed for part in rig.made[3:]] == seeds[:2]
 
 
 def test_restart_reaches_all_and_starts_the_schedules_over(rig):

@@ -7,19 +7,17 @@ import pytest
 import rospy
 from bullet_bridge.control.reconfigure import NAMES, PidTuning
 from bullet_bridge.loop import server
-from bullet_bridge.plugins import base as sensor_outputs
-from bullet_bridge.plugins import drives as wheel_outputs
-from bullet_bridge.plugins import table as outputs
+from bullet_bridge.plugins import base as plugin_base
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.physics import Properties
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.errors import ControllerError, WorldError
-from bullet_sim.plugins.drives import WheelDriveSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from dynamic_reconfigure.encoding import encode_config
+from fake_impl import FakeArrivals, plugin_of
 from geometry_msgs.msg import Twist
-from test_outputs import CART, NoArrivals, Topic
+from test_outputs import CART, Topic
 from test_server import Rig as Loop
 
 from bullet_bridge import robots
@@ -44,8 +42,7 @@ class Topics(dict):
             self[name] = Topic(name, kind)
             return self[name]
 
-        for module in (sensor_outputs, wheel_outputs):
-            monkeypatch.setattr(module, "publisher", publisher)
+        monkeypatch.setattr(plugin_base, "publisher", publisher)
         monkeypatch.setattr(rospy, "logerr_throttle", self._log_throttled)
         monkeypatch.setattr(
             rospy, "logerr", lambda text, *rest: self.logged.append(text % rest if rest else text)
@@ -68,7 +65,7 @@ def _world():
 
 
 def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
-    cameras = SimpleNamespace(set_sources=lambda _: None)
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for number, name in enumerate(("lost", "well")):
         made.connect(
@@ -111,7 +108,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
             published.append(step)
 
     monkeypatch.setattr(robots, "RobotControl", Control)
-    cameras = SimpleNamespace(set_sources=lambda _: None)
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for name in ("a", "b"):
         model = SimpleNamespace(
@@ -132,8 +129,8 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
     world.models.clear()
 
 
-def test_errors_of_the_program_itself_are_not_hidden(world, topics):
-    cameras = SimpleNamespace(set_sources=lambda _: None)
+def test_errors_of_the_program_itself_are_not_hidden_and_cost_the_plugin_alone(world, topics):
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     made.connect(world.spawn_urdf("bot", IMU.format("/imu"), Pose(), str))
 
@@ -141,16 +138,18 @@ def test_errors_of_the_program_itself_are_not_hidden(world, topics):
         raise TypeError("wrong")
 
     topics["/bot/imu"].publish = fail
-    with pytest.raises(TypeError):
-        made.publish(10, 0.01)
+    for step in (10, 20):
+        world.step_count = step
+        made.publish(step, step * 0.001)
+    (text,) = topics.logged
+    assert "'bot'" in text and "is switched off" in text and "TypeError: wrong" in text
 
 
 @pytest.mark.parametrize("value", [1.7e308, -1.1e9, math.inf])
 def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
     cart = world.spawn_urdf("cart", CART.format(""), Pose(), str)
-    output = outputs.OUTPUTS[WheelDriveSpec](world, cart, cart.description.sensors[0], 0)
-    arrivals = NoArrivals()
-    output.attach(arrivals)
+    arrivals = FakeArrivals()
+    output = plugin_of(world, cart, cart.description.sensors[0], arrivals=arrivals)
     command = Twist()
     for command.angular.z in (0.5, value):
         arrivals.take(command)

@@ -1,14 +1,12 @@
 """libpaddock_state_publisher: transforms of joints and of the root link."""
 
 import pytest
-from bullet_bridge.plugins import base as sensor_outputs
-from bullet_bridge.plugins import transforms
-from bullet_bridge.plugins.table import OUTPUTS
+from bullet_bridge.plugins import base, transforms
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins import drives
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import Topic
+from fake_impl import fake_publishers, plugin_of
 
 MASS = (
     '<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
@@ -34,14 +32,8 @@ def arm(kind, plugin=PLUGIN):
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    made = {}
-
-    def publisher(name, kind, **_):
-        made[name] = Topic(name, kind)
-        return made[name]
-
-    for module in (sensor_outputs, transforms):
-        monkeypatch.setattr(module, "publisher", publisher)
+    made = fake_publishers(monkeypatch)
+    monkeypatch.setattr(transforms, "publisher", base.publisher)
     monkeypatch.setattr(transforms, "_fixed", transforms.FixedTransforms())
     return made
 
@@ -57,7 +49,7 @@ def _world():
 def output(world, model, number=0):
     """The model's output of this number."""
     spec = model.description.sensors[number]
-    return OUTPUTS[type(spec)](world, model, spec, 0)
+    return plugin_of(world, model, spec)
 
 
 def test_what_the_plugin_asks_for(world):
@@ -103,9 +95,6 @@ def test_fixed_joints_of_all_models_stay_until_their_models_go(topics, world):
         output(world, world.spawn_urdf(name, arm("revolute"), Pose((x, 0, 1.0)), str))
         for x, name in enumerate(("one", "two"))
     ]
-    assert "/tf_static" not in topics
-    for each in outputs:
-        each.attach(None)
     sent = topics["/tf_static"].messages
     assert [len(message.transforms) for message in sent] == [1, 2]
     transform = sent[-1].transforms[0]
@@ -114,5 +103,5 @@ def test_fixed_joints_of_all_models_stay_until_their_models_go(topics, world):
     outputs[0].close()
     assert len(sent[-1].transforms) == 1
     topics["/tf_static"].unregister()  # as when what made it failed later
-    outputs[0].attach(None)
+    output(world, outputs[0].model)
     assert len(topics["/tf_static"].messages[-1].transforms) == 2

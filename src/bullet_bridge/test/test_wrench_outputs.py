@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 import rospy
 from bot_rig import Bot
-from bullet_bridge.plugins import base, cameras, drives
-from bullet_bridge.plugins.table import OUTPUTS
+from bullet_bridge.plugins import drives
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.world import World
+from fake_impl import fake_publishers, plugin_of
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu
-from test_outputs import Topic
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 LINK = (
@@ -37,14 +36,7 @@ def _robot(joint, plugin):
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    made = {}
-
-    def publisher(name, kind, **_):
-        return made.setdefault(name, Topic(name, kind))
-
-    for module in (base, cameras):
-        monkeypatch.setattr(module, "publisher", publisher)
-    return made
+    return fake_publishers(monkeypatch)
 
 
 @pytest.fixture(name="world")
@@ -57,7 +49,7 @@ def _world():
 def _output(world, text):
     model = world.spawn_urdf("r", text, Pose((0.0, 0.0, 1.0)), str)
     (spec,) = model.description.sensors
-    return model, OUTPUTS[type(spec)](world, model, spec, 1)
+    return model, plugin_of(world, model, spec, 1)
 
 
 def test_force_torque_in_the_childs_frame(topics, world):
@@ -65,7 +57,7 @@ def test_force_torque_in_the_childs_frame(topics, world):
     _, output = _output(world, _robot("fixed", _plugin("gazebo_ros_ft_sensor", tags)))
     world.step(100)
     assert output.spec.rate == 100.0
-    output.update(0.1)
+    output.update(0.1, 0.0)
     message = topics["/bot/load"].messages[0]
     assert topics["/bot/load"].kind is WrenchStamped
     assert (message.header.frame_id, message.header.stamp.to_sec()) == ("a", 0.1)
@@ -78,7 +70,7 @@ def test_the_net_force_on_a_falling_link_is_its_weight(topics, world):
     _, output = _output(world, text)
     for _ in range(3):
         world.step()
-        output.update(world.time)
+        output.update(world.time, 0.0)
     sent = topics["/net"].messages
     assert len(sent) == 2 and sent[0].header.frame_id == "world"
     assert sent[1].wrench.force.z == pytest.approx(-2.0 * 9.81)
@@ -87,12 +79,13 @@ def test_the_net_force_on_a_falling_link_is_its_weight(topics, world):
 def test_the_hand_of_god_pulls_without_overshoot(topics, world, monkeypatch):
     tags = {"linkName": "a", "frameId": "hand", "kl": "100", "ka": "50"}
     text = f'<robot name="r">{LINK.format("a")}{_plugin("gazebo_ros_hand_of_god", tags)}</robot>'
+    monkeypatch.setattr(drives.HandOfGodPlugin, "_listen", lambda _: None)
     model, output = _output(world, text)
     desired = Pose.from_xyz_rpy((0.5, 0.0, 1.0), (0.0, 0.0, 0.8))
     monkeypatch.setattr(output, "_desired", lambda: desired)
     highest = 0.0
     for _ in range(1500):
-        output.update(world.time)
+        output.update(world.time, 0.0)
         world.step()
         highest = max(highest, model.pose.position[0])
     assert model.pose.position == pytest.approx((0.5, 0.0, 1.0), abs=1e-3)
@@ -112,9 +105,9 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
     ]
     output._on_trajectory(JointTrajectory(joint_names=["j", "nose"], points=points))
     for step, expected in ((1, 0.3), (50, 0.3), (101, -0.4)):
-        output.update(step * 0.001)
+        output.update(step * 0.001, 0.0)
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
-    assert not output.has_subscribers()
+    assert not output.is_wanted()
     errors = []
     monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))
@@ -187,7 +180,7 @@ def test_a_camera_that_a_realsense_lacks_is_a_warning():
 
 def test_depths_are_millimetres_within_the_range_and_points_within_the_cutoffs(topics, world):
     model = world.spawn_urdf("r", _realsense(), Pose(), str)
-    output = OUTPUTS[RangeCameraSpec](world, model, model.description.sensors[-1], 1)
+    output = plugin_of(world, model, model.description.sensors[-1], 1)
     assert output.request.depth
     depths = np.full((48, 64), 1.5, np.float32)
     depths[0, :4] = (0.2, 0.4, 2.5, 9.0)

@@ -7,7 +7,7 @@ import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import GpsSpec, ImuSpec, MagneticSpec
-from bullet_sim.plugins.lidars import CloudSpec, RangeSpec
+from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
 
@@ -79,12 +79,12 @@ VERTICAL = (
                 "</min_range><frameName>velo</frameName>", VERTICAL),
             CloudSpec,
             {"topic": "/points", "layers": 3, "min_elevation": -0.2, "max_elevation": 0.1,
-             "range_min": 0.5, "range_max": 20.0, "layout": "velodyne", "frame_id": "velo"},
+             "range_min": 0.5, "range_max": 20.0, "frame_id": "velo"},
         ),
         (
             ray("gazebo_ros_block_laser", vertical=VERTICAL),
-            CloudSpec,
-            {"layout": "block", "layers": 3, "rate": 10.0},
+            BlockCloudSpec,
+            {"layers": 3, "rate": 10.0},
         ),
         (
             ray("gazebo_ros_range", "<radiation>ultrasound</radiation><fov>0.3</fov>"),

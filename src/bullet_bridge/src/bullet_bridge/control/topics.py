@@ -16,7 +16,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.loop.clock import SubscribedSchedule
-from bullet_bridge.plugins.table import OUTPUTS
+from bullet_bridge.plugins.base import PluginContext, make_plugin
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedJointState
 from bullet_bridge.transport.publishing import publisher
@@ -356,30 +356,31 @@ class Sensors(Topics):
 
     def __init__(self, robot, controller):
         super().__init__(robot, controller)
-        self._outputs, config = [], self.config
+        self._sensors, config = [], self.config
         for found in robot.model.description.sensors:
             if type(found) is not controller.sensor:
                 continue
             name = getattr(found, "joint", found.name)
             wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
             seed = zlib.crc32(f"{config.name}/{name}".encode())
-            output = OUTPUTS[type(found)](robot.world, robot.model, wanted, seed)
-            self._outputs.append(output)
-            self.schedules.append(output.schedule)
+            sensor = make_plugin(PluginContext(robot.world, robot.model, wanted, seed))
+            self._sensors.append(sensor)
+            self.schedules.append(sensor.schedule)
 
     def publish(self, step, time):
         """Publish the sensors that are due."""
-        for output in self._outputs:
-            if output.schedule.due(step):
-                output.update(time)
+        for sensor in self._sensors:
+            if sensor.schedule.due(step):
+                sensor.update(time, time - sensor.updated)
+                sensor.updated = time
 
     def restart(self, step):
         """Restart schedules and noise."""
-        for output in self._outputs:
-            output.restart()
+        for sensor in self._sensors:
+            sensor.reset(self._robot.world.time)
 
     def close(self):
         """Unregister the topics."""
-        for output in self._outputs:
-            output.close()
+        for sensor in self._sensors:
+            sensor.close()
         super().close()

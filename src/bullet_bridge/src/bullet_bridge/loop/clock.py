@@ -103,6 +103,7 @@ class SubscribedSchedule(Schedule):
     Args:
         rate, time_step, start: see Schedule.
         has_subscribers: function -> whether the topic has subscribers.
+        on_start: function that is called when it has some again.
 
     Attributes:
         subscribed: whether there were subscribers at the last check.
@@ -110,15 +111,17 @@ class SubscribedSchedule(Schedule):
 
     STATE = ("subscribed",)
 
-    def __init__(self, rate, time_step, start, has_subscribers):
+    def __init__(self, rate, time_step, start, has_subscribers, on_start=lambda: None):
         super().__init__(rate, time_step, start)
         self._has_subscribers, self.subscribed = has_subscribers, False
+        self._on_start = on_start
 
     def check_subscribers(self, step):
         """Check after a step whether there are subscribers, and return it."""
         subscribed = bool(self._has_subscribers())
         if subscribed and not self.subscribed:
             super().due(step)  # skip what was due without a subscriber
+            self._on_start()
         self.subscribed = subscribed
         return subscribed
 

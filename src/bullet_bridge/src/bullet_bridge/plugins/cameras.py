@@ -7,21 +7,22 @@ from dataclasses import replace
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.request import DEFAULT, CameraRequest
 from bullet_sim.sensors import camera
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
-from bullet_bridge.plugins.base import Output
+from bullet_bridge.plugins.base import Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
 from bullet_bridge.transport.publishing import publisher
 
 
 class Cameras:
-    """All camera outputs and the worker that draws their pictures.
+    """All camera sensors and the worker that renders their images.
 
     Args:
         renderer: auto, gl or tiny.
@@ -34,7 +35,7 @@ class Cameras:
     def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
         self._renderer, self._wait, self._quality = renderer, wait, quality
         self._scene = scene
-        self._client, self._outputs = None, {}
+        self._client, self._sensors, self._due = None, {}, []
         self._starter, self._starting, self._sending = None, threading.Lock(), threading.Lock()
         self._publishing = threading.Lock()
         self._ready = False
@@ -89,16 +90,17 @@ class Cameras:
         self._names = names
         self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
 
-    def add(self, output):
-        """Add a camera output."""
+    def add(self, sensor):
+        """Add a camera sensor."""
+        self.start()
         if self._legend is not None:
-            output.add_labels()
-        self._outputs[output.request.name] = output
+            sensor.add_labels()
+        self._sensors[sensor.request.name] = sensor
 
-    def remove(self, output):
-        """Remove a camera output."""
-        if self._outputs.get(output.request.name) is output:  # not a later one of the same name
-            del self._outputs[output.request.name]
+    def remove(self, sensor):
+        """Remove a camera sensor."""
+        if self._sensors.get(sensor.request.name) is sensor:  # not a later one of the same name
+            del self._sensors[sensor.request.name]
 
     def set_sources(self, sources):
         """Send the worker the present bodies."""
@@ -116,12 +118,18 @@ class Cameras:
             with self._publishing:
                 client.discard()
 
-    def draw(self, world, outputs):
-        """Order pictures of the due outputs (simulation thread)."""
+    def request(self, request):
+        """Have an image rendered with the next flush() (simulation thread)."""
+        self._due.append(request)
+
+    def flush(self, world):
+        """Have what was requested rendered, all from one snapshot (simulation thread)."""
+        requests, self._due = self._due, []
+        if not requests:
+            return
         if not self._ready:
             self._failures = ["there is no renderer, pictures are missing"]
             return
-        requests = [output.request for output in outputs]
         if not self._wait:
             self._client.submit(world.snapshot(), requests)
             return
@@ -145,12 +153,12 @@ class Cameras:
                 self._publish(frame)
 
     def _publish(self, frame):
-        output = self._outputs.get(frame.camera)
-        if output is not None and not rospy.is_shutdown():
+        sensor = self._sensors.get(frame.camera)
+        if sensor is not None and not rospy.is_shutdown():
             try:
-                output.publish_frame(frame)
+                sensor.publish_frame(frame)
                 if frame.labels is not None:
-                    output.publish_labels(frame)
+                    sensor.publish_labels(frame)
             except rospy.ROSException:
                 pass  # the topic was just unregistered
 
@@ -161,27 +169,27 @@ class Cameras:
             self._client.close()
 
 
-class CameraOutput(Output):
+@ros_side(CameraSpec)
+class CameraSensor(Sensor):
     """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
 
     CACHE = ("_labels", "_label_sender")
     message = Image
     relayed = False
 
-    def __init__(self, world, model, spec, seed):
-        from bullet_sim.render.request import CameraRequest
-
+    def __init__(self, context):
+        spec, model = context.spec, context.model
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
-        super().__init__(world, model, spec, seed)
-        self._info_publisher = publisher(spec.info_topic, CameraInfo, relayed=False)
+        super().__init__(context)
+        self._info_publisher = self.publisher(spec.info_topic, CameraInfo, relayed=False)
         self._labels = None
-        self._sender = PackedImage(self.publisher, spec.frame_id, spec.encoding)
+        self._sender = PackedImage(self.pub, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(
             spec.width, spec.height, spec.horizontal_fov, spec.distortion
         )
         index, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
-        request = CameraRequest.from_spec(spec, model.source.key, index + 1, seed)
+        request = CameraRequest.from_spec(spec, model.source.key, index + 1, context.seed)
         index_in_model = next(
             (number for number, other in enumerate(model.description.sensors) if other is spec),
             len(model.description.sensors),
@@ -192,6 +200,11 @@ class CameraOutput(Output):
             name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
         )
         self._request = CameraRequest(**values)
+        context.cameras.add(self)
+
+    def update(self, time, period):
+        """Have an image rendered, which publish_frame gets later."""
+        self.context.cameras.request(self.request)
 
     @property
     def request(self):
@@ -201,18 +214,11 @@ class CameraOutput(Output):
     def add_labels(self):
         """Publish label images, too: labels/image_raw beside camera_info."""
         namespace = self.spec.info_topic.rsplit("/", 1)[0]
-        self._labels = publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
+        self._labels = self.publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
         self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
 
     def _has_labels(self):
         return self._labels is not None and self._labels.get_num_connections() > 0
-
-    def has_subscribers(self):
-        return (
-            super().has_subscribers()
-            or self._info_publisher.get_num_connections() > 0
-            or self._has_labels()
-        )
 
     def publish_labels(self, frame):
         """Publish a finished label image with the snapshot's stamp."""
@@ -230,10 +236,9 @@ class CameraOutput(Output):
         return info
 
     def close(self):
+        """Unregister the topics; nothing is rendered any more."""
+        self.context.cameras.remove(self)
         super().close()
-        self._info_publisher.unregister()
-        if self._labels is not None:
-            self._labels.unregister()
 
 
 # PCL's layout of a point: x y z, 4 unused bytes, colour (blue, green, red, 0).
@@ -280,20 +285,17 @@ def point_cloud(time, spec, depth, rgb, k):
     return message
 
 
-class DepthCameraOutput(CameraOutput):
+@ros_side(DepthCameraSpec)
+class DepthCameraSensor(CameraSensor):
     """A colour camera's topics, depth pictures with their camera_info, and points."""
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        spec = self.spec
         self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
-        self._depth = publisher(spec.depth_topic, Image, relayed=False)
-        self._depth_info = publisher(spec.depth_info_topic, CameraInfo, relayed=False)
-        self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
-
-    def has_subscribers(self):
-        return super().has_subscribers() or any(
-            out.get_num_connections() > 0 for out in (self._depth, self._depth_info, self._points)
-        )
+        self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
+        self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
+        self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
     def publish_frame(self, frame):
         """Publish a finished picture, its depths and its points with the snapshot's stamp."""
@@ -308,27 +310,21 @@ class DepthCameraOutput(CameraOutput):
         if cloud:
             self._points.publish(point_cloud(frame.time, self.spec, depth, frame.rgb, self._k))
 
-    def close(self):
-        super().close()
-        for out in (self._depth, self._depth_info, self._points):
-            out.unregister()
 
-
-class RangeCameraOutput(CameraOutput):
+@ros_side(RangeCameraSpec)
+class RangeCameraSensor(CameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        spec = self.spec
         self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
         self._points = None
         if spec.points_topic:
-            self._points = publisher(spec.points_topic, PointCloud2, relayed=False)
+            self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
     def _has_points(self):
         return self._points is not None and self._points.get_num_connections() > 0
-
-    def has_subscribers(self):
-        return super().has_subscribers() or self._has_points()
 
     def publish_frame(self, frame):
         """Publish depths and points with the snapshot's stamp."""
@@ -337,12 +333,7 @@ class RangeCameraOutput(CameraOutput):
             return
         spec = self.spec
         depth = camera.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
-        self.publisher.publish(depth_image(frame.time, spec, depth))
+        self.pub.publish(depth_image(frame.time, spec, depth))
         if self._has_points():
             near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
             self._points.publish(point_cloud(frame.time, spec, near, frame.rgb, self._k))
-
-    def close(self):
-        super().close()
-        if self._points is not None:
-            self._points.unregister()

@@ -7,10 +7,11 @@ import rospy
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import SimError
+from bullet_sim.plugins.drives import JointStatesSpec, PlanarMoveSpec, WheelDriveSpec
+from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import inertial
-from bullet_sim.sensors.inertial import net_wrench
-from geometry_msgs.msg import Twist, WrenchStamped
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import transform_of
 from sensor_msgs.msg import JointState
@@ -18,20 +19,19 @@ from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
 from bullet_bridge.loop.clock import Schedule
-from bullet_bridge.plugins.base import DifferenceOutput, Output
-from bullet_bridge.plugins.measurements import wrench_message
+from bullet_bridge.plugins.base import ModelPlugin, Sensor, ros_side
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.publishing import publisher
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
 
 
-class JointStatesOutput(Output):
+@ros_side(JointStatesSpec)
+class JointStatesSensor(Sensor):
     """sensor_msgs/JointState of the named joints, without efforts."""
 
     message = JointState
 
-    def update(self, time):
+    def measure(self, time):
         positions, velocities = self.model.joints.state()
         message = JointState(
             name=list(self.spec.joints),
@@ -39,36 +39,34 @@ class JointStatesOutput(Output):
             velocity=[velocities[name] for name in self.spec.joints],
         )
         message.header.stamp = conversions.stamp(time)
-        self.publisher.publish(message)
+        return message
 
 
-class WheelDriveOutput(Output):
+@ros_side(WheelDriveSpec)
+class WheelDrivePlugin(ModelPlugin):
     """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
 
     A command acts from the next update until the next command, as in Gazebo's plugins.
     """
 
     STATE = ("_command", "_before", "_drive")
-    message = Odometry
+    reports = True
 
-    def __init__(self, world, model, spec, seed):
+    def __init__(self, context):
+        super().__init__(context)
+        spec, joints = self.spec, self.model.joints
         self._drive = WheelDrive(spec)
-        self._wheels = [
-            [model.joints.index(name) for name in names] for names in (spec.left, spec.right)
-        ]
-        super().__init__(world, model, spec, seed)
-        self._transform = publisher("/tf", TFMessage) if spec.publish_tf else None
+        self._wheels = [[joints.index(name) for name in names] for names in (spec.left, spec.right)]
+        self._odometry = self.publisher(spec.topic, Odometry)
+        self._transform = self.publisher("/tf", TFMessage) if spec.publish_tf else None
         topic = spec.wheel_states_topic
-        self._wheel_states = publisher(topic, JointState) if topic else None
-        self._wheel_frames = publisher("/tf", TFMessage) if spec.wheel_transforms else None
+        self._wheel_states = self.publisher(topic, JointState) if topic else None
+        self._wheel_frames = self.publisher("/tf", TFMessage) if spec.wheel_transforms else None
         self._wheel_names = [*spec.left, *spec.right]
-        self._subscriber = None
+        self.subscribe(spec.command_topic, Twist, self._on_command)
 
-    def attach(self, arrivals):
-        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
-
-    def restart(self):
-        super().restart()
+    def start(self, time):
+        """At rest, odometry at zero."""
         self._command, self._before = (0.0, 0.0), None
         self._drive.restart()
 
@@ -77,11 +75,7 @@ class WheelDriveOutput(Output):
         if command is not None:
             self._command = command
 
-    def has_subscribers(self):
-        """True: the wheels are driven with and without subscribers."""
-        return True
-
-    def update(self, time):
+    def update(self, time, period):
         elapsed = 0.0 if self._before is None else time - self._before
         self._before = time
         for wheels, speed in zip(self._wheels, self._drive.wheel_speeds(*self._command, elapsed)):
@@ -93,12 +87,12 @@ class WheelDriveOutput(Output):
         self._publish_wheels(time)
         outputs = [
             out
-            for out in (self.publisher, self._transform)
+            for out in (self._odometry, self._transform)
             if out is not None and out.get_num_connections() > 0
         ]
         if not outputs:
             return
-        message = self._odometry(time)
+        message = self._odometry_message(time)
         for out in outputs:
             transform = out is self._transform
             out.publish(TFMessage([transform_of(message)]) if transform else message)
@@ -119,19 +113,13 @@ class WheelDriveOutput(Output):
         pose = parent.inverse() * child
         return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
 
-    def _odometry(self, time):
+    def _odometry_message(self, time):
         if self.spec.from_wheels:
             pose, (linear, angular) = self._drive.pose, self._drive.twist
         else:
             pose, linear, angular = self.model.link_state(self.spec.link)
             linear, angular = inertial.twist(pose.orientation, linear, angular)
         return odometry_message(time, self.spec, pose, linear, angular)
-
-    def close(self):
-        super().close()
-        for other in (self._transform, self._wheel_states, self._wheel_frames, self._subscriber):
-            if other is not None:
-                other.unregister()
 
 
 def command_of(topic, values):
@@ -165,33 +153,28 @@ def odometry_message(time, spec, pose, linear, angular):
     return message
 
 
-class PlanarMoveOutput(Output):
+@ros_side(PlanarMoveSpec)
+class PlanarMovePlugin(ModelPlugin):
     """Sets the model's velocity in every step; publishes Odometry and its transform.
 
     Upstream sets the vertical velocity and the others of rotation to zero, so does this.
     """
 
-    STATE = ("_command", "_since", "_new", "_odometry")
-    message = Odometry
-    every_step = True
+    STATE = ("_command", "_since", "_new", "_due")
+    every_step = reports = True
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
-        self._transform = publisher("/tf", TFMessage)
-        self._subscriber = None
-
-    def attach(self, arrivals):
-        self._subscriber = arrivals.subscribe(self.spec.command_topic, Twist, self._on_command)
-
-    def restart(self):
-        super().restart()
-        self._command, self._since, self._new = (0.0, 0.0, 0.0), None, False
+    def __init__(self, context):
+        super().__init__(context)
         rate = min(self.spec.rate, 1.0 / self.world.time_step)
-        self._odometry = Schedule(rate, self.world.time_step, self.world.step_count)
+        self._due = Schedule(rate, self.world.time_step, self.world.step_count)
+        self._odometry = self.publisher(self.spec.topic, Odometry)
+        self._transform = self.publisher("/tf", TFMessage)
+        self.subscribe(self.spec.command_topic, Twist, self._on_command)
 
-    def has_subscribers(self):
-        """True: the model is moved with and without subscribers."""
-        return True
+    def start(self, time):
+        """Without a command."""
+        self._command, self._since, self._new = (0.0, 0.0, 0.0), None, False
+        self._due.restart(self.world.step_count)
 
     def _on_command(self, message):
         command = command_of(
@@ -200,7 +183,7 @@ class PlanarMoveOutput(Output):
         if command is not None:
             self._command, self._new = command, True
 
-    def update(self, time):
+    def update(self, time, period):
         if self._new:
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
@@ -212,49 +195,26 @@ class PlanarMoveOutput(Output):
         self.world.engine.set_base_velocity(
             self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, turn)
         )
-        if self._odometry.due(self.world.step_count):
+        if self._due.due(self.world.step_count):
             self._publish(time, pose, linear, angular)
 
     def _publish(self, time, pose, linear, angular):
         linear, angular = inertial.twist(pose.orientation, linear, angular)
         message = odometry_message(time, self.spec, pose, linear, angular)
-        self.publisher.publish(message)
+        self._odometry.publish(message)
         self._transform.publish(TFMessage([transform_of(message)]))
 
-    def close(self):
-        super().close()
-        self._transform.unregister()
-        if self._subscriber is not None:
-            self._subscriber.unregister()
 
-
-class LinkForceOutput(DifferenceOutput):
-    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
-
-    message = WrenchStamped
-
-    def update(self, time):
-        part = self.model.description.links[self.spec.link]
-        pose, linear, angular = self.model.link_state(self.spec.link)
-        speed = linear + np.cross(angular, pose.matrix @ part.centre)
-        before, self._before = self._before, (speed, angular, time)
-        if before is None or not time > before[2]:
-            return
-        inertia = pose.matrix @ part.inertia @ pose.matrix.T
-        wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
-        self.publisher.publish(wrench_message(time, self.spec.frame_id, *wrench))
-
-
-class HandOfGodOutput(Output):
+@ros_side(HandOfGodSpec)
+class HandOfGodPlugin(ModelPlugin):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
 
     CACHE = ("_missing",)  # whether it was logged
-    message = TFMessage
-    reports = False
     every_step = True
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        spec, model = self.spec, self.model
         index, _ = model.link_in_body(spec.link)
         part = next(p for n, p in model.rigid_parts.items() if model.index(n) == index)
         self._index = index
@@ -262,18 +222,17 @@ class HandOfGodOutput(Output):
             2.0 * math.sqrt(spec.linear * part.mass),
             2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
         )
-        self._buffer = self._listener = None
         self._missing = False
+        self._actual = self.publisher(spec.topic, TFMessage)
+        self._buffer = self._listen()
 
-    def attach(self, arrivals):
+    def _listen(self):
+        """Buffer of the transforms on /tf."""
         import tf2_ros  # takes a while, and few models need it
 
-        self._buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer)
-
-    def has_subscribers(self):
-        """True: it pulls with and without subscribers."""
-        return True
+        buffer = tf2_ros.Buffer()
+        self._endpoints.append(tf2_ros.TransformListener(buffer))
+        return buffer
 
     def _desired(self):
         """Pose to pull to, or None, said once."""
@@ -292,7 +251,7 @@ class HandOfGodOutput(Output):
         p, q = found.translation, found.rotation
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
-    def update(self, time):
+    def update(self, time, period):
         desired = self._desired()
         if desired is None:
             return
@@ -306,41 +265,33 @@ class HandOfGodOutput(Output):
         force = self.spec.linear * away - self._damping[0] * linear
         torque = pose.matrix @ (self.spec.angular * turn) - self._damping[1] * angular
         self.model.apply_wrench(self._index, force, torque)
-        if self.publisher.get_num_connections() > 0:
+        if self._actual.get_num_connections() > 0:
             actual = f"{self.spec.frame}_actual"
             message = conversions.transform_to_msg(time, "world", actual, pose)
-            self.publisher.publish(TFMessage([message]))
-
-    def close(self):
-        super().close()
-        if self._listener is not None:
-            self._listener.unregister()
+            self._actual.publish(TFMessage([message]))
 
 
-class JointPosesOutput(Output):
+@ros_side(JointPosesSpec)
+class JointPosesPlugin(ModelPlugin):
     """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
 
     As upstream, each point waits for the time_from_start of the point before it, counted from then.
     """
 
     STATE = ("_points", "_next")
-    message = JointTrajectory
-    reports = False
     every_step = True
 
-    def __init__(self, world, model, spec, seed):
-        self._subscriber, self._next = None, 0.0
-        super().__init__(world, model, spec, seed)
-        self.publisher.unregister()  # it only listens
+    def __init__(self, context):
+        super().__init__(context)
+        self._points, self._next = [], 0.0
+        self.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
 
-    def attach(self, arrivals):
-        self._subscriber = arrivals.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
-
-    def restart(self):
-        super().restart()
+    def reset(self, time):
+        """Without a trajectory."""
+        super().reset(time)
         self._points, self._next = [], 0.0
 
-    def has_subscribers(self):
+    def is_wanted(self):
         """While there are points to come."""
         return bool(self._points)
 
@@ -362,7 +313,7 @@ class JointPosesOutput(Output):
         self._next = message.header.stamp.to_sec()
         self._points = points
 
-    def update(self, time):
+    def update(self, time, period):
         if not self._points or time < self._next:
             return
         values, wait = self._points.pop(0)
@@ -371,7 +322,3 @@ class JointPosesOutput(Output):
         except SimError as error:
             rospy.logerr("%s: %s", self.spec.topic, error)
         self._next = max(time, self._next) + wait
-
-    def close(self):
-        if self._subscriber is not None:
-            self._subscriber.unregister()

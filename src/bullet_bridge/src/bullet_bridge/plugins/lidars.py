@@ -1,16 +1,17 @@
 """Lidars, range sensors and point clouds."""
 
 import numpy as np
+from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
 
-from bullet_bridge.plugins.base import Output
+from bullet_bridge.plugins.base import Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedScan
 
 
-class RaysOutput(Output):
+class RaysSensor(Sensor):
     """Casts the rays of a lidar, all of a scan at one time.
 
     Attributes:
@@ -19,9 +20,9 @@ class RaysOutput(Output):
 
     lidar = Lidar
 
-    def __init__(self, world, model, spec, seed):
-        self._lidar = self.lidar(spec)
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        self._lidar = self.lidar(self.spec)
 
     def _scan(self):
         position, orientation, _, _ = self.model.link_motion(self.spec.link)
@@ -34,18 +35,19 @@ class RaysOutput(Output):
         )
 
 
-class LidarOutput(RaysOutput):
+@ros_side(RaySpec)
+class LidarSensor(RaysSensor):
     """sensor_msgs/LaserScan."""
 
     message = LaserScan
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
         self._sender = PackedScan(
-            self.publisher, spec, self._lidar.angle_increment, len(self._lidar.angles)
+            self.pub, self.spec, self._lidar.angle_increment, len(self._lidar.angles)
         )
 
-    def update(self, time):
+    def update(self, time, period):
         self._sender.send(time, self._scan())
 
 
@@ -88,47 +90,44 @@ def velodyne_cloud(spec, points, rings):
     return conversions.cloud(data, _FIELDS, not spec.organized)
 
 
-class CloudOutput(RaysOutput):
+@ros_side(CloudSpec)
+class CloudSensor(RaysSensor):
     """sensor_msgs/PointCloud2 of a velodyne, intensities 0."""
 
     message, lidar = PointCloud2, LayeredLidar
     relayed = False
 
-    def update(self, time):
+    def measure(self, time):
         message = velodyne_cloud(self.spec, self._lidar.points(self._scan()), self._lidar.rings)
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = self.spec.frame_id
-        self.publisher.publish(message)
+        return message
 
 
-class BlockLaserOutput(RaysOutput):
+@ros_side(BlockCloudSpec)
+class BlockLaserSensor(RaysSensor):
     """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only, intensities 0."""
 
     message, lidar = PointCloud, LayeredLidar
     relayed = False
 
-    def update(self, time):
+    def measure(self, time):
         points = self._lidar.points(self._scan())
         points = points[np.isfinite(points).all(axis=1)]
         message = PointCloud(points=[Point32(*point) for point in points.tolist()])
         message.channels = [ChannelFloat32(name="intensity", values=[0.0] * len(points))]
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = self.spec.frame_id
-        self.publisher.publish(message)
+        return message
 
 
-def cloud_output(world, model, spec, seed):
-    """The output that fits a CloudSpec's layout."""
-    kind = BlockLaserOutput if spec.layout == "block" else CloudOutput
-    return kind(world, model, spec, seed)
-
-
-class RangeOutput(RaysOutput):
+@ros_side(RangeSpec)
+class RangeSensor(RaysSensor):
     """sensor_msgs/Range: the nearest hit, max_range where there is none."""
 
     message, lidar = Range, LayeredLidar
 
-    def update(self, time):
+    def measure(self, time):
         spec, ranges = self.spec, self._scan()
         nearest = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         message = Range(
@@ -140,4 +139,4 @@ class RangeOutput(RaysOutput):
         )
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = spec.frame_id
-        self.publisher.publish(message)
+        return message

@@ -1,34 +1,37 @@
 """Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
 
 import numpy as np
+from bullet_sim.plugins.forces import ContactSpec, ForceTorqueSpec, LinkForceSpec
+from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
-from bullet_sim.sensors.inertial import add_noise, joint_wrench
+from bullet_sim.sensors.inertial import add_noise, joint_wrench, net_wrench
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix
 
-from bullet_bridge.plugins.base import DifferenceOutput, Output
+from bullet_bridge.plugins.base import Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedOdometry
-from bullet_bridge.transport.publishing import publisher
 
 
-class GroundTruthOutput(Output):
+@ros_side(GroundTruthSpec)
+class GroundTruthSensor(Sensor):
     """nav_msgs/Odometry without error."""
 
     message = Odometry
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        spec = self.spec
         self._sender = PackedOdometry(
-            self.publisher, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
+            self.pub, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
         )
 
-    def update(self, time):
+    def update(self, time, period):
         if self._offset is None:
             position, orientation, linear, angular = self.model.link_motion(self.spec.link)
         else:
@@ -41,12 +44,18 @@ class GroundTruthOutput(Output):
         self._sender.send(time, position, orientation, linear, angular)
 
 
-class ImuOutput(DifferenceOutput):
+@ros_side(ImuSpec)
+class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
+    STATE = ("_before",)
     message = Imu
 
-    def update(self, time):
+    def start(self, time):
+        """Measure from now on."""
+        self._before = None
+
+    def measure(self, time):
         pose, linear, angular = self.sensor_state()
         if self._before is None:
             acceleration = np.zeros(3)
@@ -62,12 +71,11 @@ class ImuOutput(DifferenceOutput):
         force = inertial.add_noise(
             force, self.spec.accel_noise_stddev, self.rng, self.spec.accel_noise_mean
         )
-        self.publisher.publish(
-            conversions.imu_message(time, self.spec, pose.orientation, rate, force)
-        )
+        return conversions.imu_message(time, self.spec, pose.orientation, rate, force)
 
 
-class GpsOutput(Output):
+@ros_side(GpsSpec)
+class GpsSensor(Sensor):
     """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
 
     The velocity's axes point to the north, to the west and up.
@@ -75,14 +83,11 @@ class GpsOutput(Output):
 
     message = NavSatFix
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
-        self._velocity = publisher(spec.velocity_topic, Vector3Stamped)
+    def __init__(self, context):
+        super().__init__(context)
+        self._velocity = self.publisher(self.spec.velocity_topic, Vector3Stamped)
 
-    def has_subscribers(self):
-        return super().has_subscribers() or self._velocity.get_num_connections() > 0
-
-    def update(self, time):
+    def measure(self, time):
         spec = self.spec
         pose, linear, _ = self.sensor_state()
         noise = self.rng.normal(0.0, 1.0, 6)
@@ -97,31 +102,29 @@ class GpsOutput(Output):
         message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
         for axis in range(3):
             message.position_covariance[4 * axis] = spec.noise_stddev[axis] ** 2
-        self.publisher.publish(message)
         speed = Vector3Stamped(header=message.header)
         north, west = inertial.to_north_west(spec.heading, velocity[0], velocity[1])
         speed.vector = Vector3(north, west, velocity[2])
         self._velocity.publish(speed)
-
-    def close(self):
-        super().close()
-        self._velocity.unregister()
+        return message
 
 
-class MagneticOutput(Output):
+@ros_side(MagneticSpec)
+class MagneticSensor(Sensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
     message = Vector3Stamped
 
-    def __init__(self, world, model, spec, seed):
+    def __init__(self, context):
+        spec = context.spec
         if spec.field_message:
             self.message = MagneticField
-        super().__init__(world, model, spec, seed)
+        super().__init__(context)
         self._field = inertial.field(
             spec.magnitude, spec.heading, spec.declination, spec.inclination
         )
 
-    def update(self, time):
+    def measure(self, time):
         pose, _, _ = self.sensor_state()
         values = pose.matrix.T @ self._field + self.spec.offset
         values = values + add_noise(np.zeros(3), 1.0, self.rng) * self.spec.noise_stddev
@@ -129,7 +132,7 @@ class MagneticOutput(Output):
         message.header.stamp, message.header.frame_id = conversions.stamp(time), self.spec.frame_id
         vector = message.magnetic_field if self.spec.field_message else message.vector
         vector.x, vector.y, vector.z = values.tolist()
-        self.publisher.publish(message)
+        return message
 
 
 def wrench_message(time, frame, force, torque):
@@ -141,19 +144,44 @@ def wrench_message(time, frame, force, torque):
     return message
 
 
-class ForceTorqueOutput(Output):
+@ros_side(ForceTorqueSpec)
+class ForceTorqueSensor(Sensor):
     """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes."""
 
     message = WrenchStamped
 
-    def update(self, time):
+    def measure(self, time):
         wrench = joint_wrench(self.model, self.spec.joint)
         if self.spec.noise_stddev:
             wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
-        self.publisher.publish(wrench_message(time, self.spec.frame_id, *wrench))
+        return wrench_message(time, self.spec.frame_id, *wrench)
 
 
-class ContactOutput(Output):
+@ros_side(LinkForceSpec)
+class LinkForceSensor(Sensor):
+    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
+
+    STATE = ("_before",)
+    message = WrenchStamped
+
+    def start(self, time):
+        """Measure from now on."""
+        self._before = None
+
+    def measure(self, time):
+        part = self.model.description.links[self.spec.link]
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        speed = linear + np.cross(angular, pose.matrix @ part.centre)
+        before, self._before = self._before, (speed, angular, time)
+        if before is None or not time > before[2]:
+            return None
+        inertia = pose.matrix @ part.inertia @ pose.matrix.T
+        wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
+        return wrench_message(time, self.spec.frame_id, *wrench)
+
+
+@ros_side(ContactSpec)
+class ContactSensor(Sensor):
     """Contacts of the watched shapes, one state per pair of shapes; without contacts an empty list.
 
     As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
@@ -162,12 +190,12 @@ class ContactOutput(Output):
 
     message = ContactsState
 
-    def __init__(self, world, model, spec, seed):
-        self._watched = watched_links(spec, model.description)
-        self._indices = sorted({model.link_in_body(link)[0] for link, _ in self._watched})
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        self._watched = watched_links(context.spec, context.model.description)
+        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._watched})
+        super().__init__(context)
 
-    def update(self, time):
+    def measure(self, time):
         message = ContactsState()
         message.header.stamp, message.header.frame_id = stamp(time), self.spec.frame_id
         pairs = {}
@@ -180,7 +208,7 @@ class ContactOutput(Output):
                 pairs.setdefault((mine[0], other), (index, []))[1].append(contact)
         for (mine, other), (index, contacts) in pairs.items():
             message.states.append(self._state(mine, other, index, contacts))
-        self.publisher.publish(message)
+        return message
 
     def _is_watched(self, shape):
         return shape is not None and (

@@ -3,10 +3,11 @@
 import math
 import threading
 
+from bullet_sim.plugins.drives import JointTransformsSpec, RootTransformSpec
 from bullet_sim.pose import Pose, multiply
 from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.plugins.base import Output
+from bullet_bridge.plugins.base import Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedTransforms
 from bullet_bridge.transport.publishing import publisher
@@ -40,7 +41,8 @@ class FixedTransforms:
 _fixed = FixedTransforms()
 
 
-class JointTransformsOutput(Output):
+@ros_side(JointTransformsSpec)
+class JointTransformsSensor(Sensor):
     """What robot_state_publisher publishes, from the engine's positions: moving joints on /tf, at
     the rate of the specification, fixed ones latched on /tf_static.
     """
@@ -48,24 +50,23 @@ class JointTransformsOutput(Output):
     message = TFMessage
     reports = False  # others publish on /tf, too
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
+    def __init__(self, context):
+        super().__init__(context)
+        model = self.model
         joints = model.description.joints.values()
         self._moving = [joint for joint in joints if joint.name in model.joints.names]
         self._names = [joint.name for joint in self._moving]
         self._packed = PackedTransforms(
-            self.publisher, [(joint.parent, joint.child) for joint in self._moving]
+            self.pub, [(joint.parent, joint.child) for joint in self._moving]
         )
         fixed = [joint for joint in joints if joint.name not in model.joints.names]
         self._fixed = [
-            conversions.transform_to_msg(world.time, joint.parent, joint.child, joint.origin)
+            conversions.transform_to_msg(self.world.time, joint.parent, joint.child, joint.origin)
             for joint in fixed
         ]
-
-    def attach(self, arrivals):
         _fixed.put(self, self._fixed)
 
-    def update(self, time):
+    def update(self, time, period):
         positions = self.model.joints.positions_of(self._names)
         self._packed.send(time, list(map(joint_pose, self._moving, positions)))
 
@@ -74,17 +75,19 @@ class JointTransformsOutput(Output):
         _fixed.put(self, [])
 
 
-class RootTransformOutput(Output):
+@ros_side(RootTransformSpec)
+class RootTransformSensor(Sensor):
     """The true pose of a model's root link in the world, on /tf."""
 
     message = TFMessage
     reports = False
 
-    def __init__(self, world, model, spec, seed):
-        super().__init__(world, model, spec, seed)
-        self._packed = PackedTransforms(self.publisher, [(spec.frame_id, spec.link)])
+    def __init__(self, context):
+        super().__init__(context)
+        spec = self.spec
+        self._packed = PackedTransforms(self.pub, [(spec.frame_id, spec.link)])
 
-    def update(self, time):
+    def update(self, time, period):
         self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])
 
 

@@ -7,7 +7,7 @@ from bullet_sim.description.warnings import grouped, is_loss
 from bullet_sim.errors import WorldError
 from std_srvs.srv import Trigger, TriggerResponse
 
-from bullet_bridge.plugins.cameras import CameraOutput
+from bullet_bridge.plugins.cameras import CameraSensor
 from bullet_bridge.services.handlers import service_handler
 from bullet_bridge.srv import State, StateResponse, Step, StepResponse
 
@@ -93,7 +93,7 @@ class DescribeService:
         }
 
     def _model(self, model):
-        outputs, control = self._robots.parts(model.name)
+        plugins, control = self._robots.parts(model.name)
         found = [warning for warning in model.description.warnings if self._is_new(warning)]
         return {
             "name": model.name,
@@ -102,14 +102,14 @@ class DescribeService:
             "control_namespace": None if control is None else control.namespace,
             "sensors": [
                 {
-                    "topic": output.spec.topic,
-                    "type": output.message._type,
-                    "rate": getattr(output.spec, "rate", 0.0) or 1.0 / self._world.time_step,
-                    "link": output.spec.link,
-                    "is_camera": isinstance(output, CameraOutput),
+                    "topic": plugin.spec.topic,
+                    "type": plugin.message_type(),
+                    "rate": getattr(plugin.spec, "rate", 0.0) or 1.0 / self._world.time_step,
+                    "link": plugin.spec.link,
+                    "is_camera": isinstance(plugin, CameraSensor),
                 }
-                for output in outputs
-                if output.reports
+                for plugin in plugins
+                if plugin.reports
             ],
             "warnings": grouped(warning for warning in found if not is_loss(warning)),
             "lost": [str(warning) for warning in found if is_loss(warning)],

@@ -203,7 +203,7 @@ QUEUE_SIZE = 10  # messages per subscriber, the oldest is dropped beyond
 warnings.filterwarnings("ignore", "The publisher should be created with", SyntaxWarning)
 
 _in_lockstep, _relay = False, None
-_made = threading.local()  # .lists: of the publishers made within each all_or_none
+_made = threading.local()  # .lists: of the endpoints made within each all_or_none
 
 
 def set_lockstep(lockstep):
@@ -227,8 +227,7 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
         relayed: False for large messages that other threads than the simulation's publish.
     """
     made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
-    for made_here in getattr(_made, "lists", ()):
-        made_here.append(made)
+    note_endpoint(made)
     if _in_lockstep:
         send_directly(made, None)
     else:
@@ -236,9 +235,15 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
     return made
 
 
+def note_endpoint(made):
+    """Unregister an endpoint, too, if the present all_or_none fails."""
+    for made_here in getattr(_made, "lists", ()):
+        made_here.append(made)
+
+
 @contextlib.contextmanager
 def all_or_none():
-    """Unregister the publishers made in this context if an exception leaves it."""
+    """Unregister the publishers and other endpoints made here if an exception leaves it."""
     made_here, before = [], getattr(_made, "lists", ())
     _made.lists = (*before, made_here)
     try:

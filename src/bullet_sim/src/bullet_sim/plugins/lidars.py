@@ -34,20 +34,23 @@ class RaySpec:
 
 @dataclass(frozen=True)
 class CloudSpec(RaySpec):
-    """A lidar of one or several layers that publishes points.
+    """A lidar of one or several layers that publishes points as sensor_msgs/PointCloud2.
 
     Attributes:
         layers: rays above each other.
         min_elevation, max_elevation: of the lowest and the highest layer [rad], positive up.
-        layout: "velodyne": PointCloud2 with x, y, z, intensity, ring, time; "block": PointCloud.
         organized: PointCloud2 of one row a layer, NaN where nothing was hit; else hits only.
     """
 
     layers: int = 1
     min_elevation: float = 0.0
     max_elevation: float = 0.0
-    layout: str = "velodyne"
     organized: bool = False
+
+
+@dataclass(frozen=True)
+class BlockCloudSpec(CloudSpec):
+    """The lidar of libgazebo_ros_block_laser.so, which publishes sensor_msgs/PointCloud."""
 
 
 @dataclass(frozen=True)
@@ -145,14 +148,13 @@ def velodyne(sensor):
         **_sent(sensor, what, values, "/velodyne_points", rate_tag="-"),
         frame_id=_frame(sensor, "/velodyne"),
         organized=is_true(child_text(sensor.plugin, "organize_cloud", "false")),
-        layout="velodyne",
     )
 
 
 def block_laser(sensor):
-    """CloudSpec of libgazebo_ros_block_laser.so."""
+    """BlockCloudSpec of libgazebo_ros_block_laser.so."""
     values = _sent(sensor, f"lidar '{sensor.name}'", _layers(sensor), "/world")
-    return CloudSpec(**values, frame_id=_frame(sensor), layout="block")
+    return BlockCloudSpec(**values, frame_id=_frame(sensor))
 
 
 def range_sensor(sensor):
