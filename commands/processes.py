@@ -39,7 +39,7 @@ def run_child(
     import time
 
     start = time.monotonic()
-    with _Signals() as signals:
+    with Signals() as signals:
         process = subprocess.Popen(argv, start_new_session=session, **popen)
         status = None
         while status is None:
@@ -55,8 +55,7 @@ def run_child(
                     break
                 if tick is not None:
                     tick(seconds)
-    if signals.first is not None:  # asked for only now: none may come between this and the return
-        raise Interrupted(signals.first)
+    signals.check()  # only now: none may come between this and the return
     return status
 
 
@@ -89,16 +88,17 @@ def become(argv, environ):
     raise error
 
 
-class _Signals:
-    """Notes the first signal that asks ./run to stop, in place of ending it at once."""
+class Signals:
+    """Within a with statement, signals that ask ./run to stop are noted, and nothing is cut short.
 
-    def __init__(self):
-        self.first = None
-        self._before = {}
+    Attributes:
+        first: The first that came, or None.
+    """
 
     def __enter__(self):
         import signal
 
+        self.first, self._before = None, {}
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) != signal.SIG_IGN:
                 self._before[number] = signal.signal(number, self._note)
@@ -107,8 +107,18 @@ class _Signals:
     def __exit__(self, *_):
         import signal
 
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
+        for number, handler in self._before.items():  # ./run ends by the first, not by the next
+            signal.signal(number, handler if self.first is None else signal.SIG_IGN)
+
+    def check(self):
+        """Raises Interrupted if one came."""
+        if self.first is not None:
+            raise Interrupted(self.first)
+
+    def hand_on(self, _seconds=0.0):
+        """Gives one that came while nobody listened to who listens now."""
+        if self.first is not None:
+            os.kill(os.getpid(), self.first)
 
     def _note(self, number, _frame):
         if self.first is None:

@@ -1,8 +1,12 @@
-"""A bare machine: its folder, what is kept between runs, programs in it, and what they leave.
+"""A bare machine: its folder, what is kept between runs, programs in it, and its end.
 
-In the cache folder (`bare/`) stand SUITE.tar (what debootstrap made), apt/, pip/ and wheels/ (what
+In the cache folder (`bare/`) are SUITE.tar (what debootstrap made), apt/, pip/ and wheels/ (what
 was downloaded or compiled), and machine-*/ of the runs that are going on, each locked by its run.
 All of it can be deleted while none is. A machine whose run was killed goes with the next start.
+
+At its end there is no process in it, no mount in it, no folder. In namespaces of its own there is
+nothing left to end or to unmount, whatever became of ./run. Where the kernel refuses those, both
+are done here. A folder with a mount in it is never removed.
 """
 
 import contextlib
@@ -11,6 +15,7 @@ import fcntl
 import glob
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -22,10 +27,11 @@ import zipfile
 from commands import processes
 from commands.bare import host
 from commands.bare.inside import SIGNALS
-from commands.bare.removal import remove
 from commands.errors import CommandError, Interrupted, say
 from commands.paths import CACHE, ROOT, SYSTEM_PATH, read, write
 
+REMOVAL_LIMIT = 20.0  # longest wait for processes to end and for files to be gone [s]
+REMOVAL_POLL = 0.1  # [s]
 INSIDE = os.path.join(os.path.dirname(__file__), "inside.py")
 ISOLATED = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
 PROJECT = "/project"  # in the machine
@@ -36,45 +42,67 @@ POLL = 0.2  # between looks whether another run has made the Debian [s]
 TAIL = 15  # lines of debootstrap's log that are shown if it fails
 
 
+def remove(folder):
+    """Removes a machine.
+
+    Args:
+        folder: Absolute, without links.
+
+    Raises:
+        CommandError: Something of it cannot be removed.
+    """
+    end = time.monotonic() + REMOVAL_LIMIT
+    said = _ended(folder)
+    while os.path.lexists(folder):
+        if mounts_below(folder):
+            said = f"mounted there: {', '.join(mounts_below(folder))}"
+        else:
+            # Not across file systems, and in a session of its own: a Ctrl-C is not for it.
+            rm = ["rm", "-rf", "--one-file-system", "--", folder]
+            done = subprocess.run(rm, capture_output=True, text=True, start_new_session=True)
+            said = done.stderr.strip().partition("\n")[0]
+        if not os.path.lexists(folder):
+            return
+        if time.monotonic() > end:
+            raise CommandError(
+                f"the bare machine's folder {folder} cannot be removed: {said}",
+                "What is mounted there has to be unmounted first; then: rm -rf --one-file-system",
+            )
+        time.sleep(REMOVAL_POLL)  # a killed process may still be ending
+        _ended(folder)
+
+
+def mounts_below(folder):
+    """Lists what is mounted at or below a folder, the innermost first."""
+    found = []
+    with open("/proc/self/mountinfo", encoding="utf-8", errors="surrogateescape") as stream:
+        for line in stream:
+            path = re.sub(r"\\([0-7]{3})", lambda code: chr(int(code[1], 8)), line.split()[4])
+            if path == folder or path.startswith(folder + os.sep):
+                found.append(path)
+    return found[::-1]
+
+
+def _ended(folder):
+    """Kills the processes that have their root in a folder and drops its mounts; gives ""."""
+    for link in glob.glob("/proc/[0-9]*/root"):
+        try:
+            inside = f"{os.readlink(link)}/".startswith(folder + os.sep)
+            if inside:
+                os.kill(int(link.split(os.sep)[2]), signal.SIGKILL)
+        except OSError:
+            continue  # it has ended
+    for path in mounts_below(folder):
+        subprocess.run(["umount", "-l", path], stderr=subprocess.DEVNULL)
+    return ""
+
+
 def cache_folder():
     """Gives the folder of what is kept between runs."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(base):
         base = os.path.join(os.path.expanduser("~"), ".cache")
     return os.path.join(os.path.realpath(base), "paddock", "bare")
-
-
-class Signals:
-    """Within a with statement, signals that ask ./run to stop are noted, and nothing is cut short.
-
-    Attributes:
-        first: The first that came, or None.
-    """
-
-    def __enter__(self):
-        self.first, self._before = None, {}
-        for number in SIGNALS:
-            if signal.getsignal(number) != signal.SIG_IGN:
-                self._before[number] = signal.signal(number, self._note)
-        return self
-
-    def __exit__(self, *_):
-        for number, handler in self._before.items():  # ./run ends by the first, not by the next
-            signal.signal(number, handler if self.first is None else signal.SIG_IGN)
-
-    def check(self):
-        """Raises Interrupted if one came."""
-        if self.first is not None:
-            raise Interrupted(self.first)
-
-    def hand_on(self, _seconds=0.0):
-        """Gives one that came while nobody listened to who listens now."""
-        if self.first is not None:
-            os.kill(os.getpid(), self.first)
-
-    def _note(self, number, _frame):
-        if self.first is None:
-            self.first = number
 
 
 class Machine:
@@ -93,7 +121,7 @@ class Machine:
         """
         self._suite, self._isolated = suite, isolated
         self._cache = cache_folder()
-        self._signals = Signals()
+        self._signals = processes.Signals()
         self._binds = []
 
     def __enter__(self):
@@ -322,7 +350,7 @@ def isolation():
     """
     environ = _with_system_path(os.environ)
     probe = ["sh", "-c", 'mount -t tmpfs tmpfs "$1" && chroot / true', "sh"]
-    with Signals() as signals, tempfile.TemporaryDirectory() as folder:
+    with processes.Signals() as signals, tempfile.TemporaryDirectory() as folder:
         answer = None
         for words in (ISOLATED, ()):
             done = subprocess.run(

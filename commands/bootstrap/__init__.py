@@ -5,7 +5,7 @@ again by the next ./run. Two ./run at once wait for each other.
 """
 
 from commands.bootstrap import packages, venv, workspace
-from commands.bootstrap.lock import SetupLock
+from commands.bootstrap.step import SetupLock
 
 
 def prepare():

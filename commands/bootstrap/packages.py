@@ -1,12 +1,15 @@
-"""Step 1, Debian packages. ./run does it in bash, as there may be no python3 yet."""
+"""Step 1, Debian packages: those of every set-up, those of ./run desk."""
 
 import os
 
 from commands import processes, signature
+from commands.bootstrap.step import SetupLock
 from commands.paths import ROOT
 
 WANTED = os.path.join(ROOT, "config", "apt.txt")
 INSTALLED = "/var/lib/dpkg/status"
+DESK_LIST = "apt-desk.txt"  # in config/
+DESK_TEST_LIST = "apt-desk-test.txt"
 
 
 def prepare():
@@ -41,3 +44,19 @@ def _install(*arguments):
     status = processes.run_child(command, session=False, grace=None)
     if status != 0:
         raise SystemExit(processes.exit_status(status))
+
+
+def prepare_desk(tests=False):
+    """Installs what is missing, after bootstrap.prepare().
+
+    Args:
+        tests: Whether ./run test desk is to run.
+
+    Raises:
+        SystemExit: Debian packages could not be installed, and ./run has said why.
+        Interrupted: A signal ended it.
+    """
+    with SetupLock():
+        prepare_more(DESK_LIST)
+        if tests:
+            prepare_more(DESK_TEST_LIST)

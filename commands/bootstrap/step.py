@@ -1,18 +1,72 @@
-"""One step of set-up: a title with the seconds it takes, a log, and what to do if it fails."""
+"""One step of set-up: its title with the seconds it takes, its log, the lock around it.
 
+One ./run at a time has the lock, the others wait. What a step starts has it, too: where a killed
+./run leaves pip or a build, the next one waits for their end in place of working beside them.
+"""
+
+import errno
+import fcntl
 import os
-import subprocess
 import sys
 import time
 
 from commands import processes
-from commands.bootstrap import lock
 from commands.errors import CommandError, Interrupted, say
-from commands.paths import LOGS, relative
+from commands.paths import CACHE, LOGS, relative
 
+LOCK = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no python3
+LOCK_LIMIT = 1800.0  # [s]
+SILENT = 2.0  # before it says that it waits: a ./run that finds all ready is through by then [s]
+POLL = 0.05  # [s]
 EVERY = 30  # between lines of progress where there is no terminal [s]
 GRACE = 5.0  # from SIGINT to SIGKILL for what the step started [s]
 TAIL = 20  # lines of the log shown after a failure
+
+_held = []
+
+
+def held_locks():
+    """File descriptors of the lock, for pass_fds of what a step starts."""
+    return tuple(_held)
+
+
+class SetupLock:
+    """Holds the lock within a with statement; children get it by pass_fds=held_locks() alone."""
+
+    def __enter__(self):
+        self._file = os.open(LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        if not self._taken():
+            self._wait()
+        _held.append(self._file)
+        return self
+
+    def __exit__(self, *_):
+        _held.remove(self._file)
+        os.close(self._file)
+
+    def _wait(self):
+        begin, said = time.monotonic(), False
+        while not self._taken():
+            waited = time.monotonic() - begin
+            if waited > SILENT and not said:
+                # Not to stdout, which belongs to the command: ./run exec COMMAND | ...
+                print("another ./run is setting up, waiting for it", file=sys.stderr, flush=True)
+                said = True
+            if waited > LOCK_LIMIT:
+                raise CommandError(
+                    "another ./run has been setting up for half an hour",
+                    "Look for it with: ps x | grep run",
+                )
+            time.sleep(POLL)
+
+    def _taken(self):
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno not in (errno.EAGAIN, errno.EACCES):
+                raise
+            return False
+        return True
 
 
 class StepFailed(Exception):
@@ -74,6 +128,8 @@ class Step:
             StepFailed: Its exit status is not 0.
             Interrupted: A signal ended it.
         """
+        import subprocess
+
         status = processes.run_child(
             argv,
             grace=GRACE,
@@ -82,7 +138,7 @@ class Step:
             stdin=subprocess.DEVNULL,
             stdout=self._stream,
             stderr=subprocess.STDOUT,
-            pass_fds=lock.held(),
+            pass_fds=held_locks(),
         )
         if status != 0:
             raise StepFailed(f"{os.path.basename(argv[0])} ended with exit status {status}")

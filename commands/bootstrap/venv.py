@@ -1,20 +1,35 @@
-"""Step 2, Python packages: .venv above Debian's Python, with what config/requirements.txt pins."""
+"""Step 2, Python packages in .venv: what config/requirements.txt pins, and more to learn."""
 
 import glob
 import os
 import sys
 
 from commands import signature
+from commands.bootstrap import packages
+from commands.bootstrap.step import SetupLock, Step
 from commands.paths import CACHE, PYTHON, ROOT, VENV, VENV_PYTHON, read, write
 
 REQUIREMENTS = os.path.join(ROOT, "config", "requirements.txt")
 STAMP = os.path.join(VENV, ".stamp")  # base and requirements of a complete .venv, a line each
-CHECK = os.path.join(ROOT, "commands", "bootstrap", "check_imports.py")
+# Run by .venv's Python, with the path of .venv: whether what Paddock imports is there.
+CHECK = """
+import sys
+import av, cv2, cv_bridge, numpy, pybullet, pytest, rospy, xacro, yaml
+from PyQt5 import QtWidgets
+if numpy.__file__.startswith(sys.argv[1]):
+    sys.exit(f"numpy is {numpy.__version__} of .venv; Debian's has to stay, cv_bridge needs it")
+"""
 WHEELS = os.path.join(CACHE, "wheels")  # what was compiled here
 COMPILED, WHEELS_UP_TO = "pybullet", (3, 11)  # the last Python for which PyPI has a wheel
 
 # gcc 14 makes an error of a cast that numpy 2 wants: PyArray_DATA() of a PyObject
 CFLAGS = "-g0 -Wno-error=incompatible-pointer-types"
+# Name of the lists in config/ (apt-NAME.txt, requirements-NAME.txt) -> what must be importable.
+EXTRAS = {
+    "learning": "stable_baselines3, torch",
+    "ray": "ray",
+    "sweep": "optuna",
+}
 
 
 def prepare():
@@ -27,8 +42,6 @@ def prepare():
     if signature.unchanged("venv", ROOT):
         return
     if not os.access(VENV_PYTHON, os.X_OK) or read(STAMP) != f"{_base()}\n{_requirements()}\n":
-        from commands.bootstrap.step import Step
-
         Step(
             2,
             "Python packages",
@@ -63,7 +76,7 @@ def _install(step):
         os.remove(STAMP)  # without one, .venv is made anew: what pip left half done cannot be known
     _compile(step, environ)
     step.execute([*_pip("install"), "--find-links", WHEELS, "-r", REQUIREMENTS], environ)
-    step.execute([VENV_PYTHON, CHECK, VENV], environ)
+    step.execute([VENV_PYTHON, "-c", CHECK, VENV], environ)
     write(STAMP, stamp)
 
 
@@ -92,3 +105,53 @@ def _compiled(pin):
     name, _, version = pin.partition("==")
     tag = "cp{}{}".format(*sys.version_info)
     return bool(glob.glob(os.path.join(WHEELS, f"{name}-{version}-{tag}-*.whl")))
+
+
+def prepare_extras(*names):
+    """Installs what is missing, after bootstrap.prepare().
+
+    Args:
+        names: Of EXTRAS; none: learning.
+
+    Raises:
+        CommandError: A step failed.
+        SystemExit: Debian packages could not be installed, and ./run has said why.
+        Interrupted: A signal ended it.
+    """
+    with SetupLock():
+        for name in names or ("learning",):
+            _prepare_extra(name)
+
+
+def extra_requirements(name):
+    """Gives the path of a list of Python packages."""
+    return os.path.join(ROOT, "config", f"requirements-{name}.txt")
+
+
+def _prepare_extra(name):
+    packages.prepare_more(f"apt-{name}.txt", steps=2)
+    if read(_extra_stamp(name)) != _extra_wanted(name):
+        Step(
+            2,
+            f"Python packages ({name})",
+            "Check the network (or your pip index settings) and that the disk is not full.",
+            f"install_{name}",
+            of=2,
+        ).run(lambda step: _install_extra(step, name))
+
+
+def _extra_stamp(name):
+    return os.path.join(VENV, f".stamp-{name}")
+
+
+def _extra_wanted(name):
+    """What the stamp holds when everything is there."""
+    return read(os.path.join(VENV, ".stamp")).split("\n")[0] + "\n" + read(extra_requirements(name))
+
+
+def _install_extra(step, name):
+    pip = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
+    environ = dict(os.environ, PYTHONNOUSERSITE="1")
+    step.execute([*pip, "-r", extra_requirements(name)], environ)
+    step.execute([VENV_PYTHON, "-c", f"import {EXTRAS[name]}"], environ)
+    write(_extra_stamp(name), _extra_wanted(name))

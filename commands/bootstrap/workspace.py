@@ -1,11 +1,16 @@
-"""Step 3, the catkin workspace: build/ and devel/."""
+"""Step 3, the catkin workspace: what makes a build necessary, build/ and devel/."""
 
 import os
 
 from commands import signature
-from commands.bootstrap import inputs
-from commands.paths import BUILD, DEVEL, ROOT, SYSTEM_PATH, VENV, VENV_PYTHON, read, write
+from commands.bootstrap.step import Step
+from commands.paths import BUILD, DEVEL, ROOT, SOURCES, SYSTEM_PATH, VENV, VENV_PYTHON, read, write
 
+STANDINS = os.path.join(SOURCES, "standins")
+NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
+SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
+LISTED = ("nodes", "scripts")  # folders whose files are linked or wrapped by the build
+GENERATED = os.path.join(SOURCES, "CMakeLists.txt")  # by catkin_make
 STAMP = os.path.join(BUILD, ".stamp")  # the key of a complete build
 BUILT_AT = os.path.join(BUILD, ".root")
 BUILT = os.path.join(BUILD, ".packages")
@@ -24,6 +29,71 @@ LEFT_OUT = (
 )
 
 
+def installed_elsewhere():
+    """Lists stand-ins whose real package is installed; they are left out of the build."""
+    shares = ["/usr/share"]
+    if os.path.isdir("/opt/ros"):
+        shares += [f"/opt/ros/{name}/share" for name in sorted(os.listdir("/opt/ros"))]
+    names = sorted(os.listdir(STANDINS)) if os.path.isdir(STANDINS) else []
+    return [
+        name
+        for name in names
+        if any(os.path.exists(f"{share}/{name}/package.xml") for share in shares)
+    ]
+
+
+def scan():
+    """Walks the sources.
+
+    Returns:
+        directories: Every directory, as nothing can come or go without changing one of them.
+        contents: Files whose content counts.
+        names: Files whose presence counts.
+    """
+    directories, contents, names = [], [], []
+    for directory, subdirectories, files in os.walk(SOURCES):
+        subdirectories[:] = sorted(name for name in subdirectories if name != "__pycache__")
+        directories.append(directory)
+        listed = any(name in LISTED for name in os.path.relpath(directory, ROOT).split(os.sep))
+        for name in sorted(files):
+            path = os.path.join(directory, name)
+            built_from = name in NAMES or name.endswith(SUFFIXES)
+            installed = (listed or name == "__init__.py") and not name.endswith(".pyc")
+            if not (built_from or installed) or os.path.islink(path) or path == GENERATED:
+                continue
+            if built_from:
+                contents.append(path)
+            if installed:
+                names.append(path)
+    return directories, contents, names
+
+
+def build_key(contents, names):
+    """Gives one text for everything that a build depends on.
+
+    Args:
+        contents: Files whose content counts.
+        names: Files whose presence counts.
+    """
+    import hashlib
+
+    whole = hashlib.sha256("\n".join([ROOT, *installed_elsewhere(), *names]).encode())
+    for path in contents:
+        with open(path, "rb") as stream:
+            content = hashlib.sha256(stream.read()).hexdigest()
+        whole.update(f"\n{content} {path}".encode())
+    return whole.hexdigest()
+
+
+def list_packages(contents):
+    """Lists the workspace's packages: the folders of package.xml, relative to the clone."""
+    return sorted(
+        os.path.relpath(os.path.dirname(path), ROOT)
+        for path in contents
+        if os.path.basename(path) == "package.xml"
+    )
+
+
 def prepare():
     """Builds if an input changed.
 
@@ -31,26 +101,24 @@ def prepare():
         CommandError: The build failed.
         Interrupted: A signal ended it.
     """
-    short_key = ";".join([ROOT, *inputs.installed_elsewhere()])
+    short_key = ";".join([ROOT, *installed_elsewhere()])
     if signature.unchanged("workspace", short_key):
         return
-    directories, contents, names = inputs.scan()
-    if not os.path.exists(SETUP) or read(STAMP).strip() != inputs.build_key(contents, names):
-        from commands.bootstrap.step import Step
-
+    directories, contents, names = scan()
+    if not os.path.exists(SETUP) or read(STAMP).strip() != build_key(contents, names):
         Step(
             3,
             "Workspace",
             "The lines above name the package. To build from scratch: rm -rf build devel",
             "build_workspace",
         ).run(_build)
-        directories, contents, _ = inputs.scan()
+        directories, contents, _ = scan()
     signature.save("workspace", short_key, [STAMP, SETUP, *directories, *contents])
 
 
 def _build(step):
-    _, contents, names = inputs.scan()
-    packages = inputs.packages(contents)
+    _, contents, names = scan()
+    packages = list_packages(contents)
     gone = set(read(BUILT).split("\n")[:-1]) - set(packages)
     # A moved clone, or a package that is gone: what was built before would mislead.
     if read(BUILT_AT).strip() != ROOT or gone:
@@ -65,7 +133,7 @@ def _build(step):
     if os.path.exists(STAMP):
         os.remove(STAMP)
     write(BUILT, "".join(f"{name}\n" for name in packages))
-    key = inputs.build_key(contents, names)
+    key = build_key(contents, names)
     environ = {name: value for name, value in os.environ.items() if name not in LEFT_OUT}
     environ.update(PATH=f"{VENV}/bin:{SYSTEM_PATH}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
     step.execute(
@@ -78,7 +146,7 @@ def _build(step):
             "-DCMAKE_PREFIX_PATH=",
             "-DCMAKE_BUILD_TYPE=Release",
             "-DCATKIN_ENABLE_TESTING=OFF",
-            "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(inputs.installed_elsewhere()),
+            "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
         ],
         environ,
     )

@@ -5,29 +5,48 @@
 Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check starts it.
 """
 
-import contextlib
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
 import time
 from urllib.parse import urlsplit
 
-import launch_log
+import rospkg
 import rospy
-import sources
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetPhysicsProperties
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Empty, Trigger
+
+if __name__ == "__main__":
+    sys.path.append(str(pathlib.Path(__file__).resolve().parents[2]))
+
+from commands import procfs  # noqa: E402
 
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
 FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s]
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
+ERRORS = 50  # lines of errors that are kept
+REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
+_COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
+_DIED = re.compile(
+    r"\[([\w/.-]+?)(?:-\d+)?\] process has died \[pid \d+, exit code (-?\d+), cmd (\S+)"
+)
+_CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
+_UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
+_REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
+_TRACEBACK = "The traceback for the exception was written"
+_CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
+_LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
+_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*(\S+)", re.IGNORECASE)
+_PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
+SOURCES_LIMIT = 400  # CMakeLists.txt files that are read
 
 
 class ClockWatch:
@@ -98,15 +117,12 @@ def describe(simulator):
 
 def is_spawning():
     """Whether a spawn_model of this master's launch still runs."""
-    port = b":%d" % urlsplit(os.environ["ROS_MASTER_URI"]).port
-    for folder in pathlib.Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):  # it has ended, or is somebody else's
-            words = (folder / "cmdline").read_bytes().split(b"\0")
-            if any(os.path.basename(word) == b"spawn_model" for word in words[:3]):
-                variables = (folder / "environ").read_bytes().split(b"\0")
-                if any(v.startswith(b"ROS_MASTER_URI=") and port in v for v in variables):
-                    return True
-    return False
+    port = f":{urlsplit(os.environ['ROS_MASTER_URI']).port}"
+    return any(
+        "spawn_model" in map(os.path.basename, procfs.arguments(pid)[:3])
+        and port in procfs.environment(pid).get("ROS_MASTER_URI", "")
+        for pid in procfs.pids()
+    )
 
 
 def wait_for_models(launch, simulator):
@@ -200,6 +216,89 @@ def observe(launch, seconds):
     )
 
 
+def read_launch_log(path):
+    """Reads the output of a launch.
+
+    Args:
+        path: Of the file that holds it.
+
+    Returns:
+        died: (node, exit code, name of its program); cannot: (package, type) of nodes that could
+        not start; unable: nodes whose program could not be run; errors: lines of errors; refused:
+        why roslaunch refuses the file, or None.
+    """
+    with open(path, encoding="utf-8", errors="replace") as stream:
+        text = _COLORS.sub("", stream.read())
+    lines = (line.strip() for line in text.splitlines())
+    return {
+        "died": [
+            (name, int(code), os.path.basename(program))
+            for name, code, program in _DIED.findall(text)
+            if int(code) != 0
+        ],
+        "cannot": sorted(set(_CANNOT.findall(text))),
+        "unable": sorted(set(_UNABLE.findall(text))),
+        "errors": [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)][:ERRORS],
+        "refused": _refused(text),
+    }
+
+
+def _refused(text):
+    """Why roslaunch gave up: its last words before it mentions the traceback, and their cause."""
+    found = _REFUSED.search(text)
+    end = found.start() if found else text.find(_TRACEBACK)
+    if end < 0:
+        return None
+    words = [" ".join(found.group(1).split())] if found else []
+    causes = [line for line in _CAUSE.findall(text[:end]) if not words or line not in words[0]]
+    if not words and not causes:
+        lines = [line.strip() for line in text[:end].splitlines() if line.strip()]
+        causes = [line for line in lines if not line.startswith("ROS path")][-1:]
+    return "; ".join(words + causes[:REFUSED_LINES])
+
+
+def builders(found):
+    """Looks for the packages that would build what is missing.
+
+    Args:
+        found: What was observed: models with their losses, nodes that cannot start.
+
+    Returns:
+        Dict from a library's or program's name to (package, whether its sources are there): nodes
+        of packages that are not installed have (package, False).
+    """
+    rospack = rospkg.RosPack()
+    wanted, answer = set(), {}
+    for text in found.get("lost", []) + [
+        text for model in found.get("models", ()) for text in model["lost"]
+    ]:
+        wanted.update(_LIBRARY.findall(text))
+    for package, kind in found["cannot"]:
+        if package not in rospack.list():
+            answer[kind] = (package, False)
+        else:
+            wanted.add(kind)
+    if wanted:
+        answer.update(_found_in_sources(rospack, wanted))
+    return answer
+
+
+def _found_in_sources(rospack, wanted):
+    answer = {}
+    for package in rospack.list()[:SOURCES_LIMIT]:
+        path = os.path.join(rospack.get_path(package), "CMakeLists.txt")
+        if not os.path.isfile(path):
+            continue
+        with open(path, encoding="utf-8", errors="replace") as stream:
+            text = stream.read()
+        project = _PROJECT.search(text)
+        for name in _BUILT.findall(text):
+            name = name.rstrip(")").replace("${PROJECT_NAME}", project.group(1) if project else "")
+            if name in wanted:
+                answer[name] = (package, True)
+    return answer
+
+
 def main(result, log, port, seconds, *launch_words):
     """Runs it all; the result is written even if the launch fails."""
     with open(log, "w", encoding="utf-8") as stream:
@@ -226,9 +325,9 @@ def main(result, log, port, seconds, *launch_words):
     finally:
         stop(launch)
         with open(result, "w", encoding="utf-8") as stream:
-            said = launch_log.read(log)
+            said = read_launch_log(log)
             found.update(said, exit_status=launch.returncode)
-            found["builders"] = sources.builders(found)
+            found["builders"] = builders(found)
             json.dump(found, stream)
     return 0
 

@@ -1,24 +1,137 @@
-"""A desk from start to end: screen, windows, web server, and the command that runs there."""
+"""A desk from start to end: X server, window manager, web server, the command on it."""
 
 import contextlib
 import os
 import secrets
 import shutil
 import socket
+import struct
 import subprocess
 import tempfile
 
 from commands import processes
-from commands.desk import windows
-from commands.desk.screen import Screen, spawn, tail
 from commands.errors import CommandError, say
 from commands.paths import PYTHON, ROOT
 
+COOKIE = b"MIT-MAGIC-COOKIE-1"
+WILD = 0xFFFF  # FamilyWild of X authority files: any host, any display
+PASSWORD_LENGTHS = range(6, 9)  # VNC takes no more than 8 characters
+# Not one key or button is bound: keys belong to the windows, and nothing here starts a program.
+WINDOWS_CONFIG = """\
+# i3 config file (v4)
+font pango:DejaVu Sans 9
+ipc-socket {folder}/windows
+default_orientation horizontal
+default_border normal
+focus_follows_mouse no
+focus_on_window_activation focus
+"""
 WEB = os.path.join(ROOT, "commands", "desk", "web.py")
 PAGE = "/usr/share/novnc"
-PORTS = range(6080, 6100)  # the first free one is taken
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+PORTS = range(6080, 6100)  # the first free one is taken
 GRACE = 10.0  # from SIGTERM to SIGKILL for what the desk started [s]
+
+
+class Screen:
+    """A running X server.
+
+    Attributes:
+        display: Its name, such as ":1".
+        authority: File with the cookie that its programs need.
+        socket: Path of the Unix socket on which it speaks VNC.
+        process: subprocess.Popen.
+    """
+
+    def __init__(self, folder, size, password=None):
+        """Starts it and waits until it takes connections.
+
+        Args:
+            folder: Private folder for its files.
+            size: Width and height as text, such as "1600x900" [px].
+            password: Of VNC; None for none.
+
+        Raises:
+            CommandError: It did not start.
+        """
+        self.authority = os.path.join(folder, "authority")
+        self.socket = os.path.join(folder, "vnc")
+        log = os.path.join(folder, "screen.log")
+        _write(self.authority, authority_entry(secrets.token_bytes(16)))
+        reader, writer = os.pipe()
+        command = [
+            *("Xtigervnc", "-displayfd", str(writer), "-auth", self.authority),
+            *("-nolisten", "tcp", "-noreset", "-geometry", size, "-depth", "24"),
+            *("-desktop", "Paddock", "-AlwaysShared", "-rfbport", "-1"),
+            *("-rfbunixpath", self.socket, *_security(folder, password)),
+        ]
+        with open(log, "wb") as stream:
+            self.process = spawn(command, stdout=stream, stderr=stream, pass_fds=[writer])
+        os.close(writer)
+        with os.fdopen(reader) as stream:
+            number = stream.readline().strip()  # empty when it has ended
+        if not number:
+            raise CommandError("the X server of the desk did not start", *tail(log))
+        self.display = f":{number}"
+
+
+def spawn(command, **popen):
+    """Starts a helper of the desk; it ends with ./run, whatever becomes of that.
+
+    A session of its own keeps a terminal's Ctrl-C for the command that runs on the desk.
+
+    Returns:
+        subprocess.Popen.
+    """
+    command = ["setpriv", "--pdeathsig", "TERM", *command]
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, **popen)
+
+
+def tail(log, lines=5):
+    """Gives the last lines of a log, as advice for an error."""
+    with open(log, encoding="utf-8", errors="replace") as stream:
+        return [line for line in stream.read().splitlines() if line][-lines:]
+
+
+def authority_entry(cookie):
+    """Gives an X authority file with one cookie (Xau library: big-endian counts before texts)."""
+    fields = (b"", b"", COOKIE, cookie)  # address and display are any
+    texts = b"".join(struct.pack(">H", len(field)) + field for field in fields)
+    return struct.pack(">H", WILD) + texts
+
+
+def _security(folder, password):
+    if password is None:
+        return ["-SecurityTypes", "None"]
+    path = os.path.join(folder, "password")
+    done = subprocess.run(
+        ["tigervncpasswd", "-f"], input=password.encode() + b"\n", capture_output=True, check=True
+    )
+    _write(path, done.stdout)
+    return ["-SecurityTypes", "VncAuth", "-PasswordFile", path]
+
+
+def _write(path, content):
+    """Writes a file that nobody else can read."""
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as stream:
+        stream.write(content)
+
+
+def start_window_manager(folder, environ):
+    """Starts it.
+
+    Args:
+        folder: Private folder for its files.
+        environ: With the screen's DISPLAY and XAUTHORITY.
+
+    Returns:
+        subprocess.Popen.
+    """
+    config = os.path.join(folder, "windows.conf")
+    with open(config, "w", encoding="utf-8") as stream:
+        stream.write(WINDOWS_CONFIG.format(folder=folder))
+    with open(os.path.join(folder, "windows.log"), "wb") as log:
+        return spawn(["i3", "-c", config], env=environ, stdout=log, stderr=log)
 
 
 def listen(port, share):
@@ -79,7 +192,7 @@ class Desk:
                 self.environ.update(
                     DISPLAY=screen.display, XAUTHORITY=screen.authority, QT_QPA_PLATFORM="xcb"
                 )
-                self._parts["windows"] = windows.start(self._folder, self.environ)
+                self._parts["windows"] = start_window_manager(self._folder, self.environ)
                 self._serve(server, screen.socket)
         except BaseException:
             self.__exit__()

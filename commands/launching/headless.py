@@ -3,11 +3,12 @@
 import json
 import os
 import shutil
+import socket
 import subprocess
 
 from commands import processes
 from commands.errors import CommandError, UsageError, say
-from commands.launching import guard, master
+from commands.launching import guard
 from commands.paths import CACHE, relative
 
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
@@ -65,7 +66,7 @@ def start(launch, environ, arguments, deadline):
         processes.DeadlineExceeded: It did not end in time.
         Interrupted: A signal ended it.
     """
-    options = master.use_own(environ)
+    options = use_own_master(environ)
     guard.start(environ)
     return processes.run_child(
         launch.command(arguments, *options),
@@ -74,6 +75,32 @@ def start(launch, environ, arguments, deadline):
         env=environ,
         stdin=subprocess.DEVNULL,
     )
+
+
+def use_own_master(environ):
+    """Makes an environment use a master on a free port of this machine, loopback only.
+
+    Args:
+        environ: Changed in place.
+
+    Returns:
+        The options with which roslaunch starts that master.
+
+    Raises:
+        CommandError: This machine has no 127.0.0.1, as one that has IPv6 alone.
+    """
+    with socket.socket() as probe:
+        try:
+            probe.bind(("127.0.0.1", 0))
+        except OSError as error:
+            raise CommandError(
+                f"this machine has no address 127.0.0.1, which this command needs ({error})",
+                "Give it one: ip address add 127.0.0.1/8 dev lo",
+            ) from None
+        port = probe.getsockname()[1]
+    environ.pop("ROS_HOSTNAME", None)
+    environ.update(ROS_IP="127.0.0.1", ROS_MASTER_URI=f"http://127.0.0.1:{port}")
+    return "-p", str(port)
 
 
 def is_ok(path):

@@ -1,12 +1,81 @@
-"""Launch files and the arguments that a command hands to them, checked before anything starts."""
+"""Launch files and their arguments, tracks and policies by name: checked before a start."""
 
+import json
 import os
 
 from commands.errors import CommandError, UsageError
-from commands.launching import tracks
-from commands.paths import PYTHON, SOURCES, relative
+from commands.paths import OUT, PYTHON, SOURCES, read, relative
 
+TRACK_FOLDER = os.path.join(SOURCES, "track_model", "tracks")
+TRACK_SUFFIXES = (".yaml", ".yml", ".npy", ".csv")
+TRAININGS = os.path.join(OUT, "train")
+POLICY_FILE = "policy.onnx"
 ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch")
+
+
+def track_names():
+    """Lists the shipped tracks."""
+    return sorted(
+        name[: -len(".yaml")] for name in os.listdir(TRACK_FOLDER) if name.endswith(".yaml")
+    )
+
+
+def resolve_track(value):
+    """Checks a track.
+
+    Args:
+        value: A shipped track's name, or a path.
+
+    Returns:
+        The name, or the absolute path: launched nodes have another current directory.
+
+    Raises:
+        UsageError: There is no such track.
+    """
+    if value in track_names():
+        return value
+    if not os.path.isfile(value):
+        raise UsageError(
+            f"track is {value!r}; there are {', '.join(track_names())}, or the path of a YAML, "
+            ".npy or .csv file"
+        )
+    if not value.lower().endswith(TRACK_SUFFIXES):
+        raise UsageError(f"track is {value!r}; a track file ends in {', '.join(TRACK_SUFFIXES)}")
+    return os.path.realpath(value)
+
+
+def policy_names():
+    """Lists the trainings that have left a policy."""
+    if not os.path.isdir(TRAININGS):
+        return []
+    return sorted(
+        name
+        for name in os.listdir(TRAININGS)
+        if os.path.isfile(os.path.join(TRAININGS, name, POLICY_FILE))
+    )
+
+
+def resolve_policy(value):
+    """Gives a policy's file.
+
+    Args:
+        value: A training's name, or the path of an ONNX file.
+
+    Raises:
+        UsageError: There is no such policy.
+    """
+    if value in policy_names():
+        return os.path.join(TRAININGS, value, POLICY_FILE)
+    if value.endswith(".onnx") and os.path.isfile(value):
+        return os.path.realpath(value)
+    found = ", ".join(policy_names()) or "none yet: ./run train makes one"
+    raise UsageError(f"policy is {value!r}; there are {found}; or the path of an .onnx file")
+
+
+def policy_settings(path):
+    """Gives the settings of the training that made a policy; empty where they are not beside it."""
+    text = read(os.path.join(os.path.dirname(path), "settings.json"))
+    return json.loads(text) if text else {}
 
 
 class LaunchFile:
@@ -72,7 +141,7 @@ class LaunchFile:
                     raise UsageError(
                         f"{self.name} has no argument {name!r}; there are {', '.join(known)}"
                     )
-                argument = f"track:={tracks.resolve(value)}" if name == "track" else argument
+                argument = f"track:={resolve_track(value)}" if name == "track" else argument
             elif not self._options or not (argument.startswith("-") or after_option):
                 raise UsageError(
                     f"unknown argument {argument!r}; launch arguments have the form NAME:=VALUE"

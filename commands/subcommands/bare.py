@@ -141,7 +141,7 @@ def prepare():
     """Installs what is missing of TOOLS."""
     if missing_tools():
         from commands.bootstrap import packages
-        from commands.bootstrap.lock import SetupLock
+        from commands.bootstrap.step import SetupLock
 
         with SetupLock():
             packages.prepare_more(PACKAGES)

@@ -11,6 +11,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import CommandError
+from commands.launching import guard
 from commands.paths import ROOT, VENV_PYTHON
 
 USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sittings FILE ..."
@@ -47,4 +48,6 @@ def run(arguments):
         arguments = arguments[1:]
     if not os.path.exists(SCRIPT):
         raise CommandError("bench/bench.py is missing from this checkout")
-    processes.become([VENV_PYTHON, SCRIPT, *arguments], environment.ready())
+    environ = environment.ready()
+    guard.start(environ, "the benchmark")  # which may be killed with worlds of its own
+    processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

@@ -14,7 +14,7 @@ import subprocess
 
 from commands import environment, processes
 from commands.errors import CommandError, UsageError, say
-from commands.launching import master
+from commands.launching import headless
 from commands.paths import ROOT, VENV_PYTHON, relative
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
@@ -40,8 +40,8 @@ def run(options, rest):
         if ":=" not in argument:
             raise UsageError(f"unknown argument {argument!r}; launch arguments are NAME:=VALUE")
     environ = environment.ready()
-    _, port = master.use_own(environ)
-    folder = os.path.join(environment.logs.FOLDER, f"check-{port}")
+    _, port = headless.use_own_master(environ)
+    folder = os.path.join(environment.LOG_FOLDER, f"check-{port}")
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):

@@ -31,8 +31,7 @@ def run(options, _rest):
     Raises:
         CommandError: Something does not build, or a test failed.
     """
-    from commands.ci.tests import Tests
-    from commands.ci.workspace import Workspace, install_dependencies
+    from commands.ci import Tests, Workspace, install_dependencies
 
     if not os.path.isdir(options.path):
         raise UsageError(f"path is {options.path!r}; it must be a folder")

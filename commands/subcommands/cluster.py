@@ -28,11 +28,11 @@ def run(options, _rest):
     """Becomes Ray's node."""
     import subprocess
 
-    from commands.bootstrap import learning
+    from commands.bootstrap import venv
 
     arguments = wanted(options)
     environ = environment.ready()
-    learning.prepare("learning", "ray")
+    venv.prepare_extras("learning", "ray")
     environ.update(RAY_AUTH_MODE="token", RAY_USAGE_STATS_ENABLED="0")
     ray = os.path.join(VENV, "bin", "ray")
     if options.part == "head":

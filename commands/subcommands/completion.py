@@ -10,8 +10,7 @@ TAB then knows commands, options, drivers, tracks, shapes, tests and launch argu
 
 import argparse
 
-from commands.completion.candidates import candidates
-from commands.completion.script import SCRIPT
+from commands.completion import SCRIPT, candidates
 
 
 def add_arguments(parser):

@@ -7,7 +7,7 @@ there or in Debian, 1 if something is neither in Debian nor in Paddock.
 
 import os
 
-from commands.dependencies import answer, debian
+from commands import dependencies
 from commands.errors import CommandError, UsageError, say
 
 USAGE = "[--names] [PATH]"
@@ -31,11 +31,11 @@ def run(options, _rest):
     """
     if not os.path.isdir(options.path):
         raise UsageError(f"path is {options.path!r}; it must be a folder")
-    if not debian.has_lists():
+    if not dependencies.has_lists():
         raise CommandError("apt has no lists of packages", "As root: apt-get update")
-    found = answer.find(options.path)
+    found = dependencies.find(options.path)
     if options.names:
-        say("\n".join(answer.to_install(found)), end="\n" if found.missing else "")
+        say("\n".join(dependencies.to_install(found)), end="\n" if found.missing else "")
     else:
-        say("\n".join(answer.page(found)))
+        say("\n".join(dependencies.page(found)))
     return 1 if found.nowhere else 0

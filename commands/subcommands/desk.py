@@ -47,14 +47,14 @@ def add_arguments(parser):
 
 def run(arguments):
     """Runs the command on a desk; its exit status is the desk's."""
-    from commands.bootstrap import desk as packages
+    from commands.bootstrap import packages
     from commands.desk.session import Desk
 
     options, words = split(arguments)
     command = [os.path.join(ROOT, "run"), *shown(words)]
     password = asked_password() if options.share else None
     environment.ready()
-    packages.prepare()
+    packages.prepare_desk()
     with Desk(environment.callers(), options.size, options.port, password) as desk:
         say(f"the desk, in a browser: {desk.url}")
         return processes.exit_status(desk.run(command))
@@ -100,7 +100,7 @@ def asked_password():
     Raises:
         UsageError: There is none, or VNC cannot use it.
     """
-    from commands.desk.screen import PASSWORD_LENGTHS
+    from commands.desk.session import PASSWORD_LENGTHS
 
     password = os.environ.pop("DESK_PASSWORD", None)
     if password is None:

@@ -2,9 +2,9 @@
 
 import os
 
-from commands import environment, processes
+from commands import environment
 from commands.errors import say
-from commands.launching import display, guard, master, window
+from commands.launching import interactive
 from commands.launching.launch_file import LaunchFile
 from commands.subcommands import demo
 
@@ -14,13 +14,12 @@ USAGE = "[ARG:=VALUE ...]"
 
 def run(_options, rest):
     """Becomes roslaunch, or runs the demo."""
-    if not rest and not display.has_display(os.environ):
+    if not rest and not interactive.has_display(os.environ):
         say("no display (DISPLAY is not set): running ./run demo")
         return demo.run(None, [])
     arguments = LAUNCH.check(rest)
-    arguments += window.additions(arguments)
+    arguments += interactive.window_arguments(arguments)
     environ = environment.ready()
-    display.need_display(environ, " ".join(["./run demo", *rest]))
-    master.refuse_second_world(environ)
-    guard.start(environ)
-    return processes.become(LAUNCH.command(arguments), environ)
+    interactive.need_display(environ, " ".join(["./run demo", *rest]))
+    interactive.refuse_second_world(environ)
+    return interactive.become(LAUNCH, arguments, environ)

@@ -10,7 +10,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import UsageError
-from commands.launching import policies, tracks
+from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "NAME [--track T ...] [--starts N]"
@@ -19,17 +19,20 @@ USAGE = "NAME [--track T ...] [--starts N]"
 def add_arguments(parser):
     """Declares policy, tracks and starts."""
     policy = parser.add_argument(
-        "policy", metavar="NAME", type=policies.resolve, help="of a training, or an .onnx file"
+        "policy",
+        metavar="NAME",
+        type=launch_file.resolve_policy,
+        help="of a training, or an .onnx file",
     )
-    policy.complete = policies.names
+    policy.complete = launch_file.policy_names
     track = parser.add_argument(
         "--track",
         metavar="T",
         nargs="+",
-        type=tracks.resolve,
+        type=launch_file.resolve_track,
         help="as of ./run lap; several are welcome (default: the one it was trained on)",
     )
-    track.complete = tracks.names
+    track.complete = launch_file.track_names
     parser.add_argument(
         "--starts", metavar="N", type=_starts, default=10, help="of each driver on each track (10)"
     )
@@ -38,7 +41,7 @@ def add_arguments(parser):
 def run(options, _rest):
     """Becomes the evaluation."""
     environ = environment.ready()
-    settings = policies.settings(options.policy)
+    settings = launch_file.policy_settings(options.policy)
     name = settings.get("name") or os.path.basename(options.policy).removesuffix(".onnx")
     table = {
         "policy": options.policy,

@@ -13,7 +13,7 @@ import shutil
 
 from commands import environment
 from commands.errors import UsageError
-from commands.launching import headless, policies, tracks
+from commands.launching import headless, launch_file
 from commands.launching.launch_file import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT
@@ -29,10 +29,10 @@ def add_arguments(parser):
     track = parser.add_argument(
         "--track",
         default="default",
-        type=tracks.resolve,
+        type=launch_file.resolve_track,
         help="default, easy, medium, hard, or a file (YAML, .npy or .csv route)",
     )
-    track.complete = tracks.names
+    track.complete = launch_file.track_names
     driver = parser.add_argument(
         "--driver",
         default="slider",
@@ -45,10 +45,10 @@ def add_arguments(parser):
     policy = parser.add_argument(
         "--policy",
         metavar="NAME",
-        type=policies.resolve,
+        type=launch_file.resolve_policy,
         help="of the driver policy: the name of a training (./run train), or an .onnx file",
     )
-    policy.complete = policies.names
+    policy.complete = launch_file.policy_names
     parser.add_argument(
         "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
     )
@@ -76,7 +76,7 @@ def policy_arguments(options):
     if not options.policy:
         return []
     found = [f"policy:={options.policy}"]
-    observation = policies.settings(options.policy).get("observation", ())
+    observation = launch_file.policy_settings(options.policy).get("observation", ())
     if "lidar" in observation:
         found.append("lidar:=true")
     if "camera" in observation:

@@ -27,10 +27,10 @@ def add_arguments(parser):
 
 def run(options, _rest):
     """Becomes the sweep."""
-    from commands.bootstrap import learning
+    from commands.bootstrap import venv
 
     environ = environment.ready()
-    learning.prepare(*(["learning"] if trains(options.file) else []), "sweep")
+    venv.prepare_extras(*(["learning"] if trains(options.file) else []), "sweep")
     arguments = ["-m", "paddock_gym.sweep.cli", json.dumps(wanted(options))]
     processes.become([VENV_PYTHON, *arguments], environ)
 

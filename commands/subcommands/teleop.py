@@ -3,8 +3,8 @@
 Launch arguments and options of roslaunch, such as --screen, are handed on.
 """
 
-from commands import environment, processes
-from commands.launching import display, guard, window
+from commands import environment
+from commands.launching import interactive
 from commands.launching.launch_file import LaunchFile
 
 LAUNCH = LaunchFile("deepracer_teleop", "teleop.launch")
@@ -14,8 +14,7 @@ USAGE = "[ARG:=VALUE ...]"
 def run(_options, rest):
     """Becomes roslaunch."""
     arguments = LAUNCH.check(rest)
-    arguments += window.additions(arguments)
+    arguments += interactive.window_arguments(arguments)
     environ = environment.ready()
-    display.need_display(environ, "./run demo")
-    guard.start(environ)
-    processes.become(LAUNCH.command(arguments), environ)
+    interactive.need_display(environ, "./run demo")
+    interactive.become(LAUNCH, arguments, environ)

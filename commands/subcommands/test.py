@@ -110,12 +110,12 @@ def cores(quota=CPU_QUOTA):
 
 def prepare_stages(filters):
     """Installs what the stages that have to be asked for need beyond ./run setup."""
-    from commands.bootstrap import desk, learning
+    from commands.bootstrap import packages, venv
 
     if "learning" in filters:
-        learning.prepare("learning", "ray", "sweep")
+        venv.prepare_extras("learning", "ray", "sweep")
     if "desk" in filters:
-        desk.prepare(tests=True)
+        packages.prepare_desk(tests=True)
 
 
 def complete(_words):

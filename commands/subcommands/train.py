@@ -16,7 +16,7 @@ import re
 
 from commands import environment, processes
 from commands.errors import UsageError
-from commands.launching import tracks
+from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "[NAME] [--track T] [--observation O] [OPTIONS]"
@@ -39,8 +39,8 @@ def add_arguments(parser):
         help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
     )
     env.complete = lambda: ENVS
-    track = add("--track", type=tracks.resolve, help="as of ./run lap (default)")
-    track.complete = tracks.names
+    track = add("--track", type=launch_file.resolve_track, help="as of ./run lap (default)")
+    track.complete = launch_file.track_names
     observation = add(
         "--observation",
         metavar="O",
@@ -76,11 +76,11 @@ def add_arguments(parser):
 
 def run(options, _rest):
     """Becomes the training."""
-    from commands.bootstrap import learning
+    from commands.bootstrap import venv
 
     environ = environment.ready()
     table = wanted(options)
-    learning.prepare("learning", *(["ray"] if "ray" in table else []))
+    venv.prepare_extras("learning", *(["ray"] if "ray" in table else []))
     arguments = ["-m", "paddock_gym.training.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
 

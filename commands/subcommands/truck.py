@@ -15,7 +15,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import CommandError, say
-from commands.launching import guard, headless, master
+from commands.launching import headless, interactive
 from commands.launching.launch_file import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT, read
@@ -40,9 +40,8 @@ def run(options, rest):
         return back_up(options.back, BACK.check(rest))
     arguments = LAUNCH.check(rest)
     environ = environment.ready()
-    master.refuse_second_world(environ)
-    guard.start(environ)
-    return processes.become(LAUNCH.command(arguments), environ)
+    interactive.refuse_second_world(environ)
+    return interactive.become(LAUNCH, arguments, environ)
 
 
 def back_up(shape, arguments):

@@ -3,8 +3,8 @@
 Launch arguments and options of roslaunch, such as --screen, are handed on.
 """
 
-from commands import environment, processes
-from commands.launching import guard, master
+from commands import environment
+from commands.launching import interactive
 from commands.launching.launch_file import LaunchFile
 
 LAUNCH = LaunchFile("track_model", "world.launch")
@@ -15,6 +15,5 @@ def run(_options, rest):
     """Becomes roslaunch."""
     arguments = LAUNCH.check(rest)
     environ = environment.ready()
-    master.refuse_second_world(environ)
-    guard.start(environ)
-    processes.become(LAUNCH.command(arguments), environ)
+    interactive.refuse_second_world(environ)
+    interactive.become(LAUNCH, arguments, environ)

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands.checking import launch_log, sources, verdict
+from commands.checking import observer, verdict
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
 GOOD = {
@@ -157,7 +157,7 @@ RLException: while processing car.launch:
 
 def test_the_launch_log(tmp_path):
     (tmp_path / "log").write_text(LOG)
-    said = launch_log.read(str(tmp_path / "log"))
+    said = observer.read_launch_log(str(tmp_path / "log"))
     assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
     assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 2
     assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
@@ -175,10 +175,10 @@ def test_the_launch_log(tmp_path):
 )
 def test_what_roslaunch_refuses(tmp_path, text, words):
     (tmp_path / "log").write_text(f"{text}The traceback for the exception was written to the log")
-    refused = launch_log.read(str(tmp_path / "log"))["refused"]
+    refused = observer.read_launch_log(str(tmp_path / "log"))["refused"]
     assert words in refused and "ROS path" not in refused
     (tmp_path / "log").write_text(text)
-    assert launch_log.read(str(tmp_path / "log"))["refused"] is None
+    assert observer.read_launch_log(str(tmp_path / "log"))["refused"] is None
 
 
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
@@ -191,7 +191,7 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
-    assert sources.builders(found) == {
+    assert observer.builders(found) == {
         "drive": ("hover", True),
         "node": ("gone", False),
         "hover_plugin": ("hover", True),

@@ -3,7 +3,7 @@
 import pytest
 from run_rig import ROOT, run
 
-from commands.dependencies import answer, debian, manifests
+from commands import dependencies
 from commands.errors import UsageError
 
 CAR = """<package format="3">
@@ -35,7 +35,7 @@ def workspace(tmp_path):
 
 
 def test_the_four_lists(workspace):
-    found = answer.find(
+    found = dependencies.find(
         str(workspace), INSTALLABLE.intersection, DEBIAN.intersection, paddock={"gazebo_ros"}
     )
     assert found.packages == ["my_car", "my_msgs"]
@@ -43,7 +43,7 @@ def test_the_four_lists(workspace):
     assert list(found.installed) == ["catkin", "python-numpy", "rospy"]
     assert found.missing == {"move_base_msgs": ["python3-move-base-msgs", "ros-move-base-msgs"]}
     assert found.nowhere == {"laser_driver": ["my_car"]}
-    lines = answer.page(found)
+    lines = dependencies.page(found)
     assert (
         "  apt-get install --no-install-recommends python3-move-base-msgs ros-move-base-msgs"
         in (lines)
@@ -64,24 +64,24 @@ def test_the_four_lists(workspace):
     ],
 )  # fmt: skip
 def test_names_of_debian(name, built, expected):
-    assert debian.candidates(name, built) == expected
+    assert dependencies.candidates(name, built) == expected
 
 
 def test_what_is_no_package_xml(tmp_path):
     with pytest.raises(UsageError, match="there is no package.xml at or below"):
-        manifests.find(str(tmp_path))
+        dependencies.find_manifests(str(tmp_path))
     path = tmp_path / "package.xml"
     for text, sentence in (("<a", "is not XML"), ("<package/>", "has no <package> with a <name>")):
         path.write_text(text)
         with pytest.raises(UsageError, match=sentence):
-            manifests.read(str(path))
+            dependencies.read_manifest(str(path))
 
 
 def test_apt_and_dpkg_are_asked():
     names = ["python3-rospy", "libstd-msgs-dev", "python3-nosuchthing"]
-    assert debian.existing(names) == {"python3-rospy", "libstd-msgs-dev"}
-    assert debian.installed(names) == {"python3-rospy", "libstd-msgs-dev"}
-    assert debian.existing([]) == set()
+    assert dependencies.existing(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert dependencies.installed(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert dependencies.existing([]) == set()
 
 
 def test_a_real_package():

@@ -7,8 +7,8 @@ import struct
 
 import pytest
 
-from commands.bootstrap import desk as packages
-from commands.desk import screen, session
+from commands.bootstrap import packages
+from commands.desk import session
 from commands.errors import CommandError, UsageError
 from commands.subcommands import desk
 
@@ -87,16 +87,16 @@ def test_other_machines_get_in_only_when_the_desk_is_shared():
 
 
 def test_a_password_is_kept_as_vnc_wants_it_and_for_this_user_alone(tmp_path):
-    options = screen._security(str(tmp_path), "parking")
+    options = session._security(str(tmp_path), "parking")
     assert options == ["-SecurityTypes", "VncAuth", "-PasswordFile", str(tmp_path / "password")]
     kept = tmp_path / "password"
     assert len(kept.read_bytes()) == 8 and b"parking" not in kept.read_bytes()
     assert stat.S_IMODE(kept.stat().st_mode) == 0o600
-    assert screen._security(str(tmp_path), None) == ["-SecurityTypes", "None"]
+    assert session._security(str(tmp_path), None) == ["-SecurityTypes", "None"]
 
 
 def test_an_x_server_takes_the_cookie_and_no_other(tmp_path):
-    running = screen.Screen(str(tmp_path), "640x480")
+    running = session.Screen(str(tmp_path), "640x480")
     try:
         cookie = (tmp_path / "authority").read_bytes()[-16:]
         assert answer(running.display, cookie) == 1
@@ -110,20 +110,20 @@ def answer(display, cookie):
     """Opens a connection to an X server; gives its first byte: 1 is success, 0 is refusal."""
     with socket.socket(socket.AF_UNIX) as client:
         client.connect(f"/tmp/.X11-unix/X{display[1:]}")
-        head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(screen.COOKIE), len(cookie))
-        client.sendall(head + screen.COOKIE.ljust(20, b"\0") + cookie)
+        head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(session.COOKIE), len(cookie))
+        client.sendall(head + session.COOKIE.ljust(20, b"\0") + cookie)
         return client.recv(1)[0]
 
 
 def test_an_x_server_that_does_not_start_says_why(tmp_path):
     with pytest.raises(CommandError, match="the X server of the desk did not start") as error:
-        screen.Screen(str(tmp_path), "no size")
+        session.Screen(str(tmp_path), "no size")
     assert error.value.advice
 
 
 def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(session.windows, "start", lambda *_: 1 / 0)
+    monkeypatch.setattr(session, "start_window_manager", lambda *_: 1 / 0)
     desk_of_nobody = session.Desk({}, "640x480")
     with pytest.raises(ZeroDivisionError):
         desk_of_nobody.__enter__()
@@ -132,6 +132,6 @@ def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
 
 
 def test_the_lists_of_packages_are_there():
-    for name in (packages.PACKAGES, packages.OF_TESTS):
+    for name in (packages.DESK_LIST, packages.DESK_TEST_LIST):
         with open(f"{session.ROOT}/config/{name}", encoding="utf-8") as stream:
             assert [line for line in stream if line.strip() and not line.startswith("#")]

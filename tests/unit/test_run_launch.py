@@ -13,10 +13,9 @@ from paddock_common.testing import web_page
 from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals
 
-from commands import processes
-from commands.environment import logs
+from commands import environment, processes
 from commands.errors import CommandError, UsageError
-from commands.launching import headless, master, tracks, window
+from commands.launching import headless, interactive, launch_file
 from commands.launching.launch_file import LaunchFile
 
 FILES = [
@@ -32,7 +31,7 @@ FILES = [
 
 def test_a_web_server_is_no_second_world():
     with web_page() as uri:
-        master.refuse_second_world({"ROS_MASTER_URI": uri})
+        interactive.refuse_second_world({"ROS_MASTER_URI": uri})
 
 
 def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
@@ -43,7 +42,7 @@ def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
         raise OSError
 
     monkeypatch.setattr(socket, "create_connection", connect)
-    master.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
+    interactive.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
     assert asked == [("::1", 11311)]
 
 
@@ -54,7 +53,7 @@ def test_a_machine_without_ipv4_is_told_what_to_do(monkeypatch):
 
     monkeypatch.setattr(socket, "socket", Socket)
     with pytest.raises(CommandError, match="no address 127.0.0.1") as caught:
-        master.use_own({})
+        headless.use_own_master({})
     assert "ip address add 127.0.0.1/8" in caught.value.advice[0]
 
 
@@ -67,10 +66,10 @@ def test_arguments_are_those_that_roslaunch_knows(package, name):
 def test_the_window_records_into_out_and_gets_a_pad_that_is_there(tmp_path):
     pads = str(tmp_path / "js*")
     folder = f"record_dir:={ROOT}/out/recordings"
-    assert window.additions(["track:=easy"], pads) == [folder]
+    assert interactive.window_arguments(["track:=easy"], pads) == [folder]
     (tmp_path / "js0").touch()
-    assert window.additions([], pads) == [folder, "pad:=true"]
-    assert window.additions(["pad:=false", "record_dir:=x", "--screen"], pads) == []
+    assert interactive.window_arguments([], pads) == [folder, "pad:=true"]
+    assert interactive.window_arguments(["pad:=false", "record_dir:=x", "--screen"], pads) == []
 
 
 def test_arguments_of_groups_and_descriptions(tmp_path):
@@ -101,17 +100,17 @@ def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
 
 
 def test_tracks(tmp_path, monkeypatch):
-    assert tracks.names() == ["default", "easy", "hard", "medium"]
-    assert tracks.resolve("hard") == "hard"
+    assert launch_file.track_names() == ["default", "easy", "hard", "medium"]
+    assert launch_file.resolve_track("hard") == "hard"
     monkeypatch.chdir(tmp_path)
     for name in ("a.yaml", "b.yml", "c.npy", "d.CSV"):
         (tmp_path / name).write_text("")
-        assert tracks.resolve(name) == str(tmp_path / name)
+        assert launch_file.resolve_track(name) == str(tmp_path / name)
     (tmp_path / "e.txt").write_text("")
     (tmp_path / "f.yaml").mkdir()
     for name in ("e.txt", "f.yaml", "absent.yaml", ""):
         with pytest.raises(UsageError, match=f"^track is '{name}'; "):
-            tracks.resolve(name)
+            launch_file.resolve_track(name)
     launch = LaunchFile("track_model", "world.launch")
     assert launch.check(["track:=a.yaml"]) == [f"track:={tmp_path}/a.yaml"]
 
@@ -262,13 +261,13 @@ def test_signals_reach_the_child(number):
 
 
 def test_old_logs_go(tmp_path, monkeypatch):
-    monkeypatch.setattr(logs, "FOLDER", str(tmp_path))
+    monkeypatch.setattr(environment, "LOG_FOLDER", str(tmp_path))
     for name, days in (("new", 6), ("old", 8), ("old-file", 8)):
         path = tmp_path / name
         path.write_text("") if name == "old-file" else path.mkdir()
         os.utime(path, (time.time() - days * 86400,) * 2)
     (tmp_path / "latest").symlink_to("nowhere")
-    logs.clean_up()
+    environment.clean_up_logs()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["latest", "new"]
-    monkeypatch.setattr(logs, "FOLDER", str(tmp_path / "absent"))
-    logs.clean_up()
+    monkeypatch.setattr(environment, "LOG_FOLDER", str(tmp_path / "absent"))
+    environment.clean_up_logs()

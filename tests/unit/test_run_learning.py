@@ -8,10 +8,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from commands.bootstrap import learning, packages
+from commands.bootstrap import packages, venv
 from commands.bootstrap.step import Step
 from commands.errors import UsageError
-from commands.launching import policies
+from commands.launching import launch_file
 from commands.parsing import parser_of
 from commands.subcommands import cluster, evaluate, lap, sweep, train
 
@@ -23,7 +23,7 @@ def trainings(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
     (tmp_path / "blue" / "policy.onnx").write_text("")
     (tmp_path / "blue" / "settings.json").write_text(json.dumps({"observation": ["camera"]}))
-    monkeypatch.setattr(policies, "FOLDER", str(tmp_path))
+    monkeypatch.setattr(launch_file, "TRAININGS", str(tmp_path))
     return tmp_path
 
 
@@ -101,13 +101,13 @@ def test_wrong_arguments_of_train(words, sentence):
 
 
 def test_policies_by_name_and_file(trainings):
-    assert policies.names() == ["blue"]
+    assert launch_file.policy_names() == ["blue"]
     path = str(trainings / "blue" / "policy.onnx")
-    assert policies.resolve("blue") == policies.resolve(path) == path
-    assert policies.settings(path) == {"observation": ["camera"]}
+    assert launch_file.resolve_policy("blue") == launch_file.resolve_policy(path) == path
+    assert launch_file.policy_settings(path) == {"observation": ["camera"]}
     for value in ("red", "green.onnx"):
         with pytest.raises(UsageError, match=f"policy is '{value}'; there are blue"):
-            policies.resolve(value)
+            launch_file.resolve_policy(value)
 
 
 def test_evaluate_takes_several_tracks(trainings):
@@ -131,29 +131,29 @@ def test_a_policys_lap_gets_its_sensors(trainings):
             lap.policy_arguments(Namespace(driver=driver, policy=policy))
 
 
-@pytest.mark.parametrize("name", learning.EXTRAS)
+@pytest.mark.parametrize("name", venv.EXTRAS)
 def test_the_lists_of_learning_are_pinned(name):
-    with open(learning.requirements(name), encoding="utf-8") as stream:
+    with open(venv.extra_requirements(name), encoding="utf-8") as stream:
         lines = [line.strip() for line in stream if line.strip() and not line.startswith("#")]
     assert lines and all("==" in line for line in lines)
 
 
-@pytest.mark.parametrize("name", learning.EXTRAS)
+@pytest.mark.parametrize("name", venv.EXTRAS)
 def test_what_is_missing_of_an_extra_is_installed_once(name, tmp_path, monkeypatch):
     asked, done = [], []
-    monkeypatch.setattr(learning, "VENV", str(tmp_path))
-    monkeypatch.setattr(learning, "SetupLock", nullcontext)
+    monkeypatch.setattr(venv, "VENV", str(tmp_path))
+    monkeypatch.setattr(venv, "SetupLock", nullcontext)
     monkeypatch.setattr(
         packages.processes, "run_child", lambda argv, **_: asked.append(argv[2:]) or 0
     )
     child = SimpleNamespace(execute=lambda argv, _environ: done.append(argv))
     monkeypatch.setattr(Step, "run", lambda _step, work: work(child))
-    learning.prepare(name)
-    learning.prepare(name)
+    venv.prepare_extras(name)
+    venv.prepare_extras(name)
     assert asked == 2 * [["--packages", f"apt-{name}.txt", "2"]]
     pip, check = done
-    assert pip[-3:] == ["--no-deps", "-r", learning.requirements(name)]
-    assert check[-1] == f"import {learning.EXTRAS[name]}"
+    assert pip[-3:] == ["--no-deps", "-r", venv.extra_requirements(name)]
+    assert check[-1] == f"import {venv.EXTRAS[name]}"
 
 
 def test_more_workers_than_two_for_each_core_are_actors():

@@ -14,9 +14,9 @@ from run_rig import PATIENCE, run, start
 KEY = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from commands.bootstrap import inputs
-directories, contents, names = inputs.scan()
-print(inputs.build_key(contents, names))
+from commands.bootstrap import workspace
+directories, contents, names = workspace.scan()
+print(workspace.build_key(contents, names))
 """
 
 

@@ -99,14 +99,10 @@ def test_a_step_that_is_interrupted(tmp_path, number, deaf):
 
 
 # A set-up whose step runs a program.
-LOCKED = (
-    STEP.replace("import step\n", "import lock, step\n")
-    .replace(
-        "cli.dispatch = lambda _: ",
-        "lock.PATH = sys.argv[2] + '/lock'\ndef dispatch(_):\n    with lock.SetupLock():\n        ",
-    )
-    .replace("sys.exit(", "cli.dispatch = dispatch\nsys.exit(")
-)
+LOCKED = STEP.replace(
+    "cli.dispatch = lambda _: ",
+    "step.LOCK = sys.argv[2] + '/lock'\ndef dispatch(_):\n    with step.SetupLock():\n        ",
+).replace("sys.exit(", "cli.dispatch = dispatch\nsys.exit(")
 
 
 def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):

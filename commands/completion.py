@@ -1,7 +1,7 @@
-"""What may come next on a command line of ./run, from the same parsers that read it."""
+"""Completion in bash: the script that a shell sources, the candidates it asks ./run for."""
 
 from commands.cli import subcommand
-from commands.launching import tracks
+from commands.launching import launch_file
 from commands.parsing import parser_of
 from commands.table import COMMANDS, DEFAULT
 
@@ -15,6 +15,25 @@ VALUES = {  # of launch arguments
     "view": ("odom", "lidar"),
 }
 SWITCH = ("false", "true")
+# bash splits words at the ':' and '=' of NAME:=VALUE, so the whole line is handed over, and the
+# candidates come back as what stands behind the last of these characters.
+SCRIPT = r"""# Completion of Paddock's ./run, for ~/.bashrc: source <(PATH_OF_CLONE/run completion)
+_paddock_run() {
+  local program candidates
+  COMPREPLY=()
+  program=$(readlink -f -- "${1/#\~/$HOME}") || return
+  if [ ! -e "${program%/*}/commands/table.py" ]; then return; fi
+  candidates=$("$program" completion --line "${COMP_LINE:0:COMP_POINT}" \
+    --breaks "$COMP_WORDBREAKS" 2>/dev/null) || return
+  case $candidates in
+    '') ;;
+    @commands) mapfile -t COMPREPLY < <(compgen -c -- "$2" | sort -u) ;;
+    *) mapfile -t COMPREPLY <<<"$candidates" ;;
+  esac
+  case ${COMPREPLY[0]:-} in *=) compopt -o nospace 2>/dev/null ;; esac
+}
+complete -o bashdefault -o default -F _paddock_run run
+"""
 
 
 def candidates(line, breaks=":="):
@@ -84,7 +103,7 @@ def _launch_arguments(module, given, word):
         taken = {argument.partition(":=")[0] for argument in given}
         return [f"{name}:=" for name in arguments if name not in taken]
     if name == "track" and name in arguments:
-        values = tracks.names()
+        values = launch_file.track_names()
     elif arguments.get(name, ("",))[0] in SWITCH:
         values = SWITCH
     else:

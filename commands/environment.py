@@ -1,24 +1,55 @@
-"""What devel/setup.bash does to an environment, without running it each time.
+"""The environment of commands: the caller's, with .venv and the workspace in front.
 
-Once after a build it is sourced twice, in environments of our own: an empty one, and one in which
-each variable that it sets is there already. The difference tells for every variable whether
-setup.bash puts directories before or behind the value, sets it, or leaves a given one alone. These
-changes are kept in .cache (never a value of the caller's) and made to the caller's environment.
+What devel/setup.bash does to an environment, without running it each time. Once after a build it is
+sourced twice, in environments of our own: an empty one, and one in which each variable that it sets
+is there already. The difference tells for every variable whether setup.bash puts directories before
+or behind the value, sets it, or leaves a given one alone. These changes are kept in .cache (never a
+value of the caller's) and made to the caller's environment.
 """
 
 import os
+import time
 
-from commands import signature
+from commands import bootstrap, signature
+from commands.bootstrap.workspace import STANDINS, installed_elsewhere
 from commands.errors import CommandError
-from commands.paths import CACHE, DEVEL, SYSTEM_PATH, read, write
+from commands.paths import CACHE, DEVEL, ROOT, SYSTEM_PATH, VENV, read, write
 
+LOG_FOLDER = os.path.join(CACHE, "ros")
+LOGS_KEPT = 7 * 86400.0  # [s]
 CHANGES = os.path.join(CACHE, "environment")
 SETUP = os.path.join(DEVEL, "setup.bash")
 GIVEN = CACHE  # the value given in the second environment: an existing directory, no workspace
 BASH = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
+LEFT_OUT = ("PYTHONHOME", "CONDA_PREFIX", "PYENV_VERSION")  # other Pythons
 
 
-def apply(environ):
+def clean_up_logs(now=None):
+    """Deletes logs that are older than a week.
+
+    Args:
+        now: Time of the clean-up [s since 1970]; None for the present.
+    """
+    oldest = (time.time() if now is None else now) - LOGS_KEPT
+    try:
+        entries = list(os.scandir(LOG_FOLDER))
+    except FileNotFoundError:
+        return
+    for entry in entries:
+        try:
+            if entry.stat(follow_symlinks=False).st_mtime >= oldest:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                import shutil
+
+                shutil.rmtree(entry.path, ignore_errors=True)
+            else:
+                os.remove(entry.path)
+        except OSError:
+            continue  # another ./run was quicker, or it belongs to somebody else
+
+
+def apply_setup_bash(environ):
     """Makes the changes of devel/setup.bash to an environment.
 
     The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it. A workspace on
@@ -34,7 +65,7 @@ def apply(environ):
     on_top = _has_workspace_on_top(environ)
     if environ.get("CMAKE_PREFIX_PATH") and not on_top:
         packages = _leave_workspaces(environ, packages)
-    for how, name, value in changes():
+    for how, name, value in setup_changes():
         given = environ.get(name, "")
         if how == "default" or (on_top and how == "set"):
             environ[name] = given or value
@@ -49,7 +80,7 @@ def apply(environ):
     environ["ROS_PACKAGE_PATH"] = ":".join(ours + [path for path in packages if path not in ours])
 
 
-def changes():
+def setup_changes():
     """Lists what setup.bash changes: (how, name, value); how: before, behind, set or default."""
     if signature.unchanged("environment", DEVEL):
         fields = read(CHANGES).split("\0")
@@ -139,3 +170,66 @@ def _leave_workspaces(environ, packages):
     exec(compile(read(catkin["__file__"]), catkin["__file__"], "exec"), catkin)
     catkin["rollback_env_variables"](environ, catkin["ENV_VAR_SUBFOLDERS"])
     return [path for path in packages if path not in theirs]
+
+
+def ready():
+    """Sets up what is missing.
+
+    Returns:
+        The environment as a dict, for processes.become() or run_child().
+
+    Raises:
+        CommandError: A step of the set-up failed.
+        Interrupted: A signal ended it.
+    """
+    bootstrap.prepare()
+    return activated(callers())
+
+
+def callers():
+    """Gives the environment that ./run was started with."""
+    environ = dict(os.environ)
+    if "LC_CTYPE" in environ:  # which Python sets by itself in the C locale
+        with open("/proc/self/environ", "rb") as stream:
+            if not any(entry.startswith(b"LC_CTYPE=") for entry in stream.read().split(b"\0")):
+                del environ["LC_CTYPE"]
+    return environ
+
+
+def activated(environ):
+    """Puts .venv and the workspace into an environment.
+
+    Args:
+        environ: Changed in place.
+
+    Returns:
+        It.
+    """
+    if not environ.get("HOME") or not os.access(environ["HOME"], os.W_OK):
+        environ["HOME"] = os.path.join(CACHE, "home")
+        os.makedirs(environ["HOME"], exist_ok=True)
+    if not environ.get("LANG") and not environ.get("LC_ALL"):
+        environ["LANG"] = "C.UTF-8"
+    for name in LEFT_OUT:
+        environ.pop(name, None)
+    environ.update(VIRTUAL_ENV=VENV, PYTHONNOUSERSITE="1", PYTHONUNBUFFERED="1")
+    # Small matrices: more threads of OpenBLAS only spin, 0.1 s of each start of a node.
+    environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    prepend(environ, "/usr/bin")
+    apply_setup_bash(environ)
+    prepend(environ, os.path.join(VENV, "bin"))
+    if "xacro" not in installed_elsewhere():
+        # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.
+        prepend(environ, os.path.join(STANDINS, "xacro"))
+    environ["PADDOCK_ROOT"] = ROOT
+    clean_up_logs()
+    if not environ.get("ROS_LOG_DIR"):
+        environ["ROS_LOG_DIR"] = LOG_FOLDER
+    if not environ.get("ROS_IP") and not environ.get("ROS_HOSTNAME"):
+        environ["ROS_IP"] = "127.0.0.1"
+    return environ
+
+
+def prepend(environ, directory):
+    """Puts a directory in front of PATH."""
+    environ["PATH"] = f"{directory}:{environ.get('PATH', '')}"

@@ -1,0 +1,66 @@
+"""Processes by their environment and command line, read from /proc with the standard library.
+
+The guard uses it before anything is installed, the benchmark and the tests do, too. A process that
+has ended, or is another user's, reads as nothing.
+"""
+
+import os
+
+
+def pids():
+    """Lists the pids of all processes, ascending."""
+    return sorted(int(entry) for entry in os.listdir("/proc") if entry.isdigit())
+
+
+def arguments(pid):
+    """Lists a process's command line; empty where it has ended."""
+    return [os.fsdecode(word) for word in _read(pid, "cmdline")]
+
+
+def environment(pid):
+    """Gives the variables that a process was started with, as a dict."""
+    pairs = (os.fsdecode(entry).partition("=") for entry in _read(pid, "environ"))
+    return {name: value for name, _, value in pairs}
+
+
+def marked(variable, value):
+    """Lists the pids of this user's processes whose environment has a variable with a value."""
+    entry = f"{variable}={value}".encode()
+    return [pid for pid in pids() if entry in _read(pid, "environ")]
+
+
+def program(words):
+    """Gives the name of a command line: its node, else its module, script or program.
+
+    Args:
+        words: As of arguments().
+
+    Returns:
+        Name without .py; empty where there are no words.
+    """
+    for word in words:
+        if word.startswith("__name:="):
+            return word.partition(":=")[2]
+    if "-m" in words[:-1]:
+        return words[words.index("-m") + 1].rpartition(".")[2]
+    names = [os.path.basename(word) for word in words if not word.startswith("-")]
+    scripts = [] if "-c" in words else [name for name in names if not name.startswith("python")]
+    return (scripts or names or [""])[0].removesuffix(".py")
+
+
+def send(pid, number):
+    """Sends a signal; says whether there was such a process."""
+    try:
+        os.kill(pid, number)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def _read(pid, file):
+    """The texts of a file of /proc/PID, each of which ends in a zero byte."""
+    try:
+        with open(f"/proc/{pid}/{file}", "rb") as stream:
+            return stream.read().split(b"\0")[:-1]
+    except OSError:
+        return []
