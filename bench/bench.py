@@ -5,16 +5,17 @@ import json
 import os
 import pathlib
 import platform
+import signal
 import sys
 import time
 
 from figures import BenchError
-from report import table
+from report import merged, read_sessions, table
 from sections import SECTIONS, section
-from sittings import merged, read_sittings
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
 FORMAT = 2  # of bench.json
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def machine():
@@ -86,8 +87,16 @@ def measure(names, quick, files):
     return 1 if result["errors"] else 0
 
 
+def stop(number, _frame):
+    """Ends the bench in order at a first signal: worlds that it has started end, too."""
+    for other in STOP_SIGNALS:
+        signal.signal(other, signal.SIG_IGN)
+    print("bench: interrupted", file=sys.stderr, flush=True)
+    raise SystemExit(128 + number)
+
+
 def main():
-    """Measure, or merge sittings; returns the exit code."""
+    """Measure, or merge sessions; returns the exit code."""
     parser = argparse.ArgumentParser(
         prog="./run bench --",
         description=__doc__,
@@ -97,13 +106,14 @@ def main():
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="short turns, fewer pairs and variants: to see that all works",
+        help="short rounds, fewer pairs and variants: to see that all works",
     )
     parser.add_argument("--only", nargs="+", choices=SECTIONS, metavar="SECTION")
     parser.add_argument(
-        "--save", type=pathlib.Path, metavar="FILE", help="also write the JSON here, for --sittings"
+        "--save", type=pathlib.Path, metavar="FILE", help="also write the JSON here, for --sessions"
     )
     parser.add_argument(
+        "--sessions",
         "--sittings",
         nargs="+",
         type=pathlib.Path,
@@ -111,12 +121,14 @@ def main():
         help="measure nothing; put the figures of several runs in one table",
     )
     arguments = parser.parse_args()
-    if arguments.sittings:
+    if arguments.sessions:
         try:
-            print(merged(read_sittings(arguments.sittings, FORMAT)))
+            print(merged(read_sessions(arguments.sessions, FORMAT)))
         except ValueError as error:
             parser.error(str(error))
         return 0
+    for number in STOP_SIGNALS:
+        signal.signal(number, stop)
     return measure(
         arguments.only or list(SECTIONS),
         arguments.quick,

@@ -3,7 +3,7 @@
     ./run exec python bench/others.py --f1tenth PYTHON --box2d PYTHON
 
 The others are not part of Paddock: each runs with the Python of a virtual environment in which it
-is installed; without one a line says how to install it. Turns alternate, Paddock's single car
+is installed; without one a line says how to install it. Rounds alternate, Paddock's single car
 before each of the others, so that a slower minute slows both. Cars drive round a circle.
 """
 
@@ -16,9 +16,8 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from figures import BenchError  # noqa: E402
+from figures import BenchError, Spread  # noqa: E402
 from pairs import alternate, pairs_of  # noqa: E402
-from spread import Spread  # noqa: E402
 
 WORKER = pathlib.Path(__file__).resolve().parent / "observers" / "others.py"
 REFERENCE = "paddock_state_1"
@@ -30,7 +29,7 @@ SUBJECTS = {
     "paddock_lidar_16": ("paddock", "the same for 16 cars in one world (make_vec)"),
     "f1tenth_1": ("f1tenth", "1080 rays, single-track model in 2D"),
     "f1tenth_16": ("f1tenth", "the same for 16 agents that also see and hit each other"),
-    "car_racing": ("box2d", "96x96 colour picture, Box2D in 2D"),
+    "car_racing": ("box2d", "96x96 colour image, Box2D in 2D"),
 }
 INSTALL = {
     "f1tenth": 'python3 -m venv V && V/bin/pip install "f1tenth_gym @ '
@@ -39,7 +38,7 @@ INSTALL = {
     'install "gymnasium[box2d]>=1.0", then --box2d V/bin/python',
 }
 NEEDED = {"f1tenth": "f1tenth_gym", "box2d": "gymnasium.envs.box2d.car_racing, Box2D, pygame"}
-SECONDS = 1.0  # of a turn
+SECONDS = 1.0  # of a round
 
 
 class Subject:
@@ -69,7 +68,7 @@ class Subject:
         )
 
     def rate(self):
-        """Steps a second over a turn; with several cars a step moves each of them."""
+        """Steps a second over a round; with several cars a step moves each of them."""
         try:
             self._process.stdin.write(f"{SECONDS}\n")
             self._process.stdin.flush()
@@ -116,7 +115,7 @@ def measure(pythons, quick):
 
     Args:
         pythons: kind -> path.
-        quick: fewer turns.
+        quick: fewer rounds.
 
     Returns:
         dict: name -> figures of Pairs with period, time_step, cars, real_time.
@@ -170,7 +169,7 @@ def lines(found):
 
 
 def over(found, mine, its):
-    """Spread of the ratio of two subjects' simulated time, turn by turn."""
+    """Spread of the ratio of two subjects' simulated time, round by round."""
     scale = found[mine]["period"] / found[its]["period"]
     pairs = zip(found[mine]["ratios"], found[its]["ratios"], strict=True)
     return Spread.of(scale * one / other for one, other in pairs)
@@ -183,7 +182,7 @@ def main(arguments=None):
     )
     for kind, what in (("f1tenth", "f1tenth_gym v1.0.0"), ("box2d", "Gymnasium with Box2D")):
         parser.add_argument(f"--{kind}", metavar="PYTHON", help=f"interpreter with {what}")
-    parser.add_argument("--quick", action="store_true", help="fewer turns")
+    parser.add_argument("--quick", action="store_true", help="fewer rounds")
     parser.add_argument("--save", type=pathlib.Path, metavar="FILE", help="also write JSON here")
     chosen = parser.parse_args(arguments)
     pythons = {"paddock": sys.executable}

@@ -1,4 +1,4 @@
-"""Ratios from alternation: a reference and its variants in short turns within one run.
+"""Ratios from alternation: a reference and its variants in short rounds within one run.
 
 A machine that is slower for a minute, or gives a core to somebody else, then slows down both sides
 of a pair, and what it does within a pair shows as spread:
@@ -10,8 +10,7 @@ of a pair, and what it does within a pair shows as spread:
 import time
 from dataclasses import dataclass, field
 
-from figures import BenchError
-from spread import Spread, call
+from figures import BenchError, Spread, call
 from usage import between, summarise
 
 PAIRS = 9  # least number of pairs of a figure that may be quoted
@@ -24,8 +23,8 @@ def pairs_of(quick):
 
 
 @dataclass(frozen=True)
-class Turn:
-    """What a turn measured, with details that are kept beside it.
+class Round:
+    """What a round measured, with details that are kept beside it.
 
     Attributes:
         value: of the measured quantity, above 0; more is better (a rate).
@@ -38,10 +37,10 @@ class Turn:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Turns of the reference and of one variant, each right after the other.
+    """Rounds of the reference and of one variant, each right after the other.
 
     Attributes:
-        reference, variant: lists of Turn, of equal length.
+        reference, variant: lists of Round, of equal length.
     """
 
     reference: list
@@ -62,65 +61,65 @@ class Pairs:
     def figures(self):
         """The dict for JSON: Spreads of ratio, reference and variant, and the verdict on 1.
 
-        Where each turn tells what was spent (its details have "spent", see usage.between), also
+        Where each round tells what was spent (its details have "spent", see usage.between), also
         spent and reference_spent, summed up.
         """
         figures = {
             "pairs": len(self.reference),
             "ratio": self.ratio.figures(),
             "against_reference": call(self.ratio, 1.0),
-            "reference": Spread.of(turn.value for turn in self.reference).figures(),
-            "variant": Spread.of(turn.value for turn in self.variant).figures(),
+            "reference": Spread.of(one_round.value for one_round in self.reference).figures(),
+            "variant": Spread.of(one_round.value for one_round in self.variant).figures(),
             "ratios": [round(ratio, 4) for ratio in self.ratios],
         }
-        for name, turns in (("spent", self.variant), ("reference_spent", self.reference)):
-            if all("spent" in turn.details for turn in turns):
-                figures[name] = summarise([turn.details["spent"] for turn in turns])
+        for name, rounds in (("spent", self.variant), ("reference_spent", self.reference)):
+            if all("spent" in one_round.details for one_round in rounds):
+                figures[name] = summarise([one_round.details["spent"] for one_round in rounds])
         return figures
 
 
-def alternate(reference, variants, pairs, watch=None):
-    """Measure a reference and its variants in turns: A B A B ..., with two variants A B A C ...
+def alternate(reference, variants, pairs, monitor=None):
+    """Measure a reference and its variants by turns: A B A B ..., with two variants A B A C ...
 
     Args:
-        reference: function without arguments that measures for a short while; returns a Turn, or
+        reference: function without arguments that measures for a short while; returns a Round, or
             just its value.
-        variants: dict of name -> such a function. Each runs right after a turn of the reference of
+        variants: dict of name -> such a function. Each runs right after a round of the reference of
             its own.
         pairs: how many of each variant.
-        watch: usage.Watch; then each turn's details tell what was spent during it.
+        monitor: usage.Monitor; then each round's details tell what was spent during it.
 
     Returns:
         dict of name -> Pairs.
 
     Raises:
         ValueError: pairs is below 1.
-        BenchError: a turn measured a value that is not above 0.
+        BenchError: a round measured a value that is not above 0.
     """
     if pairs < 1:
         raise ValueError(f"pairs is {pairs}, must be at least 1")
     measured = {name: Pairs([], []) for name in variants}
     for _ in range(pairs):
         for name, variant in variants.items():
-            measured[name].reference.append(_turn(reference, "the reference", watch))
-            measured[name].variant.append(_turn(variant, f"'{name}'", watch))
+            measured[name].reference.append(_turn(reference, "the reference", monitor))
+            measured[name].variant.append(_turn(variant, f"'{name}'", monitor))
     return measured
 
 
-def _turn(measure, name, watch):
-    before = watch.read() if watch else None
-    turn = measure()
-    spent = {"spent": between(before, watch.read())} if watch else {}
-    if not isinstance(turn, Turn):
-        turn = Turn(float(turn))
-    turn = Turn(turn.value, {**turn.details, **spent})
-    if not turn.value > 0:
-        raise BenchError(f"a turn of {name} measured {turn.value}, must be above 0")
-    return turn
+def _turn(measure, name, monitor):
+    before = monitor.read() if monitor else None
+    one_round = measure()
+    spent = {"spent": between(before, monitor.read())} if monitor else {}
+    if not isinstance(one_round, Round):
+        one_round = Round(float(one_round))
+    one_round = Round(one_round.value, {**one_round.details, **spent})
+    if not one_round.value > 0:
+        raise BenchError(f"a round of {name} measured {one_round.value}, must be above 0")
+    return one_round
 
 
 def rate_of_work(work, seconds, now=time.monotonic):
-    """Amount of work per second, as a turn measures it.
+    """Amount of work per second, as a round measures it.
 
     Args:
         work: function that does a small piece and returns how much that was.

@@ -8,8 +8,8 @@ import signal
 import sys
 import time
 
-from soaking import machine, page, promise, stops
-from soaking.story import Soak
+from soaking import environments, report, shutdown
+from soaking.run import Soak
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
 OUT = ROOT / "out" / "soak"
@@ -40,8 +40,8 @@ def say(line):
 def stop_worlds(count, seed, folder):
     """Starts and stops worlds; returns the exit status."""
     folder.mkdir(parents=True, exist_ok=True)
-    results = stops.run(count, seed, folder, say)
-    lines = promise.table(results, stops.SIGNALS)
+    results = shutdown.run(count, seed, folder, say)
+    lines = shutdown.table(results, shutdown.SIGNALS)
     (folder / "stops.json").write_text(json.dumps(results, indent=2) + "\n")
     (folder / "stops.md").write_text("\n".join(lines) + "\n")
     bad = [result for result in results if result["problem"]]
@@ -69,7 +69,7 @@ def main():
     parser.add_argument(
         "--machine",
         nargs="*",
-        choices=machine.TRIALS,
+        choices=environments.TRIALS,
         metavar="TRIAL",
         help="try full disks, small limits and odd homes instead (as root)",
     )
@@ -82,7 +82,7 @@ def main():
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     if options.machine is not None:
-        failed = machine.run(options.machine, options.folder or OUT / "machine", say)
+        failed = environments.run(options.machine, options.folder or OUT / "machine", say)
         return 1 if failed else 0
     if options.stops is not None:
         return stop_worlds(options.stops, seed, options.folder or OUT)
@@ -94,7 +94,7 @@ def main():
         soak.run()
     except KeyboardInterrupt:
         print("interrupted; what there is follows", flush=True)
-    bad = page.write(soak.story, folder, options.minutes)
+    bad = report.write(soak.timeline, folder, options.minutes)
     for failure in bad:
         print(f"FAILED {failure}")
     print(f"{'FAILED' if bad else 'ok'}: {folder / 'soak.md'}")

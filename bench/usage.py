@@ -1,15 +1,97 @@
-"""Who had the processors between two moments: our processes by role, the others, the thief."""
+"""Who had the processors between two moments: our processes by role, the others, the steal time.
+
+Times are seconds. A process that has ended reads as nothing rather than as an error: it may end at
+any time.
+"""
 
 import functools
 import operator
-import os
+import pathlib
 import statistics
+import sys
 import time
 from dataclasses import dataclass
 
-from processes import PROC, Machine, Thread, arguments_of, cpu_seconds
+import psutil
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+
+from commands import procfs  # noqa: E402
+
+PROC = pathlib.Path("/proc")
 ROLES = {"gazebo": "bridge", "relay_process": "relay", "worker": "render_worker"}
+
+
+def cpu_seconds(pid):
+    """User and system time of all threads of a process [s]; 0 when it has ended."""
+    try:
+        times = psutil.Process(pid).cpu_times()
+    except psutil.Error:
+        return 0.0
+    return times.user + times.system
+
+
+def memory_bytes(pid):
+    """Proportional set size of a process (shared pages count by their fraction); 0 when ended."""
+    try:
+        return psutil.Process(pid).memory_full_info().pss
+    except psutil.Error:
+        return 0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Processor time of the whole machine since it started [s], over all processors.
+
+    Attributes:
+        busy: of all processes and the kernel, without what was stolen.
+        stolen: that another virtual machine had while a process here was ready to run.
+    """
+
+    busy: float
+    stolen: float
+
+    @classmethod
+    def read(cls):
+        """Read it now."""
+        now = psutil.cpu_times()
+        return cls(now.user + now.nice + now.system + now.irq + now.softirq, now.steal)
+
+
+@dataclass(frozen=True)
+class Thread:
+    """Of one thread since it started.
+
+    Attributes:
+        cpu: time on a processor [s].
+        waited: time it was ready to run while others had the processors [s].
+        voluntary: context switches when it waited for something.
+        involuntary: context switches when something else took its processor.
+    """
+
+    cpu: float
+    waited: float
+    voluntary: int
+    involuntary: int
+
+    @classmethod
+    def read(cls, pid, tid, proc=PROC):
+        """Read /proc/PID/task/TID; None when it has ended, or the kernel has no schedstat."""
+        folder = proc / str(pid) / "task" / str(tid)
+        try:
+            lines = (folder / "status").read_text(errors="replace").splitlines()
+            times = (folder / "schedstat").read_text().split()
+        except OSError:
+            return None
+        counts = dict(line.split(":", 1) for line in lines if ":" in line)
+        if len(times) < 2 or "voluntary_ctxt_switches" not in counts:
+            return None
+        return cls(
+            int(times[0]) * 1e-9,
+            int(times[1]) * 1e-9,
+            int(counts["voluntary_ctxt_switches"]),
+            int(counts["nonvoluntary_ctxt_switches"]),
+        )
 
 
 def role_of(arguments):
@@ -18,32 +100,20 @@ def role_of(arguments):
     Args:
         arguments: the command line as a list.
     """
-    for argument in arguments:
-        if argument.startswith("__name:="):
-            name = argument.removeprefix("__name:=")
-            break
-    else:
-        if "-m" in arguments[:-1]:
-            name = arguments[arguments.index("-m") + 1].rpartition(".")[2]
-        else:
-            names = [
-                os.path.basename(argument) for argument in arguments if not argument.startswith("-")
-            ]
-            programs = [name for name in names if not name.startswith("python")]
-            name = (programs or names or ["unknown"])[0].removesuffix(".py")
+    name = procfs.program(arguments) or "unknown"
     return ROLES.get(name, name)
 
 
-def roles_of(pids, proc=PROC):
+def roles_of(pids):
     """Sort processes by role.
 
     Returns:
-        dict of role -> list of pids. Processes that are gone, or never had a command line, are
+        dict of role -> list of pids. Processes that have ended, or never had a command line, are
         left out.
     """
     found = {}
     for pid in pids:
-        arguments = arguments_of(pid, proc)
+        arguments = procfs.arguments(pid)
         if arguments:
             found.setdefault(role_of(arguments), []).append(pid)
     return found
@@ -57,7 +127,7 @@ class Reading:
         time: wall time [s].
         machine: Machine.
         cpu: dict of role -> processor time [s].
-        threads: dict of name -> Thread, or None where one is gone.
+        threads: dict of name -> Thread, or None where one has ended.
     """
 
     time: float
@@ -66,31 +136,23 @@ class Reading:
     threads: dict
 
 
-class Watch:
+class Monitor:
     """Reads what some processes and the machine have spent.
 
     Args:
         roles: dict of role -> list of pids.
         threads: dict of name -> (pid, tid) of threads to look at.
-        proc: folder of /proc.
         now: clock [s].
     """
 
-    def __init__(self, roles, threads=(), proc=PROC, now=time.monotonic):
-        self._roles, self._threads, self._proc, self._now = roles, dict(threads), proc, now
+    def __init__(self, roles, threads=(), now=time.monotonic):
+        self._roles, self._threads, self._now = roles, dict(threads), now
 
     def read(self):
         """Returns a Reading."""
-        threads = {name: Thread.read(*ids, proc=self._proc) for name, ids in self._threads.items()}
-        return Reading(
-            self._now(),
-            Machine.read(self._proc),
-            {
-                role: sum(cpu_seconds(pid, self._proc) for pid in pids)
-                for role, pids in self._roles.items()
-            },
-            threads,
-        )
+        threads = {name: Thread.read(*ids) for name, ids in self._threads.items()}
+        cpu = {role: sum(map(cpu_seconds, pids)) for role, pids in self._roles.items()}
+        return Reading(self._now(), Machine.read(), cpu, threads)
 
 
 def between(before, after):
@@ -126,26 +188,28 @@ def _of_thread(before, after, seconds):
     }
 
 
-def summarise(turns):
-    """Medians over turns of what between() gave, and the most of others and stolen.
+def summarise(rounds):
+    """Medians over rounds of what between() gave, and the most of others and stolen.
 
     Args:
-        turns: list of what between() gave, with the same roles and threads; not empty.
+        rounds: list of what between() gave, with the same roles and threads; not empty.
     """
 
-    first = turns[0]
-    summary = {"cpu": {role: _median(turns, "cpu", role) for role in first["cpu"]}}
+    first = rounds[0]
+    summary = {"cpu": {role: _median(rounds, "cpu", role) for role in first["cpu"]}}
     for name in ("others", "stolen"):
-        summary[name] = _median(turns, name)
-        summary[f"{name}_most"] = max(turn[name] for turn in turns)
+        summary[name] = _median(rounds, name)
+        summary[f"{name}_most"] = max(one_round[name] for one_round in rounds)
     summary["threads"] = {
-        thread: {name: _median(turns, "threads", thread, name) for name in values}
+        thread: {name: _median(rounds, "threads", thread, name) for name in values}
         for thread, values in first["threads"].items()
-        if all(thread in turn["threads"] for turn in turns)
+        if all(thread in one_round["threads"] for one_round in rounds)
     }
     return summary
 
 
-def _median(turns, *keys):
-    """The median of one value that lies in each turn under keys within keys."""
-    return statistics.median(functools.reduce(operator.getitem, keys, turn) for turn in turns)
+def _median(rounds, *keys):
+    """The median of one value that lies in each round under keys within keys."""
+    return statistics.median(
+        functools.reduce(operator.getitem, keys, one_round) for one_round in rounds
+    )

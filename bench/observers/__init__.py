@@ -1,1 +1,1 @@
-"""Observers: processes of their own that watch a running world; bench starts them."""
+"""Observers: processes of their own that monitor a running world; bench starts them."""

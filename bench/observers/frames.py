@@ -1,7 +1,7 @@
-"""frames KIND: turns of pictures received (KIND received), or of bare renderers (egl or gl).
+"""frames KIND: rounds of images received (KIND received), or of bare renderers (egl or gl).
 
 Answers once it is ready; then each line "SECONDS" or, for gl, "SECONDS SHADOWS/ANTIALIAS" (e.g.
-true/false) is a turn with one answer. The bridge is paused but for the turns of received pictures.
+true/false) is a round with one answer. The bridge is paused but for the rounds of received images.
 """
 
 import time
@@ -15,7 +15,7 @@ from bullet_sim.render.pybullet_renderer import Mirror
 from bullet_sim.render.request import CameraRequest, Quality
 from pairs import rate_of_work
 
-from observers import bare, graph
+from observers import graph, stepping
 
 QUIET = 0.3  # [s] between pausing or going on and the window
 SNAPSHOTS, STRIDE = 100, 10  # of the driving car, and steps between two of them
@@ -64,12 +64,12 @@ class BareCamera:
         return 1
 
 
-def main(kind):
-    """Start, then turns until bench.py closes the pipe."""
+def frames(kind):
+    """Start, then rounds until bench.py closes the pipe."""
     graph.join()
     if kind == "received":
         receive()
-    bare_camera = BareCamera(bare.bare_world())
+    bare_camera = BareCamera(stepping.bare_world())
     graph.say(ready=True)
     while True:
         seconds, *quality = graph.hear()
@@ -78,8 +78,8 @@ def main(kind):
 
 
 def receive():
-    """Turns of received pictures, with the car driving."""
-    pictures = graph.record("/camera/image", 4)
+    """Rounds of received images, with the car driving."""
+    images = graph.record("/camera/image", 4)
     graph.wait_for_controllers()
     graph.start_circle(graph.publishers())
     simulation = graph.Simulation()
@@ -90,8 +90,8 @@ def receive():
         (seconds,) = graph.hear()
         simulation.unpause()
         time.sleep(QUIET)
-        begin, count = time.monotonic(), len(pictures)
+        begin, count = time.monotonic(), len(images)
         time.sleep(float(seconds))
-        rate = (len(pictures) - count) / (time.monotonic() - begin)
+        rate = (len(images) - count) / (time.monotonic() - begin)
         simulation.pause()
         graph.say(rate=rate)

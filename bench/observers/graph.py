@@ -14,8 +14,7 @@ from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from paddock_common.nodes import keep_freed_memory
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
-
-from observers.circle import COMMANDS
+from worlds.car_description import COMMANDS
 
 CONTROLLERS = len(COMMANDS) + 1  # with the joint states' controller
 START_LIMIT = 120.0  # [s]
@@ -52,7 +51,7 @@ def hear_json():
 
 def join():
     """Become a node, without a subscription to /clock of its own."""
-    keep_freed_memory()  # the worlds of bare.py left malloc like this while they loaded pictures
+    keep_freed_memory()  # the worlds of bare.py left malloc like this while they loaded images
     address = urlparse(os.environ["ROS_MASTER_URI"])
     limit = time.monotonic() + START_LIMIT
     while True:

@@ -26,10 +26,10 @@ class Paddock:
 
         import paddock_gym
 
-        turns = [2.0 * math.pi * k / 24 for k in range(24)]
+        angles = [2.0 * math.pi * k / 24 for k in range(24)]
         points = [
             [round(self.radius * math.sin(t), 4), round(-self.radius * math.cos(t), 4)]
-            for t in turns
+            for t in angles
         ]
         options = {"observation": observation, "randomize": (), "walls": observation == "lidar"}
         with tempfile.TemporaryDirectory() as folder:
@@ -70,8 +70,8 @@ class F1tenth:
         import numpy as np
         from f1tenth_gym.envs.track import Track
 
-        turns = np.linspace(0.0, 2.0 * math.pi, 100, endpoint=False)  # it closes the line itself
-        x, y = self.radius * np.cos(turns), self.radius * np.sin(turns)
+        angles = np.linspace(0.0, 2.0 * math.pi, 100, endpoint=False)  # it closes the line itself
+        x, y = self.radius * np.cos(angles), self.radius * np.sin(angles)
         track = Track.from_refline(x, y, np.full_like(x, self.speed))
         rows, columns = track.occupancy_map.shape
         left, low, _ = track.spec.origin
@@ -100,7 +100,7 @@ class F1tenth:
 
 
 class CarRacing:
-    """Gymnasium's CarRacing-v3, its picture as the observation."""
+    """Gymnasium's CarRacing-v3, its image as the observation."""
 
     longest = 400  # steps between resets
 
@@ -114,7 +114,7 @@ class CarRacing:
         self.env.reset(seed=0)
 
     def step(self):
-        """One step of 20 ms, with its picture."""
+        """One step of 20 ms, with its image."""
         _, _, terminated, truncated, _ = self.env.step(self._action)
         self._count += 1
         if terminated or truncated or self._count % self.longest == 0:
@@ -133,7 +133,7 @@ KINDS = {
 
 
 def main(name):
-    """Serve turns until stdin ends; what libraries print goes to stderr."""
+    """Serve rounds until stdin ends; what libraries print goes to stderr."""
     answers, sys.stdout = sys.stdout, sys.stderr
     subject = KINDS[name]()
     subject.step()
@@ -145,11 +145,11 @@ def main(name):
 
 
 def rate(subject, seconds):
-    """Steps a second over a turn of at least one step.
+    """Steps a second over a round of at least one step.
 
     Args:
         subject: of KINDS.
-        seconds: wall time of the turn.
+        seconds: wall time of the round.
     """
     begin, done, passed = time.monotonic(), 0, 0.0
     while passed < seconds:

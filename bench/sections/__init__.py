@@ -8,7 +8,7 @@ A section's module has two functions and may have a third:
                                     failed while others did not is told in figures["errors"], a
                                     dict of part -> why.
     rows(figures) -> Rows           what the table says of these figures, see report.Row; a Row
-                                    with a value is also merged over sittings.
+                                    with a value is also merged over sessions.
     draw(figures, folder)           writes curves as PNG.
 
 Whatever is a ratio comes from pairs.alternate.
@@ -18,15 +18,15 @@ import importlib
 
 # Name of the module -> what it measures.
 SECTIONS = {
-    "start": "roslaunch to the first joint state, picture and all controllers",
+    "start": "roslaunch to the first joint state, image and all controllers",
     "efficiency": "the bridge running free over bare stepping, and who had the processors",
     "driving": "camera, pace and processor time at real time",
-    "camera": "pictures, bare and received, over PyBullet's EGL renderer",
+    "camera": "images, bare and received, over PyBullet's EGL renderer",
     "latency": "command to the joint states that show it",
     "scale": "1 to 32 cars with a lidar each",
     "growth": "memory over simulated minutes",
     "learning": "actions a second of the learner's environments over bare stepping",
-    "scenery": "pictures of 100 models with 500,000 triangles",
+    "scenery": "images of 100 models with 500,000 triangles",
     "meshes": "a step with ten times the triangles far away",
 }
 

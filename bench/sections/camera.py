@@ -1,17 +1,16 @@
 """Pictures of the bare renderer and received ones, over PyBullet's EGL renderer as the reference.
 
-Bare: in one process, without ROS, of the car's world, driving on: each picture of a snapshot of its
+Bare: in one process, without ROS, of the car's world, driving on: each image of a snapshot of its
 own. Received: by a subscriber, at rates that the renderer cannot keep.
 """
 
 from functools import partial
 
-from curves import bars
 from figures import BenchError
 from launching import Launch
 from pairs import alternate, pairs_of
-from report import Row, ratio_row, spent_text
-from usage import Watch
+from report import Row, bars, ratio_row, spent_text
+from usage import Monitor
 
 # Width and height [px], rate that is asked for [Hz], whether a quick run takes it.
 CAMERAS = (
@@ -31,7 +30,7 @@ BARE = {
 
 
 def measure(quick, log):
-    """Each size in a launch of its own, in turns with the reference."""
+    """Each size in a launch of its own, in alternation with the reference."""
     figures, errors = {}, {}
     for width, height, rate, short in CAMERAS:
         if quick and not short:
@@ -57,18 +56,18 @@ def _measure(name, width, height, rate, pairs, log):
     ) as launch:
         observers = {}
         for kind in ("received", "egl", "gl"):  # PyBullet's renderer bears no other beside it
-            observers[kind] = launch.observer("frames", kind)
+            observers[kind] = launch.observer("frames.frames", kind)
             observers[kind].answer()
 
-        def turn(kind, quality=""):
+        def one_round(kind, quality=""):
             return observers[kind].ask(f"1.0 {quality}")["rate"]
 
         measured = alternate(
-            lambda: turn("egl"),
-            {"received": lambda: turn("received")}
-            | {name: partial(turn, "gl", "/".join(quality)) for name, quality in BARE.items()},
+            lambda: one_round("egl"),
+            {"received": lambda: one_round("received")}
+            | {name: partial(one_round, "gl", "/".join(quality)) for name, quality in BARE.items()},
             pairs,
-            Watch(launch.roles()),
+            Monitor(launch.roles()),
         )
     return {f"{kind} {name}": dict(found.figures()) for kind, found in measured.items()}
 
@@ -76,7 +75,7 @@ def _measure(name, width, height, rate, pairs, log):
 def rows(figures):
     """One a kind and size."""
     for name, row in figures.items():
-        yield ratio_row(f"pictures, {name}", row, "PyBullet's EGL, bare", "Hz")
+        yield ratio_row(f"images, {name}", row, "PyBullet's EGL, bare", "Hz")
         yield Row("  processors", spent_text(row["spent"]))
 
 
@@ -85,5 +84,5 @@ def draw(figures, folder):
     bars(
         {name: row["ratio"] for name, row in figures.items()},
         folder / "camera.png",
-        "pictures per s / those of PyBullet's EGL renderer per s",
+        "images per s / those of PyBullet's EGL renderer per s",
     )

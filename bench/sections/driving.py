@@ -5,7 +5,7 @@ import time
 from figures import gap_figures, lateness_figures, rate_of
 from launching import WORLDS, Launch
 from report import Row, spent_text
-from usage import Watch, between, summarise
+from usage import Monitor, between, summarise
 
 ALL_AT_ONCE = (str(WORLDS / "all_at_once.launch"),)
 SETTLE = 1.5  # [s] between the start and the window
@@ -28,20 +28,20 @@ def measure_world(seconds, log, arguments, file=("track_model", "world.launch"))
         file: words after roslaunch.
     """
     with Launch(log, ["real_time_factor:=1.0", *arguments], file) as launch:
-        observer = launch.observer("drive")
+        observer = launch.observer("timing.drive")
         observer.answer()
         begin = time.monotonic() + SETTLE
         observer.tell(f"{begin} {begin + seconds}")
         roles = launch.roles()
         bridge = roles["bridge"][0]
-        watch = Watch(roles, {"simulation": (bridge, bridge)})
+        monitor = Monitor(roles, {"simulation": (bridge, bridge)})
         time.sleep(max(0.0, begin - time.monotonic()))
-        reading = watch.read()
+        reading = monitor.read()
         time.sleep(max(0.0, begin + seconds - time.monotonic()))
-        spent = summarise([between(reading, watch.read())])
+        spent = summarise([between(reading, monitor.read())])
         driven = observer.answer()
     return {
-        "camera": gap_figures(driven["pictures"], seconds),
+        "camera": gap_figures(driven["images"], seconds),
         "scans_hz": driven["scans"] / seconds,
         "real_time_factor": rate_of(driven["ticks"]),
         "car_speed_m_s": driven["speed"],

@@ -4,13 +4,11 @@ import json
 import statistics
 from dataclasses import dataclass
 
-from curves import bars
-from figures import BenchError
+from figures import BenchError, Spread
 from launching import WORLDS, Launch
-from observers.circle import SPEED, WHEEL_RADIUS
-from pairs import Turn, alternate, pairs_of
-from report import Row, compared, ratio_row, spent_text
-from spread import Spread
+from pairs import Round, alternate, pairs_of
+from report import Row, bars, compared, ratio_row, spent_text
+from worlds.car_description import SPEED, WHEEL_RADIUS
 
 TOPICS = ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock")
 CAR = {"model": "racecar", "description": "/robot_description", "namespace": "/racecar", "x": 0.0}
@@ -33,7 +31,7 @@ class Variant:
         topics: subscribed beyond TOPICS.
         arguments: of the launch file.
         file: launch file in worlds/, or None: track_model's world.launch.
-        cars: for the bare world, see observers.bare.
+        cars: for the bare world, see observers.stepping.
         quick: whether a quick run takes it, too.
     """
 
@@ -66,7 +64,7 @@ VARIANTS = {
 
 
 def measure(quick, log):
-    """Each variant in a launch of its own, in turns with the bare world of its own."""
+    """Each variant in a launch of its own, in alternation with the bare world of its own."""
     seconds = 1.5 if quick else 2.5
     figures, errors = {}, {}
     for name, variant in VARIANTS.items():
@@ -83,17 +81,19 @@ def measure_variant(variant, seconds, pairs, log):
 
     Args:
         variant: Variant.
-        seconds: of a turn, wall time.
-        pairs: how many turns of each side.
+        seconds: of a round, wall time.
+        pairs: how many rounds of each side.
         log: file for what programs print.
 
     Raises:
-        BenchError: the turns prove nothing.
+        BenchError: the rounds prove nothing.
     """
     file = (str(WORLDS / variant.file),) if variant.file else ("track_model", "world.launch")
     topics = (*TOPICS, *variant.topics)
     with Launch(log, ["real_time_factor:=0", *variant.arguments], file) as launch:
-        observer = launch.observer("free", json.dumps({"topics": topics, "cars": variant.cars}))
+        observer = launch.observer(
+            "stepping.free", json.dumps({"topics": topics, "cars": variant.cars})
+        )
         told = observer.answer()
         roles = launch.roles()
         bridge = roles.get("bridge", [None])[0]
@@ -102,13 +102,16 @@ def measure_variant(variant, seconds, pairs, log):
         threads = {"simulation": (bridge, bridge), "reference": (told["pid"], told["pid"])}
         observer.tell(json.dumps({"roles": roles, "threads": threads}))
 
-        def turn(kind):
+        def one_round(kind):
             answer = observer.ask(f"{kind} {seconds}")
-            return Turn(answer["pace"], answer)
+            return Round(answer["pace"], answer)
 
-        measured = alternate(lambda: turn("bare"), {"free": lambda: turn("bridge")}, pairs)["free"]
+        measured = alternate(
+            lambda: one_round("bare"), {"free": lambda: one_round("bridge")}, pairs
+        )["free"]
     bare, free = (
-        [turn.details for turn in turns] for turns in (measured.reference, measured.variant)
+        [one_round.details for one_round in rounds]
+        for rounds in (measured.reference, measured.variant)
     )
     return {
         **measured.figures(),
@@ -127,11 +130,11 @@ def _own_time(bare, free):
     What the simulation thread does beside stepping lowers it; what others take from it does not.
     None where the kernel does not tell a thread's times.
     """
-    if any(len(turn["spent"]["threads"]) < 2 for turn in bare + free):
+    if any(len(one_round["spent"]["threads"]) < 2 for one_round in bare + free):
         return None
 
-    def per_processor(turn, thread):
-        return turn["pace"] / turn["spent"]["threads"][thread]["cpu"]
+    def per_processor(one_round, thread):
+        return one_round["pace"] / one_round["spent"]["threads"][thread]["cpu"]
 
     return Spread.of(
         per_processor(mine, "simulation") / per_processor(its, "reference")
@@ -143,8 +146,8 @@ def _same_speeds(bare, free):
     """Speeds of the bridge's cars; they have to drive as the bare ones do."""
     found = []
     for car, _ in enumerate(bare[0]["speeds"]):
-        its = statistics.median(turn["speeds"][car] for turn in bare)
-        mine = statistics.median(turn["speeds"][car] for turn in free)
+        its = statistics.median(one_round["speeds"][car] for one_round in bare)
+        mine = statistics.median(one_round["speeds"][car] for one_round in free)
         if its < 0.5 * SPEED * WHEEL_RADIUS or abs(mine / its - 1.0) > SAME_SPEED:
             raise BenchError(
                 f"car {car + 1} drives at {mine:.2f} m/s in the bridge and at "
@@ -157,8 +160,11 @@ def _same_speeds(bare, free):
 
 def _received(free):
     """Messages per simulated second of each topic; none may be silent."""
-    sim = sum(turn["sim"] for turn in free)
-    counts = {topic: sum(turn["received"][topic] for turn in free) for topic in free[0]["received"]}
+    sim = sum(one_round["sim"] for one_round in free)
+    counts = {
+        topic: sum(one_round["received"][topic] for one_round in free)
+        for topic in free[0]["received"]
+    }
     silent = [topic for topic, count in counts.items() if not count]
     if silent:
         raise BenchError(f"nothing came on {', '.join(silent)}")
@@ -168,8 +174,8 @@ def _received(free):
 def _paused(bare):
     """Processors that the paused graph took beside the reference; next to none are allowed."""
     taken = statistics.median(
-        sum(share for role, share in turn["spent"]["cpu"].items() if role != "observer")
-        for turn in bare
+        sum(share for role, share in one_round["spent"]["cpu"].items() if role != "observer")
+        for one_round in bare
     )
     if taken > PAUSED_LIMIT:
         raise BenchError(

@@ -1,9 +1,8 @@
 """Memory and processor time of the bridge, idle and driving, over simulated minutes."""
 
-from curves import lines
 from launching import Launch
-from processes import cpu_seconds, memory_bytes
-from report import Row
+from report import Row, lines
+from usage import cpu_seconds, memory_bytes
 
 MB = 1e6
 
@@ -13,7 +12,7 @@ def measure(quick, log):
     span = 30.0 if quick else 600.0  # simulated time of each phase [s]
     result = {}
     with Launch(log, ["real_time_factor:=0", "lidar:=false"]) as launch:
-        observer = launch.observer("growth", span)
+        observer = launch.observer("timing.growth", span)
         for phase in ("idle", "driving"):
             samples = []
             while not (answer := observer.answer()).get("done"):

@@ -22,7 +22,7 @@ def measure(quick, log):
     for name in ("camera",) if quick else CASES:
         kind, file = CASES[name]
         with Launch(log, ["real_time_factor:=1.0", "lidar:=false"], file, True) as launch:
-            answer = launch.observer("latency", count, kind).answer()
+            answer = launch.observer("timing.latency", count, kind).answer()
         for kind in ("hinge", "wheel"):
             found = [value * 1e3 for value in answer[kind]]
             if len(found) < SEEN * answer["asked"]:

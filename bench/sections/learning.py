@@ -1,4 +1,4 @@
-"""Actions a second of the learner's environments, over bare stepping and bare pictures; no ROS.
+"""Actions a second of the learner's environments, over bare stepping and bare images; no ROS.
 
 The car drives round a ring by one action that never changes. Bare stepping is that of the same
 engine with the same car on the same circle: nothing but PyBullet's steps.
@@ -15,11 +15,11 @@ import numpy as np
 from figures import BenchError
 from pairs import alternate, pairs_of, rate_of_work
 from report import Row, ratio_row
-from usage import Watch
+from usage import Monitor
 
 RADIUS, WIDTH = 2.0, 1.4  # of the ring [m]
 SPEED = 1.5  # [m/s]
-SECONDS = 1.0  # of a turn
+SECONDS = 1.0  # of a round
 ACTIONS = 20  # a call
 KINDS = {
     "state": {"observation": "state"},
@@ -31,14 +31,14 @@ CHILD = "import sys; from sections.learning import child; child(*sys.argv[1:])"
 
 def ring(folder):
     """Path of a ring's track file in a folder."""
-    turns = [2.0 * math.pi * k / 24 for k in range(24)]
-    points = [[round(RADIUS * math.sin(t), 4), round(-RADIUS * math.cos(t), 4)] for t in turns]
+    angles = [2.0 * math.pi * k / 24 for k in range(24)]
+    points = [[round(RADIUS * math.sin(t), 4), round(-RADIUS * math.cos(t), 4)] for t in angles]
     path = pathlib.Path(folder, "ring.yaml")
     path.write_text(f"points: {points}\nwidth: {WIDTH}\n")
     return str(path)
 
 
-class Rounds:
+class Circling:
     """An environment whose car goes round and round.
 
     Args:
@@ -73,8 +73,8 @@ class Rounds:
             engine.step(count)
         return ACTIONS
 
-    def pictures(self):
-        """Draw some pictures and nothing else; returns how many."""
+    def images(self):
+        """Draw some images and nothing else; returns how many."""
         for _ in range(ACTIONS):
             self.env.run.camera.picture()
         return ACTIONS
@@ -86,34 +86,38 @@ class Rounds:
 
 
 def measure(quick, _log):
-    """Each kind of observation over bare stepping, the camera over bare pictures, two processes."""
+    """Each kind of observation over bare stepping, the camera over bare images, two processes."""
     figures = {}
     with tempfile.TemporaryDirectory() as folder:
         track = ring(folder)
         for name, options in KINDS.items():
-            rounds = Rounds(track, **options)
-            watch = Watch({"bench": [os.getpid()]})
+            circling = Circling(track, **options)
+            monitor = Monitor({"bench": [os.getpid()]})
 
-            def turn(work, rounds=rounds):
-                rounds.restart()
+            def one_round(work, circling=circling):
+                circling.restart()
                 return rate_of_work(work, SECONDS)
 
             measured = alternate(
-                lambda turn=turn, rounds=rounds: turn(rounds.steps),
-                {name: lambda turn=turn, rounds=rounds: turn(rounds.actions)},
+                lambda one_round=one_round, circling=circling: one_round(circling.steps),
+                {name: lambda one_round=one_round, circling=circling: one_round(circling.actions)},
                 pairs_of(quick),
-                watch,
+                monitor,
             )
             figures[name] = measured[name].figures()
-            if rounds.env.run.camera is not None:
+            if circling.env.run.camera is not None:
                 figures["camera_over_bare_pictures"] = alternate(
-                    lambda turn=turn, rounds=rounds: turn(rounds.pictures),
-                    {name: lambda turn=turn, rounds=rounds: turn(rounds.actions)},
+                    lambda one_round=one_round, circling=circling: one_round(circling.images),
+                    {
+                        name: lambda one_round=one_round, circling=circling: one_round(
+                            circling.actions
+                        )
+                    },
                     pairs_of(quick),
-                    watch,
+                    monitor,
                 )[name].figures()
-                figures["renderer"] = rounds.env.scene.painter.kind
-            rounds.env.close()
+                figures["renderer"] = circling.env.scene.painter.kind
+            circling.env.close()
         figures["two_processes"] = alternate(
             lambda: together(1, track), {"two": lambda: together(2, track)}, pairs_of(quick)
         )["two"].figures()
@@ -147,10 +151,10 @@ def together(count, track):
 
 def child(track):
     """A process of together(): ready, then its actions a second."""
-    rounds = Rounds(track)
+    circling = Circling(track)
     print("ready", flush=True)
     sys.stdin.readline()
-    print(rate_of_work(rounds.actions, SECONDS), flush=True)
+    print(rate_of_work(circling.actions, SECONDS), flush=True)
 
 
 def rows(figures):
@@ -158,6 +162,6 @@ def rows(figures):
     for name in KINDS:
         yield ratio_row(f"gym, {name}", figures[name], "bare stepping", "actions per s")
     drawn = figures["camera_over_bare_pictures"]
-    yield ratio_row("gym, camera", drawn, "bare pictures", "per s")
+    yield ratio_row("gym, camera", drawn, "bare images", "per s")
     yield Row("  renderer", figures["renderer"])
     yield ratio_row("gym, two processes", figures["two_processes"], "one", "actions per s")

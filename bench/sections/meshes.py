@@ -6,11 +6,11 @@ import tempfile
 
 from pairs import alternate, pairs_of, rate_of_work
 from report import ratio_row
-from static_mesh import world_with
-from usage import Watch
+from usage import Monitor
+from worlds.core import world_with
 
 CELLS = (32, 100)  # of the hills: 2 cells^2 triangles
-SECONDS = 0.5  # of a turn
+SECONDS = 0.5  # of a round
 STEPS = 100  # a call
 
 
@@ -20,7 +20,7 @@ def measure(quick, _log):
         worlds = [world_with(pathlib.Path(folder), cells) for cells in CELLS]
         try:
 
-            def turn(world):
+            def one_round(world):
                 def work():
                     world.step(STEPS)
                     return STEPS
@@ -28,10 +28,10 @@ def measure(quick, _log):
                 return rate_of_work(work, SECONDS)
 
             measured = alternate(
-                lambda: turn(worlds[0]),
-                {"many": lambda: turn(worlds[1])},
+                lambda: one_round(worlds[0]),
+                {"many": lambda: one_round(worlds[1])},
                 pairs_of(quick),
-                Watch({"bench": [os.getpid()]}),
+                Monitor({"bench": [os.getpid()]}),
             )
         finally:
             for world in worlds:

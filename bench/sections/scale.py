@@ -6,43 +6,40 @@ same ratio for any number of cars means the same cost for each.
 
 import statistics
 
-from curves import RED, lines, pyplot, save
-from figures import BenchError
+from figures import BenchError, Spread
 from launching import Launch
-from observers.circle import SPEED, WHEEL_RADIUS
-from pairs import Turn, alternate, pairs_of
-from processes import memory_bytes
-from report import Row, compared, ratio_row
-from spread import Spread
-from usage import Watch
+from pairs import Round, alternate, pairs_of
+from report import RED, Row, compared, lines, pyplot, ratio_row, save
+from usage import Monitor, memory_bytes
+from worlds.car_description import SPEED, WHEEL_RADIUS
 
 MB = 1e6
 COUNTS, QUICK_COUNTS = (1, 2, 4, 8, 16, 32), (1, 2, 4)
-CARS_SECONDS, BARE_SECONDS = 2.0, 1.0  # of a turn
+CARS_SECONDS, BARE_SECONDS = 2.0, 1.0  # of a round
 
 
 def measure(quick, log):
-    """Cars are added to one world; turns for each count."""
+    """Cars are added to one world; rounds for each count."""
     counts = QUICK_COUNTS if quick else COUNTS
     found = []
     with Launch(
         log, ["real_time_factor:=0"], ("gazebo_ros", "empty_world.launch"), parameters=True
     ) as launch:
-        observer = launch.observer("scale", *counts)
+        observer = launch.observer("stepping.scale", *counts)
         for cars in counts:
             observer.answer()
 
             def many(cars=cars):
                 answer = observer.ask(f"cars {CARS_SECONDS}")
-                return Turn(cars * answer["pace"], answer)
+                return Round(cars * answer["pace"], answer)
 
             pairs = alternate(
                 lambda: observer.ask(f"bare {BARE_SECONDS}")["pace"],
                 {"cars": many},
                 pairs_of(quick),
-                Watch(launch.roles()),
+                Monitor(launch.roles()),
             )["cars"]
-            answers = [turn.details for turn in pairs.variant]
+            answers = [one_round.details for one_round in pairs.variant]
             slowest = min(answer["speed"] for answer in answers)
             if slowest < 0.5 * SPEED * WHEEL_RADIUS:
                 raise BenchError(

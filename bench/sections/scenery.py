@@ -10,15 +10,14 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.world import World
-from figures import BenchError
+from figures import BenchError, Spread
 from report import Row
-from spread import Spread
 
 MODELS, SIDE = 100, 10  # SIDE in a row
 RINGS = (50, 26)  # of a ball: 4,992 triangles
 GAP = 3.0  # [m] between two balls
-LIMIT = 60.0  # [s] of wall time for a picture
-SECONDS = 1.0  # of a turn
+LIMIT = 60.0  # [s] of wall time for a image
+SECONDS = 1.0  # of a round
 CAMERA = CameraRequest("eye", None, 0, ((-4, 0, 9), (0, 0.5, 0.6)), 640, 480, 1.2, 0.1, 100.0)
 MODEL = (
     '<sdf version="1.6"><model name="{name}"><static>true</static><link name="l"><visual name="v">'
@@ -27,7 +26,7 @@ MODEL = (
 
 
 class Studio:
-    """A render worker and the time at which each picture of it arrived."""
+    """A render worker and the time at which each image of it arrived."""
 
     def __init__(self):
         self._arrived, self._times = threading.Event(), []
@@ -38,8 +37,8 @@ class Studio:
         self._times.append(time.monotonic())
         self._arrived.set()
 
-    def picture(self, world):
-        """Seconds from handing over the world's bodies to their picture.
+    def image(self, world):
+        """Seconds from handing over the world's bodies to their image.
 
         Raises:
             BenchError: none came.
@@ -49,18 +48,18 @@ class Studio:
         self._client.set_sources(world.sources(), world.scene)
         self._client.submit(world.snapshot(), [CAMERA])
         if not self._arrived.wait(LIMIT):
-            raise BenchError(f"no picture of the scenery within {LIMIT:g} s")
+            raise BenchError(f"no image of the scenery within {LIMIT:g} s")
         return self._times[-1] - begin
 
     def rate(self, world):
-        """Pictures per second over a turn, each ordered once the one before has come."""
+        """Pictures per second over a round, each ordered once the one before has come."""
         begin = time.monotonic()
         count = 0
         while time.monotonic() < begin + SECONDS:
             self._arrived.clear()
             self._client.submit(world.snapshot(), [CAMERA])
             if not self._arrived.wait(LIMIT):
-                raise BenchError(f"no picture of the scenery within {LIMIT:g} s")
+                raise BenchError(f"no image of the scenery within {LIMIT:g} s")
             count += 1
         return count / (time.monotonic() - begin)
 
@@ -76,8 +75,8 @@ def _spawn(world, mesh, number):
 
 
 def measure(quick, _log):
-    """The first picture, pictures per second, and the picture after each of some more spawns."""
-    turns = 3 if quick else 9
+    """The first image, images per second, and the image after each of some more spawns."""
+    rounds = 3 if quick else 9
     with tempfile.TemporaryDirectory() as folder:
         mesh = pathlib.Path(folder, "ball.obj")
         ball = trimesh.creation.uv_sphere(1.0, count=RINGS)
@@ -86,12 +85,12 @@ def measure(quick, _log):
         try:
             for number in range(MODELS):
                 _spawn(world, mesh, number)
-            first = studio.picture(world)
-            rates = [studio.rate(world) for _ in range(turns)]
+            first = studio.image(world)
+            rates = [studio.rate(world) for _ in range(rounds)]
             later = []
-            for number in range(MODELS, MODELS + turns):
+            for number in range(MODELS, MODELS + rounds):
                 _spawn(world, mesh, number)
-                later.append(studio.picture(world))
+                later.append(studio.image(world))
         finally:
             studio.close()
             world.close()
@@ -107,6 +106,6 @@ def rows(figures):
     """The three."""
     what = f"{MODELS} models, {figures['triangles']:,} triangles"
     rate, later = Spread.read(figures["rate"]), Spread.read(figures["after_spawn_s"])
-    yield Row(f"{what}: first picture", f"{figures['first_picture_s']:.2f} s")
-    yield Row(f"{what}: 640x480 pictures", f"{rate.text('.1f')} Hz", rate, "Hz")
-    yield Row(f"{what}: picture after a spawn", f"{later.text()} s", later, "s")
+    yield Row(f"{what}: first image", f"{figures['first_picture_s']:.2f} s")
+    yield Row(f"{what}: 640x480 images", f"{rate.text('.1f')} Hz", rate, "Hz")
+    yield Row(f"{what}: image after a spawn", f"{later.text()} s", later, "s")

@@ -1,15 +1,15 @@
-"""roslaunch to the first joint state, the first picture and all controllers, warm."""
+"""roslaunch to the first joint state, the first image and all controllers, warm."""
 
 import time
 
+from figures import Spread
 from launching import Launch
 from report import Row
-from spread import Spread
 
 LAUNCHES = 5
 NAMES = {
     "first_joint_state": "first joint state",
-    "first_image": "first picture",
+    "first_image": "first image",
     "controllers": "7 controllers",
 }
 
@@ -20,7 +20,7 @@ def measure(quick, log):
     for number in range(2 if quick else LAUNCHES + 1):
         begin = time.monotonic()
         with Launch(log) as launch:
-            answer = launch.observer("start", begin).answer()
+            answer = launch.observer("timing.start", begin).answer()
         if number:
             found.append(answer)
     return {

@@ -1,1 +1,1 @@
-"""Hours of faults: what is started, what is done to it, what is watched, what is told."""
+"""Hours of faults: what is started, what is done to it, what is monitored, what is reported."""

@@ -1,6 +1,5 @@
 """One session: a ROS master, the launch of soak.launch on it, and two observers."""
 
-import pathlib
 import signal
 import subprocess
 import sys
@@ -8,13 +7,11 @@ import time
 import uuid
 
 from figures import BenchError
-from processes import arguments_of
+from launching import BENCH, WORLDS, Observer
+from usage import procfs
 
-from soaking.marked import environment_of, send, wait_none
-from soaking.observer import Observer
-from soaking.subject import Subject
+from soaking.process_under_test import ProcessesUnderTest
 
-BENCH = pathlib.Path(__file__).resolve().parents[1]
 GUARD = BENCH.parent / "commands" / "launching" / "guard.py"
 START_LIMIT = 180.0  # wall time for a session to come up [s]
 STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]; beyond it is a failure anyhow
@@ -23,7 +20,7 @@ OURS = ("bridge", "relay", "render_worker", "main", "control", "teleop", "drive"
         "robot_state_publisher", "roslaunch", *CORE)  # fmt: skip
 
 
-class Session(Subject):
+class Session(ProcessesUnderTest):
     """A master, the launch and the observers.
 
     Args:
@@ -31,42 +28,41 @@ class Session(Subject):
 
     Attributes:
         launch: subprocess.Popen of roslaunch.
-        watch, hands: Observer.
+        monitor, operator: Observer.
     """
 
     def __init__(self, folder):
         ros_home = str(folder / "ros_home")
         super().__init__(folder, "launch.log", ROS_HOME=ros_home, QT_QPA_PLATFORM="offscreen")
-        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
         self._observer_log = open(folder / "observers.log", "w")
-        self._core = self.launch = self.watch = self.hands = self._guard = None
+        self._core = self.launch = self.monitor = self.operator = self._guard = None
         self._restarted = []
 
     def start(self):
-        """Starts everything and waits until all topics of the watch deliver.
+        """Starts everything and waits until all topics of the monitor deliver.
 
         Raises:
             BenchError: It does not come up.
         """
         self.start_core()
-        file = str(BENCH / "worlds" / "soak.launch")
+        file = str(WORLDS / "soak.launch")
         session = uuid.uuid4().hex
         self.launch = self.popen("roslaunch", "--wait", file, PADDOCK_SESSION=session)
         self._guard = subprocess.Popen(  # as ./run starts it
-            [sys.executable, "-I", "-S", str(GUARD), str(self.launch.pid), session],
+            [sys.executable, "-I", "-S", str(GUARD), str(self.launch.pid), session] + ["roslaunch"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._log,
             start_new_session=True,
         )
-        self.watch = Observer("soak_watch", self.environment, self._observer_log)
-        self.hands = Observer("soak_hands", self.environment, self._observer_log)
+        self.monitor = Observer(self.environment, self._observer_log, "soak.monitor")
+        self.operator = Observer(self.environment, self._observer_log, "soak.operator")
         end = time.monotonic() + START_LIMIT
-        while not self.watch.ask(what="sample")["complete"]:
+        while not self.monitor.request(what="sample")["complete"]:
             if self.launch.poll() is not None or time.monotonic() > end:
                 raise BenchError(f"the session does not come up, see {self._log.name}")
             time.sleep(0.5)
-        self.hands.ask(what="ready", limit=START_LIMIT)
+        self.operator.request(what="ready", limit=START_LIMIT)
 
     def start_core(self):
         """Starts a roscore on the session's port."""
@@ -82,12 +78,12 @@ class Session(Subject):
 
     def send(self, role, number):
         """Sends a signal to all processes of a role; returns their pids."""
-        return [pid for pid in self.roles().get(role, []) if send(pid, number)]
+        return [pid for pid in self.roles().get(role, []) if procfs.send(pid, number)]
 
     def recipe(self, role):
         """What starts a role's process again: command line and environment."""
         pid = self.pid(role)
-        return None if pid is None else (arguments_of(pid), environment_of(pid))
+        return None if pid is None else (procfs.arguments(pid), procfs.environment(pid))
 
     def start_again(self, recipe):
         """Starts a node again as roslaunch did."""
@@ -99,34 +95,34 @@ class Session(Subject):
         return self.launch.poll() is None and self.pid("bridge") is not None
 
     def stop(self, number=signal.SIGINT):
-        """Ends roslaunch by a signal; says what is left, see ended()."""
+        """Ends roslaunch by a signal; returns what wait_ended() does."""
         self._close_observers()
         begin = time.monotonic()
         if self.launch is not None and self.launch.poll() is None:
-            send(self.launch.pid, number)
-        result = self.ended(begin)
+            procfs.send(self.launch.pid, number)
+        result = self.wait_ended(begin=begin)
         self.close()
         return result
 
-    def ended(self, begin, limit=STOP_LIMIT, spared=CORE):
-        """Waits until only the master runs, see Subject.ended()."""
+    def wait_ended(self, limit=STOP_LIMIT, spared=CORE, begin=None):
+        """Waits until only the master runs, see ProcessesUnderTest.wait_ended()."""
         for process in self._restarted:  # those that roslaunch does not know
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-        return super().ended(begin, limit, spared)
+        return super().wait_ended(limit, spared, begin)
 
     def close(self):
         """Ends the master and, if need be by SIGKILL, everything else."""
         self._close_observers()
         if self._core is not None and self._core.poll() is None:
             self._core.send_signal(signal.SIGINT)
-            wait_none(self.mark, 10.0)
+            super().wait_ended(10.0)
         super().close()
         if self._guard is not None:
             self._guard.wait()
         self._observer_log.close()
 
     def _close_observers(self):
-        for observer in (self.watch, self.hands):
+        for observer in (self.monitor, self.operator):
             if observer is not None:
                 observer.close()

@@ -1,4 +1,4 @@
-"""The DeepRacer's URDF with other sensors, drives or names than its launch files offer.
+"""The DeepRacer of the bench: its URDF with other sensors, drives or names, and its commands.
 
 As a program, for <param command=...>: car_description.py [OPTIONS]; prints the URDF.
 """
@@ -8,6 +8,15 @@ import xml.etree.ElementTree as ElementTree
 
 import rospkg
 import xacro
+
+# What every car of the bench does, a circle: wheels turn, hinges are at an angle.
+WHEELS = [f"{side}_{end}_wheel" for side in ("left", "right") for end in ("rear", "front")]
+HINGES = [f"{side}_steering_hinge" for side in ("left", "right")]
+SPEED, ANGLE = 20.0, 0.25  # of the wheels [rad/s], of the hinges [rad]
+WHEEL_RADIUS = 0.03  # [m]
+COMMANDS = [(f"{name}_velocity_controller", SPEED) for name in WHEELS] + [
+    (f"{name}_position_controller", ANGLE) for name in HINGES
+]
 
 
 def describe(

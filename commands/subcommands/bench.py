@@ -1,9 +1,9 @@
 """Measures what the simulator costs on this machine, and prints JSON and a table.
 
 bench.json, the log and one picture per curve go to out/bench/. Nothing else should run meanwhile.
-Ratios come from nine pairs of short turns and are told with their spread; all of it takes some 20
+Ratios come from nine pairs of short rounds and are printed with their spread; all of it takes some 20
 minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON to a
-file; --sittings puts such files of several runs in one table and measures nothing.
+file; --sessions puts such files of several runs in one table and measures nothing.
 docs/performance.md says what the figures mean.
 """
 
@@ -14,7 +14,7 @@ from commands.errors import CommandError
 from commands.launching import guard
 from commands.paths import ROOT, VENV_PYTHON
 
-USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sittings FILE ..."
+USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sessions FILE ..."
 PASSES_ON = True
 SCRIPT = os.path.join(ROOT, "bench", "bench.py")
 

@@ -1,9 +1,9 @@
-"""Runs everything under faults: killed and stopped processes, wild calls, masters that die.
+"""Runs everything under faults: killed and stopped processes, fuzzed calls, masters that die.
 
-World, car, truck, camera, lidars and window run at once on a ROS master of their own, without a
-screen. A seed draws the faults; memory, threads, files, topics, the pace and the bits of resets are
-watched. out/soak/seed-S/soak.md tells what was done, what was seen and what failed. Exits 0 if
-nothing failed, 1 if something did. docs/reliability.md says what is promised.
+World, car, truck, camera, lidars and window run at the same time on a ROS master of their own,
+without a screen. A seed draws the faults; memory, threads, files, topics, the real-time factor and
+the bits of resets are monitored. out/soak/seed-S/soak.md lists what was done and what failed. Exits
+0 if nothing failed, 1 if something did. docs/reliability.md lists what is guaranteed.
 """
 
 import os

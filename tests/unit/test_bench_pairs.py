@@ -7,10 +7,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from figures import BenchError  # noqa: E402
-from pairs import PAIRS, QUICK_PAIRS, Turn, alternate, pairs_of, rate_of_work  # noqa: E402
-from processes import Machine as Processors  # noqa: E402
-from spread import WITHIN  # noqa: E402
+from figures import (
+    WITHIN,  # noqa: E402
+    BenchError,  # noqa: E402
+)
+from pairs import PAIRS, QUICK_PAIRS, Round, alternate, pairs_of, rate_of_work  # noqa: E402
+from usage import Machine as Processors  # noqa: E402
 from usage import Reading  # noqa: E402
 
 
@@ -26,7 +28,7 @@ class Machine:
         self.now, self.slowness = 0.0, 1.0
 
     def workload(self, cost):
-        """Give a turn: pieces of work of so many seconds each, for 10 s."""
+        """Give a round: pieces of work of so many seconds each, for 10 s."""
 
         def piece():
             self.now += cost * self.slowness
@@ -60,14 +62,14 @@ def test_a_machine_that_slows_down_for_both_leaves_the_ratio():
 
 
 def test_equal_workloads_on_a_restless_machine_do_not_differ():
-    """Others take half of the processor in every third turn, so in a turn of either side."""
-    machine, turns = Machine(), []
+    """Others take half of the processor in every third round, so in a round of either side."""
+    machine, rounds = Machine(), []
 
-    def restless(turn):
+    def restless(one_round):
         def measure():
-            turns.append(turn)
-            machine.slowness = 2.0 if len(turns) % 3 == 0 else 1.0
-            return turn()
+            rounds.append(one_round)
+            machine.slowness = 2.0 if len(rounds) % 3 == 0 else 1.0
+            return one_round()
 
         return measure
 
@@ -80,14 +82,16 @@ def test_equal_workloads_on_a_restless_machine_do_not_differ():
 def test_each_variant_follows_a_reference_of_its_own():
     order = []
 
-    def turn(name, value):
+    def one_round(name, value):
         def measure():
             order.append(name)
-            return Turn(value, {"name": name, "number": len(order)})
+            return Round(value, {"name": name, "number": len(order)})
 
         return measure
 
-    measured = alternate(turn("A", 1.0), {"b": turn("B", 2.0), "c": turn("C", 3.0)}, 2)
+    measured = alternate(
+        one_round("A", 1.0), {"b": one_round("B", 2.0), "c": one_round("C", 3.0)}, 2
+    )
     assert "".join(order) == "ABACABAC"
     assert measured["b"].ratios == [2.0, 2.0] and measured["c"].ratios == [3.0, 3.0]
     assert [item.details["number"] for item in measured["c"].reference] == [3, 7]
@@ -98,24 +102,26 @@ def test_a_watch_tells_what_each_turn_spent():
     """The machine is busy 0.75 of the variant's time and 0.5 of the reference's, all by others."""
     clock = {"now": 0.0, "busy": 0.0}
 
-    class OwnWatch:
+    class OwnMonitor:
         def read(self):
             return Reading(clock["now"], Processors(clock["busy"], 0.0), {}, {})
 
-    def turn(share, value):
+    def one_round(share, value):
         def measure():
             clock["now"] += 2.0
             clock["busy"] += 2.0 * share
-            return Turn(value, {"kept": True})
+            return Round(value, {"kept": True})
 
         return measure
 
-    measured = alternate(turn(0.5, 2.0), {"v": turn(0.75, 1.0)}, 3, OwnWatch())["v"]
+    measured = alternate(one_round(0.5, 2.0), {"v": one_round(0.75, 1.0)}, 3, OwnMonitor())["v"]
     figures = measured.figures()
     assert (figures["spent"]["others"], figures["reference_spent"]["others"]) == (0.75, 0.5)
     assert figures["ratio"]["median"] == 0.5
-    assert all(turn.details["kept"] for turn in measured.variant)
-    assert "spent" not in alternate(turn(0.5, 2.0), {"v": turn(0.5, 2.0)}, 1)["v"].figures()
+    assert all(one_round.details["kept"] for one_round in measured.variant)
+    assert (
+        "spent" not in alternate(one_round(0.5, 2.0), {"v": one_round(0.5, 2.0)}, 1)["v"].figures()
+    )
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])

@@ -1,4 +1,4 @@
-"""The table of the bench, and the table of several sittings."""
+"""The table of the bench, and the table of several sessions."""
 
 import json
 import sys
@@ -8,10 +8,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
+from figures import WITHIN  # noqa: E402
 from pairs import alternate  # noqa: E402
-from report import compared, ratio_row, table  # noqa: E402
-from sittings import merged, read_sittings  # noqa: E402
-from spread import WITHIN  # noqa: E402
+from report import compared, merged, ratio_row, read_sessions, table  # noqa: E402
 
 import bench  # noqa: E402
 
@@ -76,13 +75,13 @@ def test_a_machine_that_was_not_idle_is_told():
     assert "idle" not in table(busy) and "idle" not in merged([busy])
 
 
-def test_sittings_become_one_table_of_ranges(tmp_path):
+def test_sessions_become_one_table_of_ranges(tmp_path):
     paths = []
     for name, values in (("second", (60.0, 62.0, 63.0)), ("first", (78.0, 80.0, 84.0))):
         paths.append(tmp_path / f"{name}.json")
         date = "2026-01-02" if name == "second" else "2026-01-01"
         paths[-1].write_text(json.dumps(result(date, *values)))
-    lines = merged(read_sittings(paths, bench.FORMAT)).splitlines()
+    lines = merged(read_sessions(paths, bench.FORMAT)).splitlines()
     assert lines[0] == "| what | 2026-01-01 | 2026-01-02 | medians |"
     assert lines[1] == "| --- | --- | --- | --- |"
     assert lines[2] == (
@@ -91,15 +90,15 @@ def test_sittings_become_one_table_of_ranges(tmp_path):
     assert len(lines) == 3
 
 
-def test_one_run_is_one_sitting(tmp_path):
+def test_one_run_is_one_session(tmp_path):
     paths = [tmp_path / "one.json", tmp_path / "two.json"]
     for path in paths:
         path.write_text(json.dumps(result("a", 1.0, 1.0, 1.0)))
     with pytest.raises(ValueError, match="two.json holds the same run as .*one.json"):
-        read_sittings(paths, bench.FORMAT)
+        read_sessions(paths, bench.FORMAT)
 
 
-def test_a_sitting_may_lack_a_section_and_doubts_are_told():
+def test_a_session_may_lack_a_section_and_doubts_are_told():
     lacking = result("b", 1.0, 1.0, 1.0, cpu="y", quick=True, errors={"growth": "no bridge"})
     del lacking["meshes"]
     text = merged([result("a", 50.0, 60.0, 70.0), lacking])
@@ -118,10 +117,10 @@ def test_a_sitting_may_lack_a_section_and_doubts_are_told():
         ('{"format": 1}', "format 1, it must be"),
     ],
 )
-def test_a_file_that_is_no_sitting_is_refused_by_name(tmp_path, content, reason):
+def test_a_file_that_is_no_session_is_refused_by_name(tmp_path, content, reason):
     path = tmp_path / "old.json"
     if content is not None:
         path.write_text(content)
     with pytest.raises(ValueError, match=reason) as caught:
-        read_sittings([path], bench.FORMAT)
+        read_sessions([path], bench.FORMAT)
     assert "old.json" in str(caught.value)

@@ -1,4 +1,4 @@
-"""Every section of the bench has its shape; efficiency refuses turns that prove nothing."""
+"""Every section of the bench has its shape; efficiency refuses rounds that prove nothing."""
 
 import importlib
 import inspect
@@ -13,7 +13,7 @@ BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
 from figures import BenchError  # noqa: E402
-from pairs import QUICK_PAIRS, Turn, alternate  # noqa: E402
+from pairs import QUICK_PAIRS, Round, alternate  # noqa: E402
 from report import Row, table  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
 from usage import summarise  # noqa: E402
@@ -42,7 +42,7 @@ def test_an_observer_can_be_imported(path):
 
 
 def spent(cpu, observer=1.0):
-    """What usage.between gives for a turn."""
+    """What usage.between gives for a round."""
     return {
         "seconds": 2.0,
         "cpu": {"bridge": cpu, "observer": observer},
@@ -56,12 +56,12 @@ def spent(cpu, observer=1.0):
 
 
 def bare(pace=40.0, speed=0.6, cpu=0.01):
-    """A turn of the reference; cpu: what the paused bridge took."""
+    """A round of the reference; cpu: what the paused bridge took."""
     return {"pace": pace, "speeds": [speed], "spent": spent(cpu)}
 
 
 def free(pace=20.0, speed=0.6, received=100, cpu=0.8):
-    """A turn of the bridge."""
+    """A round of the bridge."""
     return {"pace": pace, "sim": 40.0, "speeds": [speed], "received": {"/clock": received},
             "spent": spent(cpu, 0.1)}  # fmt: skip
 
@@ -93,14 +93,14 @@ def test_own_time_counts_the_processor_time_of_both_threads():
 def test_the_rows_of_efficiency_tell_ratio_processors_and_comparison():
     figures = {}
     for name, pace in (("as_launched", 20.0), ("bridge_alone", 30.0)):
-        turns = [free(pace=pace)] * 3
+        rounds = [free(pace=pace)] * 3
         measured = alternate(
-            lambda: Turn(40.0, bare()), {"x": iter([Turn(pace, t) for t in turns]).__next__}, 3
+            lambda: Round(40.0, bare()), {"x": iter([Round(pace, t) for t in rounds]).__next__}, 3
         )["x"]
         figures[name] = {
             **measured.figures(),
-            "own_time_ratio": efficiency._own_time([bare()], turns[:1]),
-            "spent": summarise([turn["spent"] for turn in turns]),
+            "own_time_ratio": efficiency._own_time([bare()], rounds[:1]),
+            "spent": summarise([one_round["spent"] for one_round in rounds]),
             "reference_spent": summarise([bare()["spent"]]),
             "paused_graph": 0.01,
         }
@@ -149,7 +149,7 @@ def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
 
 def test_far_triangles_are_measured_in_turns(monkeypatch):
     meshes = section("meshes")
-    monkeypatch.setattr(meshes, "SECONDS", 1e-6)  # one call of steps a turn
+    monkeypatch.setattr(meshes, "SECONDS", 1e-6)  # one call of steps a round
     figures = meshes.measure(True, None)
     assert figures["pairs"] == len(figures["ratios"]) == QUICK_PAIRS
     assert figures["triangles"] == [2048, 20000]

@@ -7,7 +7,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from spread import WITHIN, Spread, call  # noqa: E402
+from figures import WITHIN, Spread, call  # noqa: E402
 
 
 @pytest.mark.parametrize(

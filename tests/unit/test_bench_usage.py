@@ -1,14 +1,30 @@
-"""Who had the processors: roles by command line, and sums between two moments."""
+"""Who had the processors: roles by command line, sums between two moments, and this process."""
 
+import os
+import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from processes import TICK, Machine, Thread  # noqa: E402
-from usage import Reading, Watch, between, role_of, roles_of, summarise  # noqa: E402
+import usage  # noqa: E402
+from usage import (  # noqa: E402
+    Machine,
+    Monitor,
+    Reading,
+    Thread,
+    between,
+    cpu_seconds,
+    memory_bytes,
+    role_of,
+    roles_of,
+    summarise,
+)
 
 BRIDGE = ["python3", "/ws/bullet_bridge/nodes/bridge", "__name:=gazebo", "__log:=/x.log"]
 
@@ -32,39 +48,30 @@ def test_role_of_a_command_line(arguments, role):
     assert role_of(arguments) == role
 
 
-def write_process(proc, pid, arguments, ticks):
-    """A process in a /proc of ours, with a thread of its own number."""
-    folder = proc / str(pid)
-    (folder / "task" / str(pid)).mkdir(parents=True, exist_ok=True)
-    (folder / "cmdline").write_bytes("\0".join([*arguments, ""]).encode())
-    (folder / "stat").write_text(f"{pid} (x) S 1 1 1 0 -1 4194304 9 9 9 9 {ticks} 0 0 0 20 0 1 0 5")
-    (folder / "task" / str(pid) / "schedstat").write_text(f"{ticks * 10**9 // TICK} 0 1")
-    (folder / "task" / str(pid) / "status").write_text(
-        f"voluntary_ctxt_switches:\t{ticks}\nnonvoluntary_ctxt_switches:\t{2 * ticks}\n"
-    )
+def test_processes_are_sorted_by_role():
+    words = {5: BRIDGE, 6: ["sh", "a"], 7: ["sh", "b"], 8: []}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(usage.procfs, "arguments", lambda pid: words.get(pid, []))
+        assert roles_of([5, 6, 7, 8, 9]) == {"bridge": [5], "sh": [6, 7]}
 
 
-def test_processes_are_sorted_by_role(tmp_path):
-    write_process(tmp_path, 5, BRIDGE, 0)
-    write_process(tmp_path, 6, ["sh", "a"], 0)
-    write_process(tmp_path, 7, ["sh", "b"], 0)
-    write_process(tmp_path, 8, [], 0)
-    assert roles_of([5, 6, 7, 8, 9], tmp_path) == {"bridge": [5], "sh": [6, 7]}
-
-
-def test_a_watch_adds_up_what_was_spent_between_two_moments(tmp_path):
+def test_a_monitor_adds_up_what_was_spent_between_two_moments(monkeypatch):
     """In 4 s: bridge 2 s, two shells 1 s each, of 7 s that the machine was busy."""
-    moments = iter((10.0, 14.0))
-    watch = Watch({"bridge": [5], "sh": [6, 7]}, {"simulation": (5, 5), "gone": (9, 9)},
-                  tmp_path, now=lambda: next(moments))  # fmt: skip
-    ticks = {5: (100, 100 + 2 * TICK), 6: (0, TICK), 7: (50, 50 + TICK)}
-    readings = []
-    for moment, (busy, stolen) in enumerate(((500, 10), (500 + 7 * TICK, 10 + TICK))):
-        for pid, counts in ticks.items():
-            write_process(tmp_path, pid, BRIDGE, counts[moment])
-        (tmp_path / "stat").write_text(f"cpu {busy} 0 0 999 0 0 0 {stolen} 0 0\n")
-        readings.append(watch.read())
-    spent = between(*readings)
+    moment = 0
+    spent_cpu = {5: (1.0, 3.0), 6: (0.0, 1.0), 7: (0.5, 1.5)}
+    machine = (Machine(5.0, 0.1), Machine(12.0, 1.1))
+    thread = (Thread(1.0, 0.5, 10, 20), Thread(3.0, 0.5, 12, 24))
+    monkeypatch.setattr(usage, "cpu_seconds", lambda pid: spent_cpu[pid][moment])
+    monkeypatch.setattr(Machine, "read", lambda: machine[moment])
+    monkeypatch.setattr(Thread, "read", lambda pid, _tid: thread[moment] if pid == 5 else None)
+    monitor = Monitor(
+        {"bridge": [5], "sh": [6, 7]},
+        {"simulation": (5, 5), "gone": (9, 9)},
+        now=lambda: (10.0, 14.0)[moment],
+    )
+    before = monitor.read()
+    moment = 1
+    spent = between(before, monitor.read())
     assert spent["seconds"] == 4.0
     assert spent["cpu"] == {"bridge": pytest.approx(0.5), "sh": pytest.approx(0.5)}
     assert spent["others"] == pytest.approx(3 / 4)
@@ -73,8 +80,8 @@ def test_a_watch_adds_up_what_was_spent_between_two_moments(tmp_path):
     assert spent["threads"]["simulation"] == {
         "cpu": pytest.approx(0.5),
         "waited": 0.0,
-        "switched_off": pytest.approx(TICK),
-        "gave_up": pytest.approx(TICK / 2),
+        "switched_off": pytest.approx(1.0),
+        "gave_up": pytest.approx(0.5),
     }
 
 
@@ -99,3 +106,70 @@ def test_turns_are_summed_up_by_medians_and_the_most():
     assert summary["others_most"] == pytest.approx(0.9)
     assert summary["threads"]["t"]["waited"] == pytest.approx(0.1)
     assert summary["threads"]["t"]["switched_off"] == pytest.approx(2.0)
+
+
+GONE = 2**22 + 1  # above the largest pid
+
+
+def test_a_process_that_has_ended_reads_as_nothing():
+    assert cpu_seconds(GONE) == 0.0
+    assert memory_bytes(GONE) == 0
+    assert usage.procfs.arguments(GONE) == []
+    assert usage.procfs.environment(GONE) == {}
+    assert Thread.read(GONE, GONE) is None
+
+
+def test_the_machine_is_busy_without_waiting_and_stolen_time(monkeypatch):
+    fields = {"user": 10.0, "nice": 1.0, "system": 5.0, "idle": 900.0, "iowait": 3.0}
+    fields |= {"irq": 0.2, "softirq": 0.3, "steal": 0.4, "guest": 0.05, "guest_nice": 0.05}
+    times = type(psutil.cpu_times())(**fields)
+    monkeypatch.setattr(psutil, "cpu_times", lambda: times)
+    machine = Machine.read()
+    assert (machine.busy, machine.stolen) == (pytest.approx(16.5), 0.4)
+
+
+def test_a_thread_reports_its_times_and_switches(tmp_path):
+    task = tmp_path / "10" / "task" / "10"
+    task.mkdir(parents=True)
+    (task / "schedstat").write_text("1500000000 250000000 99\n")
+    (task / "status").write_text(
+        "Name:\tpython3\nvoluntary_ctxt_switches:\t7\nnonvoluntary_ctxt_switches:\t3\n"
+    )
+    assert Thread.read(10, 10, tmp_path) == Thread(1.5, 0.25, 7, 3)
+    (task / "schedstat").unlink()  # a kernel without it
+    assert Thread.read(10, 10, tmp_path) is None
+
+
+def test_this_process_is_read_as_it_counts_itself():
+    pid, thread = os.getpid(), threading.get_native_id()
+    tick = 1.0 / os.sysconf("SC_CLK_TCK")
+    before, counted = Thread.read(pid, thread), cpu_seconds(pid)
+    machine = Machine.read()
+    begin = time.thread_time()
+    while time.thread_time() - begin < 0.2:
+        pass
+    after = Thread.read(pid, thread)
+    own = time.thread_time() - begin
+    assert 0.2 <= after.cpu - before.cpu <= own + 0.02
+    assert cpu_seconds(pid) - counted >= 0.2 - 2 * tick
+    assert Machine.read().busy - machine.busy >= 0.2 - 4 * tick
+    time.sleep(0.01)
+    assert Thread.read(pid, thread).voluntary > after.voluntary
+    assert memory_bytes(pid) > 1e6
+
+
+def test_processes_with_a_mark_are_found_while_they_live():
+    code = "print(flush=True); input()"
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PADDOCK_PROBE": "a b=c"},
+    ) as child:
+        child.stdout.readline()
+        assert usage.procfs.marked("PADDOCK_PROBE", "a b=c") == [child.pid]
+        assert usage.procfs.marked("PADDOCK_PROBE", "a") == []
+        assert usage.procfs.environment(child.pid)["PADDOCK_PROBE"] == "a b=c"
+        assert usage.procfs.arguments(child.pid) == [sys.executable, "-c", code]
+        child.communicate(b"\n")
+    assert usage.procfs.marked("PADDOCK_PROBE", "a b=c") == []

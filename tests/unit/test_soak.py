@@ -9,13 +9,18 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from soaking import page  # noqa: E402
-from soaking.asking import rounds  # noqa: E402
-from soaking.endings import ENDINGS  # noqa: E402
-from soaking.faults import FAULTS  # noqa: E402
-from soaking.log import problems  # noqa: E402
-from soaking.story import Event, Story  # noqa: E402
-from soaking.watching import SPAN, WARM_UP, Sample, growth, paces, rates  # noqa: E402
+from soaking import report  # noqa: E402
+from soaking.faults import FAULTS, SHUTDOWNS, rounds  # noqa: E402
+from soaking.monitor import (  # noqa: E402
+    SPAN,
+    WARM_UP,
+    Sample,
+    growth,
+    problems,
+    rates,
+    real_time_factors,
+)
+from soaking.run import Event, Timeline  # noqa: E402
 
 BRIDGE_TRACEBACK = """[INFO] fine
 Traceback (most recent call last):
@@ -35,7 +40,7 @@ def samples(memory, threads=10, period=2.0, count=200):
         Sample(
             wall=t,
             simulated=0.5 * t,
-            counts={topic: int(10 * t) for topic in page.PLOTTED},
+            counts={topic: int(10 * t) for topic in report.PLOTTED},
             processes={"bridge": (7, at(memory, t), at(threads, t), 70)},
             shared=0,
             calm=True,
@@ -50,7 +55,7 @@ def test_a_seed_gives_one_order_in_which_every_fault_comes():
     assert first == second != other
     for part in (first[:length], first[length:]):
         assert {fault for fault, _ in part} == set(FAULTS)
-    assert {fault for fault, _ in islice(rounds(ENDINGS, 1), len(ENDINGS))} == set(ENDINGS)
+    assert {fault for fault, _ in islice(rounds(SHUTDOWNS, 1), len(SHUTDOWNS))} == set(SHUTDOWNS)
 
 
 @pytest.mark.parametrize(
@@ -82,11 +87,11 @@ def test_each_process_counts_from_its_own_start():
     assert growth(first + second) == []
 
 
-def test_paces_and_rates():
+def test_real_time_factors_and_rates():
     found = samples(1.0, count=5)
-    assert [pace for _, pace in paces(found)] == [0.5] * 4
+    assert [factor for _, factor in real_time_factors(found)] == [0.5] * 4
     found[2].simulated = 0.0  # a reset
-    assert len(paces(found)) == 3
+    assert len(real_time_factors(found)) == 3
     assert [rate for _, rate in rates(found, "/clock")] == [10.0] * 4
 
 
@@ -100,10 +105,10 @@ def test_tracebacks_in_the_log():
 
 @pytest.mark.parametrize("failure", ["", "it hung"])
 def test_the_page(tmp_path, failure):
-    story = Story(seed=5)
-    story.events = [Event(0.0, 3.0, "pause", "paused, 3 steps", failure)]
-    story.samples = [samples(100e6, count=4), []]
-    bad = page.write(story, tmp_path, 1.0)
+    timeline = Timeline(seed=5)
+    timeline.events = [Event(0.0, 3.0, "pause", "paused, 3 steps", failure)]
+    timeline.samples = [samples(100e6, count=4), []]
+    bad = report.write(timeline, tmp_path, 1.0)
     text = (tmp_path / "soak.md").read_text()
     assert json.loads((tmp_path / "soak.json").read_text())["ok"] is not bool(failure)
     if failure:

@@ -1,4 +1,4 @@
-"""How the soak judges an end: what others have slowed down, what is left, the table of stops."""
+"""How the soak evaluates a shutdown: competing load, what is left, the table of stops."""
 
 import sys
 from pathlib import Path
@@ -7,9 +7,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from soaking.crowd import Crowd  # noqa: E402
-from soaking.marked import Ending  # noqa: E402
-from soaking.promise import PROMISE, broken, table  # noqa: E402
+from soaking.limits import SHUTDOWN_LIMIT, CompetingLoad, violation  # noqa: E402
+from soaking.process_under_test import Shutdown  # noqa: E402
+from soaking.shutdown import table  # noqa: E402
 
 LIVES = [("gazebo", 1.0), ("roslaunch", 2.0)]
 
@@ -23,30 +23,30 @@ def machine(folder, running, states):
         (task / "stat").write_text(f"{number} (a) b) {state} 1 1\n")
 
 
-def test_a_crowd_is_who_wants_the_processors_and_is_not_ours(tmp_path):
-    crowd = Crowd(tmp_path, cores=2)
-    assert crowd.slowdown() == 1.0
+def test_competing_load_is_what_wants_the_processors_and_is_not_ours(tmp_path):
+    load = CompetingLoad(tmp_path, cores=2)
+    assert load.slowdown() == 1.0
     machine(tmp_path, 3, "RRS")  # two of ours, and this process
-    crowd.look([7, 8])
-    assert crowd.slowdown() == 1.0
+    load.sample([7, 8])
+    assert load.slowdown() == 1.0
     machine(tmp_path, 11, "RRS")
-    crowd.look([7, 8])
-    assert crowd.slowdown() == 1.0 + 4.0 / 2  # none at one look, eight at the other
+    load.sample([7, 8])
+    assert load.slowdown() == 1.0 + 4.0 / 2  # none at one sample, eight at the other
 
 
 @pytest.mark.parametrize(
     "seconds, left, slowdown, files, word",
     [
-        (PROMISE, [], 1.0, [], ""),
-        (PROMISE + 0.1, [], 1.0, [], "roslaunch 2.0 s"),
-        (PROMISE + 0.1, [], 2.0, [], ""),
-        (2.0 * PROMISE + 0.1, [], 2.0, [], "at most 10.0 s"),
+        (SHUTDOWN_LIMIT, [], 1.0, [], ""),
+        (SHUTDOWN_LIMIT + 0.1, [], 1.0, [], "roslaunch 2.0 s"),
+        (SHUTDOWN_LIMIT + 0.1, [], 2.0, [], ""),
+        (2.0 * SHUTDOWN_LIMIT + 0.1, [], 2.0, [], "at most 10.0 s"),
         (1.0, ["sleep 9"], 9.0, [], "left ['sleep 9']"),
         (1.0, [], 1.0, ["world"], "left files"),
     ],
 )
-def test_what_breaks_the_promise(seconds, left, slowdown, files, word):
-    text = broken(Ending(seconds, left, LIVES, slowdown), files)
+def test_what_breaks_the_limit(seconds, left, slowdown, files, word):
+    text = violation(Shutdown(seconds, left, LIVES, slowdown), files)
     assert word in text and bool(text) == bool(word)
 
 

@@ -1,4 +1,4 @@
-"""What the soak starts: observers that answer late or end, processes with a mark."""
+"""What the bench starts: observers that answer late or end, processes with a tag."""
 
 import os
 import random
@@ -15,12 +15,11 @@ from gazebo_msgs.srv import SetModelState
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
+import launching  # noqa: E402
 from figures import BenchError  # noqa: E402
-from observers.soak_hands import answer  # noqa: E402
-from observers.soak_wild import NUMBERS, TEXTS, fill  # noqa: E402
-from soaking import observer  # noqa: E402
-from soaking.observer import Observer, Silent  # noqa: E402
-from soaking.subject import Subject  # noqa: E402
+from launching import Observer, Unresponsive  # noqa: E402
+from observers.soak import NUMBERS, TEXTS, answer, fill  # noqa: E402
+from soaking.process_under_test import ProcessesUnderTest  # noqa: E402
 
 LIMIT = 30.0  # [s]
 # Answers with the question after its delay, or ends.
@@ -40,53 +39,54 @@ for line in sys.stdin:
 def _echo(tmp_path, monkeypatch):
     script = tmp_path / "echo.py"
     script.write_text(ECHO)
-    monkeypatch.setattr(observer, "SCRIPT", script)
-    made = Observer("echo", dict(os.environ), None)
+    monkeypatch.setattr(launching, "SCRIPT", script)
+    made = Observer(dict(os.environ), None, "echo")
     yield made
     made.close()
 
 
 def test_a_late_answer_is_not_taken_for_the_next(echo, tmp_path):
     gate = tmp_path / "gate"
-    with pytest.raises(Silent, match="slow.*not answered within 0.1 s"):
-        echo.ask(limit=0.1, what="slow", after=str(gate))
+    with pytest.raises(Unresponsive, match="slow.*not answered within 0.1 s"):
+        echo.request(limit=0.1, what="slow", after=str(gate))
     gate.touch()
-    assert echo.ask(limit=LIMIT, what="next") == {"what": "next"}
+    assert echo.request(limit=LIMIT, what="next") == {"what": "next"}
 
 
 def test_what_was_told_is_answered_to_nobody(echo):
-    echo.tell(what="told")
-    assert echo.ask(limit=LIMIT, what="asked") == {"what": "asked"}
+    echo.send(what="told")
+    assert echo.request(limit=LIMIT, what="asked") == {"what": "asked"}
 
 
 def test_an_observer_that_has_ended_says_so_each_time(echo):
     for _ in range(2):
         with pytest.raises(BenchError, match="ended early .exit status 3") as caught:
-            echo.ask(limit=LIMIT, what="end")
-        assert not isinstance(caught.value, Silent)
+            echo.request(limit=LIMIT, what="end")
+        assert not isinstance(caught.value, Unresponsive)
     echo.close()  # with a question that was never read
 
 
-def test_a_subject_waits_for_its_processes_and_ends_what_is_left(tmp_path):
-    subject = Subject(tmp_path / "subject", "said.log", EXTRA="1")
-    (subject.temporary / "left").touch()
-    (subject.temporary / "runtime-root").mkdir()
+def test_it_waits_for_its_processes_and_ends_what_is_left(tmp_path):
+    processes = ProcessesUnderTest(tmp_path / "processes", "said.log", EXTRA="1")
+    (processes.temporary / "left").touch()
+    (processes.temporary / "runtime-root").mkdir()
     try:
-        first = subject.popen("sh", "-c", "echo $EXTRA $ROS_MASTER_URI; exec sleep 1000")
-        subject.popen("python3", "-c", "import time; time.sleep(1000)", "__name:=rosout")
+        first = processes.popen("sh", "-c", "echo $EXTRA $ROS_MASTER_URI; exec sleep 1000")
+        processes.popen("python3", "-c", "import time; time.sleep(1000)", "__name:=rosout")
         end = time.monotonic() + LIMIT
-        while not {"sleep", "rosout"} <= set(subject.roles()) and time.monotonic() < end:
+        while not {"sleep", "rosout"} <= set(processes.roles()) and time.monotonic() < end:
             time.sleep(0.01)
-        assert subject.said() == f"1 http://127.0.0.1:{subject.port}\n"
-        found, _ = subject.ended(time.monotonic(), 0.1, spared=("rosout",))
+        assert processes.output() == f"1 http://127.0.0.1:{processes.port}\n"
+        found, _ = processes.wait_ended(0.1, spared=("rosout",))
         assert found.left == ["sleep 1000"] and found.seconds >= 0.1
         first.send_signal(signal.SIGTERM)
-        found, files = subject.ended(time.monotonic(), LIMIT, spared=("rosout",))
+        found, files = processes.wait_ended(LIMIT, spared=("rosout",))
         assert found.left == [] and files == ["left"]
-        assert subject.ended(time.monotonic() - 100 * LIMIT, 1.0)[0].left  # looks once at least
+        found, _ = processes.wait_ended(1.0, begin=time.monotonic() - 100 * LIMIT)
+        assert found.left  # it looks once at least
     finally:
-        subject.close()
-    assert subject.roles() == {}
+        processes.close()
+    assert processes.roles() == {}
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_node_of_the_world_ends_while_it_imports(tmp_path, script):
             process.kill()
 
 
-def test_wild_values_fill_a_message_in_depth():
+def test_fuzzed_values_fill_a_message_in_depth():
     request = SetModelState._request_class()
     fill(request, random.Random(3))
     state = request.model_state

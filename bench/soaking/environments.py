@@ -1,28 +1,123 @@
-"""./run world on machines that are not as they should be: full disks, small limits, odd homes.
+"""./run world in other environments: full disks, small limits, unusual homes and clocks.
 
 Mounts are made in a mount namespace of their own, so that nothing else sees them; that needs root.
 """
 
 import argparse
+import ctypes
 import os
 import pathlib
 import random
 import resource
 import shutil
+import socket
+import stat
 import subprocess
 import sys
 import time
 
 from figures import BenchError
+from launching import BENCH
 
-from soaking import setting_up, surroundings, users
-from soaking.log import problems
-from soaking.stops import World
+from soaking import installation
+from soaking.monitor import problems
+from soaking.shutdown import World
 
+HOUR = 3600  # [s]
+CLOCK = pathlib.Path(__file__).with_name("shifted_clock.c")
+NEW_NETWORK = 0x40000000  # CLONE_NEWNET of unshare(2)
+OTHER = ("--reuid=nobody", "--regid=nogroup", "--clear-groups")
 LIMIT = 20.0  # [s] within which a world that cannot run says so
 MIXED_UP = "full_logs"  # where the master's tracebacks run into the lines of other nodes
 OURS = 5  # nodes of this repository in the world
 ON = 3.0  # [s] for which simulated time has to go on after a fault
+
+
+def clock_set(trial):
+    """The machine's clock is set back by an hour, then two hours ahead."""
+    library, shift = trial.folder / "clock.so", trial.folder / "shift"
+    installation.must("cc", "-shared", "-fPIC", "-o", str(library), str(CLOCK), "-ldl")
+    shift.write_text("0")
+    trial.environment.update(LD_PRELOAD=str(library), SHIFTED_CLOCK=str(shift))
+    trial.up()
+    for seconds in (-HOUR, HOUR):
+        shift.write_text(str(seconds))
+        begin, before = time.monotonic(), trial.world.ask(what="time")["time"]
+        trial.goes_on()
+        trial.world.ask(what="image")
+        gone = trial.world.ask(what="time")["time"] - before
+        passed = time.monotonic() - begin
+        if not 0.0 < gone < passed + 1.0:  # real time is what it aims at
+            raise BenchError(f"{gone:.1f} s of simulated time in {passed:.1f} s")
+    return "time goes on at its pace, cameras too"
+
+
+def ipv6_alone(trial):
+    """The network has ::1 alone, and ROS_IPV6 is on."""
+    name = socket.gethostname()
+    if ctypes.CDLL(None, use_errno=True).unshare(NEW_NETWORK):
+        raise BenchError(f"no network of its own: {os.strerror(ctypes.get_errno())}")
+    installation.must("ip", "link", "set", "lo", "up")
+    installation.must("ip", "address", "del", "127.0.0.1/8", "dev", "lo")
+    hosts = trial.folder / "hosts"
+    hosts.write_text(f"::1 localhost {name}\n")
+    installation.must("mount", "--bind", str(hosts), "/etc/hosts")
+    trial.environment.pop("ROS_IP")
+    uri = f"http://{name}:{trial.world.port}"
+    trial.environment.update(ROS_IPV6="on", ROS_HOSTNAME=name, ROS_MASTER_URI=uri)
+    trial.up()
+    trial.world.ask(what="image")
+    trial.goes_on()
+    return "runs, with Debian's nodes"
+
+
+class OthersWorld(World):
+    """A world of the user nobody, by roslaunch from this clone, which he cannot write.
+
+    Args:
+        folder: pathlib.Path for logs.
+        temporary: Folder of temporary files that he shares.
+    """
+
+    def __init__(self, folder, temporary):
+        super().__init__(folder)
+        home = folder / "home"
+        home.mkdir()
+        self.environment.update(HOME=str(home), TMPDIR=str(temporary))
+        for name in ("ROS_HOME", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR"):
+            self.environment.pop(name, None)
+        for path in (folder, home):
+            shutil.chown(path, "nobody", "nogroup")
+
+    def start(self):
+        """Starts it."""
+        launch = ("roslaunch", "-p", str(self.port), "track_model", "world.launch")
+        self.process = self.popen("setpriv", *OTHER, *launch)
+
+
+def two_users(trial):
+    """Another user starts a world from the same clone, with the same folder of temporary files."""
+    trial.world.temporary.chmod(0o1777)
+    trial.up()
+    other = OthersWorld(trial.folder / "other", trial.world.temporary)
+    try:
+        other.start()
+        other.reach("running", None)
+        owners = {}
+        for path in trial.world.temporary.iterdir():
+            found = path.lstat()
+            owners.setdefault(found.st_uid, []).append(path.name)
+            if stat.S_IMODE(found.st_mode) & 0o077 and not stat.S_ISLNK(found.st_mode):
+                raise BenchError(f"others may see into {path}")
+        if len(owners) != 2:
+            raise BenchError(f"temporary files are {owners}, which is not of two users")
+        other.ask(what="image")
+        trial.goes_on()
+        other.stop("SIGINT")
+        trial.goes_on()
+        return "both run; neither sees into the other's temporary files"
+    finally:
+        other.close()
 
 
 class Trial:
@@ -63,9 +158,9 @@ class Trial:
         if not after > before:
             raise BenchError(f"simulated time stands still at {after:g} s")
 
-    def said(self):
+    def output(self):
         """What ./run and its nodes have printed."""
-        return self.world.said()
+        return self.world.output()
 
 
 def fill(path):
@@ -85,9 +180,9 @@ def full_logs(trial):
     trial.mount(logs, "size=4m")
     trial.up()
     fill(logs)
-    trial.world.ask(what="wild_calls", seed=1, count=300)
+    trial.world.ask(what="fuzzed_calls", seed=1, count=300)
     trial.goes_on()
-    said = trial.said().count("the log cannot be written to")
+    said = trial.output().count("the log cannot be written to")
     if not 1 <= said <= OURS:
         raise BenchError(f"a full disk was said {said} times by our nodes")
     return f"said {said} times by our nodes; Debian's master and rosout say it for each line"
@@ -120,7 +215,7 @@ def no_shared_memory(trial):
     """/dev/shm is read-only and empty."""
     trial.mount("/dev/shm", "size=4k,ro")
     trial.up()
-    trial.world.ask(what="picture")
+    trial.world.ask(what="image")
     trial.goes_on()
     return "runs, cameras too"
 
@@ -160,9 +255,9 @@ def wrong_hostname(trial):
         status = trial.world.process.wait(LIMIT)
     except subprocess.TimeoutExpired:
         raise BenchError(f"no word within {LIMIT:g} s") from None
-    lines = [line for line in trial.said().splitlines() if "no-such-machine" in line]
+    lines = [line for line in trial.output().splitlines() if "no-such-machine" in line]
     if status == 0 or not lines:
-        raise BenchError(f"status {status}, said {trial.said()[-300:]!r}")
+        raise BenchError(f"status {status}, said {trial.output()[-300:]!r}")
     return f"refused with status {status}: {lines[0].strip()}"
 
 
@@ -177,9 +272,10 @@ TRIALS = {
         private_files,
         odd_home,
         wrong_hostname,
-        *surroundings.TRIALS,
-        *setting_up.TRIALS,
-        *users.TRIALS,
+        clock_set,
+        ipv6_alone,
+        two_users,
+        *installation.TRIALS,
     )
 }
 
@@ -193,7 +289,7 @@ def one(name, folder):
     trial = Trial(folder / name)
     try:
         print(TRIALS[name](trial), flush=True)
-        tracebacks = problems(trial.said())
+        tracebacks = problems(trial.output())
         if tracebacks and name != MIXED_UP:
             raise BenchError(f"tracebacks in the log: {tracebacks[0]}")
     except BenchError as error:
@@ -217,10 +313,18 @@ def run(names, folder, say):
     """
     failed = []
     for name in names or TRIALS:
-        command = ["unshare", "--mount", sys.executable, "-m", "soaking.machine", name, str(folder)]
+        command = [
+            "unshare",
+            "--mount",
+            sys.executable,
+            "-m",
+            "soaking.environments",
+            name,
+            str(folder),
+        ]
         done = subprocess.run(
             command,
-            cwd=pathlib.Path(__file__).resolve().parents[1],
+            cwd=BENCH,
             stdout=subprocess.PIPE,
             text=True,
         )

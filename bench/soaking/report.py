@@ -4,70 +4,72 @@ import dataclasses
 import json
 import statistics
 
-import curves
+import report
 from matplotlib import pyplot
 
-from soaking.watching import neighbours, pace, paces, rates
+from soaking.monitor import neighbors, rates, real_time_factor, real_time_factors
 
 ROLES = ("bridge", "relay", "render_worker", "control", "teleop", "drive", "main")
 NAMES = {"main": "viewer", "teleop": "window", "bridge": "simulator"}
 PLOTTED = ("/clock", "/racecar/odom", "/scan", "/camera/image", "/cybertruck/joint_states")
 
 
-def failures(story):
+def failures(timeline):
     """All failures, one sentence each."""
     found = [
         f"{event.begin:.0f} s: {event.name}: {event.failure}"
-        for event in story.events
+        for event in timeline.events
         if event.failure
     ]
-    return found + story.failures
+    return found + timeline.failures
 
 
-def write(story, folder, minutes):
+def write(timeline, folder, minutes):
     """Writes soak.json, soak.md and the plots.
 
     Args:
-        story: Story.
+        timeline: Timeline.
         folder: pathlib.Path.
         minutes: As asked for.
 
     Returns:
         Failures.
     """
-    bad = failures(story)
-    figures = summary(story, minutes)
+    bad = failures(timeline)
+    figures = summary(timeline, minutes)
     result = {
         "ok": not bad,
         "failures": bad,
         "figures": figures,
-        "events": [dataclasses.asdict(event) for event in story.events],
-        "samples": [[dataclasses.asdict(s) for s in part] for part in story.samples],
+        "events": [dataclasses.asdict(event) for event in timeline.events],
+        "samples": [[dataclasses.asdict(s) for s in part] for part in timeline.samples],
     }
     (folder / "soak.json").write_text(json.dumps(result) + "\n")
-    plots = draw(story, folder)
-    (folder / "soak.md").write_text(text(story, figures, bad, plots))
+    plots = draw(timeline, folder)
+    (folder / "soak.md").write_text(text(timeline, figures, bad, plots))
     return bad
 
 
-def summary(story, minutes):
+def summary(timeline, minutes):
     """The figures of a soak."""
     counts = {}
-    for event in story.events:
+    for event in timeline.events:
         counts[event.name] = counts.get(event.name, 0) + 1
-    samples = [sample for part in story.samples for sample in part]
+    samples = [sample for part in timeline.samples for sample in part]
     most = {}
     for sample in samples:
         for role, (_, memory, threads, files) in sample.processes.items():
             old = most.get(role, (0, 0, 0))
             most[role] = tuple(map(max, old, (memory, threads, files)))
-    pairs = [pair for part in story.samples for pair in neighbours(part)]
-    calm = [pace(before, after) for before, after in pairs if before.calm and after.calm]
+    pairs = [pair for part in timeline.samples for pair in neighbors(part)]
+    calm = [
+        real_time_factor(before, after) for before, after in pairs if before.calm and after.calm
+    ]
     return {
-        "seed": story.seed,
+        "seed": timeline.seed,
         "minutes": minutes,
-        "seconds": story.now(),
-        "sessions": len(story.samples),
+        "seconds": timeline.now(),
+        "sessions": len(timeline.samples),
         "simulated": sum(after.simulated - before.simulated for before, after in pairs),
         "faults": counts,
         "most": most,
@@ -75,7 +77,7 @@ def summary(story, minutes):
     }
 
 
-def text(story, figures, bad, plots):
+def text(timeline, figures, bad, plots):
     """The page in Markdown."""
     lines = [
         f"# Soak, seed {figures['seed']}: {'FAILED' if bad else 'ok'}",
@@ -100,43 +102,43 @@ def text(story, figures, bad, plots):
                 f"| {NAMES.get(role, role)} | {memory / 1e6:.0f} MB | {threads} | {files} |"
             )
     lines += ["", *(f"![{name}]({name})" for name in plots), "", "## One after the other", ""]
-    for event in story.events:
+    for event in timeline.events:
         words = f"FAILED: {event.failure}" if event.failure else event.text
         lines.append(f"- {event.begin:.0f} s, {event.name}: {words}".replace("\n", " "))
     return "\n".join(lines) + "\n"
 
 
-def draw(story, folder):
+def draw(timeline, folder):
     """Draws all plots; returns their names."""
     columns = {"memory": (1, 1e-6, "memory [MB]"), "threads": (2, 1, "threads")}
     columns["files"] = (3, 1, "open files")
     names = []
     for name, (column, scale, label) in columns.items():
-        figure, axes = _axes(story, label)
+        figure, axes = _axes(timeline, label)
         for number, role in enumerate(ROLES):
-            for part in story.samples:
+            for part in timeline.samples:
                 points = [
                     (s.wall, s.processes[role][column] * scale) for s in part if role in s.processes
                 ]
                 axes.plot(
                     *zip(*points) if points else ((), ()),
                     color=f"C{number}",
-                    label=NAMES.get(role, role) if part is story.samples[0] else None,
+                    label=NAMES.get(role, role) if part is timeline.samples[0] else None,
                 )
         _legend(axes, 4)
         names.append(_save(figure, folder, name))
-    figure, axes = _axes(story, "simulated s per wall s")
-    for part in story.samples:
-        axes.plot(*zip(*paces(part)) if len(part) > 1 else ((), ()), color=curves.BLUE)
+    figure, axes = _axes(timeline, "simulated s per wall s")
+    for part in timeline.samples:
+        axes.plot(*zip(*real_time_factors(part)) if len(part) > 1 else ((), ()), color=report.BLUE)
     axes.set_ylim(0, 2.5)
     names.append(_save(figure, folder, "pace"))
-    figure, axes = _axes(story, "messages per wall s")
+    figure, axes = _axes(timeline, "messages per wall s")
     for number, topic in enumerate(PLOTTED):
-        for part in story.samples:
+        for part in timeline.samples:
             axes.plot(
                 *zip(*rates(part, topic)) if len(part) > 1 else ((), ()),
                 color=f"C{number}",
-                label=topic if part is story.samples[0] else None,
+                label=topic if part is timeline.samples[0] else None,
             )
     axes.set_yscale("symlog")
     _legend(axes, 3)
@@ -144,10 +146,10 @@ def draw(story, folder):
     return names
 
 
-def _axes(story, label):
+def _axes(timeline, label):
     figure, axes = pyplot.subplots(figsize=(9, 3.0))
-    for event in story.events:
-        axes.axvspan(event.begin, event.end, color=curves.RED if event.failure else "#dddddd", lw=0)
+    for event in timeline.events:
+        axes.axvspan(event.begin, event.end, color=report.RED if event.failure else "#dddddd", lw=0)
     axes.set_xlabel("wall time [s]")
     axes.set_ylabel(label)
     return figure, axes
@@ -159,5 +161,5 @@ def _legend(axes, columns):
 
 
 def _save(figure, folder, name):
-    curves.save(figure, folder / f"{name}.png")
+    report.save(figure, folder / f"{name}.png")
     return f"{name}.png"

@@ -1,5 +1,6 @@
-"""latency COUNT CAMERA: from a command to the first message that shows it, in wall time."""
+"""Observers of the bridge at work: its start, driving at real time, memory, latency."""
 
+import sys
 import threading
 import time
 
@@ -10,8 +11,79 @@ from std_msgs.msg import Float64
 
 from observers import graph
 
+SAMPLES = 20
 HINGE = "left_steering_hinge_joint"
 WHEEL = "left_rear_wheel_joint"
+
+
+def start(began):
+    """Answers first_image, first_joint_state, controllers [s]."""
+    began = float(began)
+    graph.join()
+    images = graph.record("/camera/image")
+    states = graph.record("/racecar/joint_states")
+    controllers = graph.wait_for_controllers() - began
+    limit = time.monotonic() + graph.START_LIMIT
+    while not (images and states):
+        if time.monotonic() > limit:
+            sys.exit("observer: no image or no joint states")
+        time.sleep(0.01)
+    graph.say(
+        first_image=images[0][0] - began,
+        first_joint_state=states[0][0] - began,
+        controllers=controllers,
+    )
+
+
+def drive():
+    """Each line "BEGIN END" (time.monotonic) on stdin is a window; answers its receipts."""
+    graph.join()
+    images, ticks = graph.record("/camera/image", 4), graph.record("/clock", 0)
+    scans = graph.record("/scan", 4)
+    graph.wait_for_controllers()
+    outputs = graph.publishers()
+    graph.start_circle(outputs)
+    graph.say(ready=True)
+    while True:
+        begin, end = map(float, graph.hear())
+        speed = 0.0
+        while time.monotonic() < end:
+            for publisher, value in outputs:
+                publisher.publish(value)
+            if not speed and time.monotonic() > (begin + end) / 2:
+                speed = graph.car_speed()
+            time.sleep(1 / 30)
+        graph.say(
+            images=[pair for pair in images if begin <= pair[0] < end],
+            ticks=[pair for pair in ticks if begin <= pair[0] < end],
+            scans=sum(begin <= pair[0] < end for pair in scans),
+            speed=speed,
+        )
+
+
+def phase(simulation, span):
+    """Wait for simulated time to pass, with a sample at even distances."""
+    begin = simulation.time()
+    for number in range(SAMPLES + 1):
+        while simulation.time() - begin < span * number / SAMPLES:
+            time.sleep(0.05)
+        graph.say(sim=simulation.time() - begin)
+        graph.hear()
+    graph.say(done=True)
+
+
+def growth(span):
+    """Idle: controllers run, nothing is commanded. Driving: a circle, states and odometry heard."""
+    graph.join()
+    graph.wait_for_controllers()
+    simulation = graph.Simulation()
+    phase(simulation, float(span))
+    for topic in ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock"):
+        graph.record(topic).clear()
+    graph.start_circle(graph.publishers())
+    phase(simulation, float(span))
+
+
 # What shows a command; at rest both are below a hundredth of it. [rad, rad/s]
 TURNED, ROLLING = 1e-4, 0.05
 
@@ -97,10 +169,10 @@ def wheel_latencies(states, count):
     return found
 
 
-def main(count, with_camera):
+def latency(count, with_camera):
     """Answers both lists and the publish period of the joint states [s]."""
     graph.join()
-    pictures = graph.record("/camera/image") if with_camera == "camera" else []
+    images = graph.record("/camera/image") if with_camera == "camera" else []
     graph.wait_for_controllers()
     states = States()
     states.wait(lambda _: True, graph.START_LIMIT)
@@ -111,6 +183,6 @@ def main(count, with_camera):
         hinge=hinge,
         wheel=wheel,
         asked=int(count),
-        pictures=len(pictures),
+        images=len(images),
         period=1.0 / rospy.get_param("/racecar/joint_state_controller/publish_rate"),
     )

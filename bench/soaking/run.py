@@ -1,4 +1,4 @@
-"""A soak: sessions one after the other, faults in each, and what came of it."""
+"""A run of the soak: sessions one after the other, faults in each, their timeline."""
 
 import random
 import signal
@@ -7,13 +7,10 @@ from dataclasses import dataclass, field
 
 from figures import BenchError
 
-from soaking.asking import Failure, ask, rounds
-from soaking.endings import ENDINGS
-from soaking.faults import FAULTS
-from soaking.log import problems
-from soaking.promise import broken, words
+from soaking.faults import FAULTS, SHUTDOWNS, Failure, ask, rounds
+from soaking.limits import formatted, violation
+from soaking.monitor import Sampler, growth, problems
 from soaking.session import Session
-from soaking.watching import Watcher, growth
 
 CALM = (1.0, 4.0)  # [s] between two faults
 RECOVERY = 60.0  # wall time after a fault until all topics deliver [s]
@@ -33,7 +30,7 @@ class Event:
 
 
 @dataclass
-class Story:
+class Timeline:
     """What happened: events, samples per session, what else failed."""
 
     seed: int
@@ -63,77 +60,77 @@ class Soak:
 
     def __init__(self, minutes, seed, folder, say=print):
         self._limit, self._folder, self._say = 60.0 * minutes, folder, say
-        self.story = Story(seed)
-        self._faults, self._endings = rounds(FAULTS, seed), rounds(ENDINGS, seed + 1)
+        self.timeline = Timeline(seed)
+        self._faults, self._shutdowns = rounds(FAULTS, seed), rounds(SHUTDOWNS, seed + 1)
         self._rng = random.Random(seed + 2)
         self._sessions = 0
 
     def run(self):
-        """Runs it; returns the Story."""
-        while self.story.now() < self._limit:
-            remaining = self._limit - self.story.now()
+        """Runs it; returns the Timeline."""
+        while self.timeline.now() < self._limit:
+            remaining = self._limit - self.timeline.now()
             # Long sessions show growth, short ones the begin and the end.
             length = remaining if remaining < 120.0 else self._rng.choice((90.0, 240.0, 900.0))
             self._session(min(length, remaining))
-            if self.story.failures and self._sessions > 20:
+            if self.timeline.failures and self._sessions > 20:
                 break
-        return self.story
+        return self.timeline
 
     def _session(self, length):
         self._sessions += 1
         name = f"session-{self._sessions}"
         session = Session(self._folder / name)
-        self._say(f"{self.story.now():6.0f} s  {name}")
-        watcher, ended = None, False
+        self._say(f"{self.timeline.now():6.0f} s  {name}")
+        sampler, ended = None, False
         try:
             session.start()
-            watcher = Watcher(session, self.story.begin)
-            watcher.start()
-            ended = self._faults_of(session, watcher, self.story.now() + length)
+            sampler = Sampler(session, self.timeline.begin)
+            sampler.start()
+            ended = self._faults_of(session, sampler, self.timeline.now() + length)
         except BenchError as error:
-            self.story.fail(f"{name}: {error}")
+            self.timeline.fail(f"{name}: {error}")
         finally:
-            if watcher is not None:
-                watcher.stop()
-                self.story.samples.append(watcher.samples)
-                self.story.failures += [f"{name}: {text}" for text in growth(watcher.samples)]
+            if sampler is not None:
+                sampler.stop()
+                self.timeline.samples.append(sampler.samples)
+                self.timeline.failures += [f"{name}: {text}" for text in growth(sampler.samples)]
             self._end(session, name, ended)
 
     def _end(self, session, name, ended):
-        begin = self.story.now()
+        begin = self.timeline.now()
         if ended:
             session.close()
         else:
             found, files = session.stop(signal.SIGINT)
-            text = f"ended within {words(found)}"
-            self._note(Event(begin, self.story.now(), "end", text, broken(found, files)))
+            text = f"ended within {formatted(found)}"
+            self._note(Event(begin, self.timeline.now(), "end", text, violation(found, files)))
         for line in problems((session.folder / "launch.log").read_text(errors="replace")):
-            self.story.fail(f"{name}: log: {line}")
+            self.timeline.fail(f"{name}: log: {line}")
 
-    def _faults_of(self, session, watcher, end):
+    def _faults_of(self, session, sampler, end):
         """Faults until the session's time is over; returns whether one has ended it."""
         reference, count = self._digest(session, None), 0
-        while self.story.now() < end:
+        while self.timeline.now() < end:
             fault, seed = next(self._faults)
-            if not self._one(session, watcher, fault, seed):
+            if not self._one(session, sampler, fault, seed):
                 return False
             count += 1
             if count % DIGEST_EVERY == 0:
-                watcher.calm = False
+                sampler.calm = False
                 self._digest(session, reference)
-            watcher.calm = True
+            sampler.calm = True
             time.sleep(self._rng.uniform(*CALM))
-        if self.story.now() + 30.0 < self._limit or self._rng.random() < 0.5:
-            fault, seed = next(self._endings)
-            watcher.calm = False
-            watcher.stop()
-            return self._one(session, watcher, fault, seed, last=True)
+        if self.timeline.now() + 30.0 < self._limit or self._rng.random() < 0.5:
+            fault, seed = next(self._shutdowns)
+            sampler.calm = False
+            sampler.stop()
+            return self._one(session, sampler, fault, seed, last=True)
         return False
 
-    def _one(self, session, watcher, fault, seed, last=False):
+    def _one(self, session, sampler, fault, seed, last=False):
         """One fault and what has to hold after it; returns whether the session can go on."""
-        watcher.calm = False
-        begin, name = self.story.now(), fault.__name__
+        sampler.calm = False
+        begin, name = self.timeline.now(), fault.__name__
         text = failure = ""
         try:
             text = fault(session, random.Random(seed))
@@ -141,14 +138,14 @@ class Soak:
                 text += f"; all back after {self._recovered(session):.1f} s"
         except Failure as error:
             failure = str(error)
-        self._note(Event(begin, self.story.now(), name, text, failure))
-        if watcher.error and not last:
-            self.story.fail(watcher.error)
+        self._note(Event(begin, self.timeline.now(), name, text, failure))
+        if sampler.error and not last:
+            self.timeline.fail(sampler.error)
             return False
         return last or session.alive()
 
     def _note(self, event):
-        self.story.events.append(event)
+        self.timeline.events.append(event)
         words = f"FAILED {event.failure}" if event.failure else event.text
         self._say(f"{event.begin:6.0f} s  {event.name}: {words}")
 
@@ -162,11 +159,11 @@ class Soak:
         before = self._counts(session)
         while True:
             counts = self._counts(session)
-            silent = [topic for topic, count in counts.items() if count <= before[topic]]
-            if not silent:
+            missing = [topic for topic, count in counts.items() if count <= before[topic]]
+            if not missing:
                 break
             if time.monotonic() - begin > RECOVERY:
-                raise Failure(f"no message on {', '.join(silent)} for {RECOVERY:g} s after it")
+                raise Failure(f"no message on {', '.join(missing)} for {RECOVERY:g} s after it")
             time.sleep(0.2)
         missing = ask(session, what="controllers")["missing"]
         if missing:
@@ -178,13 +175,13 @@ class Soak:
         if not session.alive():
             raise Failure(f"the session has ended with it (status {session.launch.poll()})")
         try:
-            return session.watch.ask(what="sample")["counts"]
+            return session.monitor.request(what="sample")["counts"]
         except BenchError as error:
             raise Failure(str(error)) from None
 
     def _digest(self, session, reference):
         """Compares what a reset and 300 steps give with the first time; returns the answer."""
-        begin, failure = self.story.now(), ""
+        begin, failure = self.timeline.now(), ""
         for role in HOLD:
             session.send(role, signal.SIGSTOP)
         try:
@@ -196,5 +193,5 @@ class Soak:
         if found and reference and found["digest"] != reference["digest"]:
             names = [n for n, s in found["states"].items() if s != reference["states"].get(n)]
             failure = f"after a reset and 300 steps these are not as before: {', '.join(names)}"
-        self._note(Event(begin, self.story.now(), "reset compared", "equal to the bit", failure))
+        self._note(Event(begin, self.timeline.now(), "reset compared", "bit-identical", failure))
         return found

@@ -1,18 +1,51 @@
-"""What is watched: memory, threads, descriptors, topics, the pace; and what may not grow."""
+"""What is monitored: memory, threads, files, topics, the real-time factor, the log."""
 
 import os
+import re
 import threading
 import time
 from dataclasses import dataclass
 
+import psutil
 from figures import BenchError
-from processes import memory_bytes
 
+CONTEXT = 40  # most lines of a traceback that are shown
+_COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
+_MARKS = ("Traceback (most recent call last)", "Segmentation fault", "core dumped", "MemoryError")
+# Of roslaunch, of rospy while a master is gone, and of the master's own log on a full disk.
+_THEIRS = ("roslaunch", "rosmaster", "xmlrpc/client.py", "rosgraph/xmlrpc.py", "logging/")
 PERIOD = 2.0  # [s] between two samples
 WARM_UP = 60.0  # [s] of a process's life before its growth counts
 SPAN = 60.0  # [s] least time between the first and the last figures that are compared
 ENDS = 20.0  # [s] over which the least value counts at either end: peaks are no growth
 LIMITS = {"memory": (0.25, 40e6), "threads": (0.25, 12), "files": (0.25, 20)}  # share, absolute
+
+
+def problems(text, known=_THEIRS):
+    """Tracebacks and crashes in a log.
+
+    Args:
+        text: The log.
+        known: Words of tracebacks that are not ours.
+
+    Returns:
+        Excerpts, each once.
+    """
+    lines, found = _COLORS.sub("", text).splitlines(), {}
+    for number, line in enumerate(lines):
+        if any(mark in line for mark in _MARKS):
+            excerpt = "\n".join(_excerpt(lines[number : number + CONTEXT]))
+            if not any(word in excerpt for word in known):
+                found.setdefault(excerpt, None)
+    return list(found)
+
+
+def _excerpt(lines):
+    """A traceback: its first line, the indented ones, and the error."""
+    end = 1
+    while end < len(lines) and lines[end].startswith(" "):
+        end += 1
+    return lines[: end + 1] if end > 1 else lines[:1]
 
 
 @dataclass
@@ -37,13 +70,13 @@ class Sample:
 
 
 def read_process(pid):
-    """(pid, memory [B], threads, open files) of a process, or None when it is gone."""
+    """(pid, memory [B], threads, open files) of a process, or None when it has ended."""
     try:
-        files = len(os.listdir(f"/proc/{pid}/fd"))
-        threads = len(os.listdir(f"/proc/{pid}/task"))
-    except OSError:
+        process = psutil.Process(pid)
+        memory = process.memory_full_info().pss
+        return pid, memory, process.num_threads(), process.num_fds()
+    except psutil.Error:
         return None
-    return pid, memory_bytes(pid), threads, files
 
 
 def shared_bytes():
@@ -54,7 +87,7 @@ def shared_bytes():
         return 0
 
 
-class Watcher(threading.Thread):
+class Sampler(threading.Thread):
     """Samples a session until it is stopped.
 
     Args:
@@ -77,7 +110,7 @@ class Watcher(threading.Thread):
         while not self._end.wait(PERIOD):
             calm = self.calm
             try:
-                answer = self._session.watch.ask(what="sample")
+                answer = self._session.monitor.request(what="sample")
             except BenchError as error:
                 if not self._end.is_set():
                     self.error = str(error)
@@ -131,7 +164,7 @@ def growth(samples):
     return found
 
 
-def neighbours(samples):
+def neighbors(samples):
     """Pairs of samples one after the other, without those with a reset between them."""
     return [
         (before, after)
@@ -140,14 +173,14 @@ def neighbours(samples):
     ]
 
 
-def pace(before, after):
+def real_time_factor(before, after):
     """Simulated seconds per wall second between two samples."""
     return (after.simulated - before.simulated) / (after.wall - before.wall)
 
 
-def paces(samples):
-    """(wall time, pace) of neighbours."""
-    return [(after.wall, pace(before, after)) for before, after in neighbours(samples)]
+def real_time_factors(samples):
+    """(wall time, real-time factor) of neighbors."""
+    return [(after.wall, real_time_factor(before, after)) for before, after in neighbors(samples)]
 
 
 def rates(samples, topic):

@@ -1,12 +1,16 @@
-"""A car on a ground plane in the core, hills of any number of triangles beside it; no ROS."""
+"""Worlds of the core, without ROS: a plain ground; a car on it beside hills of triangles."""
 
 import pathlib
 
 import numpy as np
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from worlds.ground import GROUND
 
+GROUND = (
+    "<sdf version='1.6'><model name='ground'><static>true</static><link name='link'>"
+    "<collision name='plane'><geometry><plane><normal>0 0 1</normal></plane></geometry>"
+    "</collision></link></model></sdf>"
+)
 LINK = (
     '<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{i}" iyy="{i}" '
     'izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial><collision>{origin}<geometry>{shape}'

@@ -4,23 +4,24 @@ import os
 import pathlib
 import random
 import signal
+import statistics
 import time
 
 from figures import BenchError
+from launching import BENCH, Observer
+from usage import procfs
 
-from soaking.marked import send
-from soaking.observer import Observer
-from soaking.promise import broken, latest
-from soaking.session import BENCH, START_LIMIT
-from soaking.subject import Subject
+from soaking.limits import latest, violation
+from soaking.process_under_test import ProcessesUnderTest
+from soaking.session import START_LIMIT
 
-LIMIT = 30.0  # [s] after which it is not waited for any more, see wait_none()
+LIMIT = 30.0  # [s] after which it is not waited for any more, see wait_ended()
 ESCALATED = "escalating to SIGTERM"  # as roslaunch says
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
 STATES = ("setting up", "spawning", "running", "paused", "stepping", "free running")
 
 
-class World(Subject):
+class World(ProcessesUnderTest):
     """One ./run world on a master of its own.
 
     Args:
@@ -32,7 +33,7 @@ class World(Subject):
 
     def __init__(self, folder):
         super().__init__(folder, "world.log")
-        self._hands = self.process = None
+        self._operator = self.process = None
 
     def start(self):
         """Starts ./run world."""
@@ -55,36 +56,33 @@ class World(Subject):
         if state == "spawning":
             time.sleep(rng.uniform(0.0, 5.0))
             return
-        self._hands = Observer("soak_hands", self.environment, self._log)
+        self._operator = Observer(self.environment, self._log, "soak.operator")
         self.ask(what="ready", namespaces=["/racecar"])
         if state in ("paused", "stepping"):
             self.ask(what="empty", service="pause_physics")
         if state == "stepping":
-            self._hands.tell(what="step", count=1_000_000)
+            self._operator.send(what="step", count=1_000_000)
             time.sleep(0.5)
         if state == "free running":
-            self.ask(what="pace", factor=0.0)
+            self.ask(what="real_time_factor", factor=0.0)
 
     def ask(self, **question):
-        """Has the hands do something; returns their answer.
+        """Makes the operator do something; returns its answer.
 
         Raises:
-            BenchError: They could not.
+            BenchError: It could not.
         """
-        answer = self._hands.ask(limit=START_LIMIT, **question)
-        if "error" in answer:
-            raise BenchError(answer["error"])
-        return answer
+        return self._operator.request(limit=START_LIMIT, **question)
 
     def stop(self, name):
-        """Sends a signal by its name; returns what ended() does."""
-        send(self.process.pid, getattr(signal, name))
-        return self.ended(time.monotonic(), LIMIT)
+        """Sends a signal by its name; returns what wait_ended() does."""
+        procfs.send(self.process.pid, getattr(signal, name))
+        return self.wait_ended(LIMIT)
 
     def close(self):
         """Ends everything."""
-        if self._hands is not None:
-            self._hands.close()
+        if self._operator is not None:
+            self._operator.close()
         super().close()
 
 
@@ -97,7 +95,7 @@ def one(folder, state, name, seed):
     """One world, from start to stop.
 
     Returns:
-        dict: state, signal, seconds, slowdown, lives (see Ending) and problem ('' when all promises
+        dict: state, signal, seconds, slowdown, lives (see Shutdown) and problem ('' when all limits
         were kept).
     """
     result = {"state": state, "signal": name, "seconds": 0.0, "slowdown": 1.0, "lives": []}
@@ -110,8 +108,8 @@ def one(folder, state, name, seed):
         return {**result, "problem": str(error)}
     finally:
         world.close()
-    problem = broken(found, () if name == "SIGKILL" else files)
-    if not problem and ESCALATED in world.said():  # however crowded: it waited 15 s for a node
+    problem = violation(found, () if name == "SIGKILL" else files)
+    if not problem and ESCALATED in world.output():  # whatever the load: it waited 15 s for a node
         problem = f"took {found.seconds:.1f} s: roslaunch had to use SIGTERM; {latest(found.lives)}"
     new = sorted(shared() - before)
     if new and not problem:
@@ -142,3 +140,40 @@ def run(count, seed, folder, say):
         text = f"FAILED {last['problem']}" if last["problem"] else text
         say(f"{number + 1:4} {state}, {name}: {text}; {latest(last['lives'], 2)}")
     return results
+
+
+def table(results, signals):
+    """Times by state and signal, in Markdown.
+
+    Args:
+        results: list of dict of state, signal, seconds, slowdown, lives and problem.
+        signals: Names of the columns.
+
+    Returns:
+        Lines.
+    """
+    states = list(dict.fromkeys(result["state"] for result in results))
+    lines = ["Median and longest time until nothing was left [s], by state and signal:", ""]
+    lines += [f"| state | {' | '.join(signals)} | by others | ended last |"]
+    lines += ["| --- |" + " --- |" * (len(signals) + 2)]
+    for state in states:
+        mine = [result for result in results if result["state"] == state and result["lives"]]
+        cells = [_cell([r["seconds"] for r in mine if r["signal"] == name]) for name in signals]
+        slow = f"x {statistics.median(r['slowdown'] for r in mine):.1f}" if mine else ""
+        lines.append(f"| {state} | {' | '.join(cells)} | {slow} | {_last(mine)} |")
+    return lines
+
+
+def _cell(seconds):
+    return f"{statistics.median(seconds):.1f}, {max(seconds):.1f}" if seconds else ""
+
+
+def _last(results, count=4):
+    """Median time of the roles that end last."""
+    times = {}
+    for result in results:
+        for role, seconds in dict(result["lives"]).items():
+            times.setdefault(role, []).append(seconds)
+    medians = {role: statistics.median(found) for role, found in times.items()}
+    order = sorted(medians, key=medians.get)[-count:]
+    return ", ".join(f"{role} {medians[role]:.1f}" for role in order)

@@ -1,12 +1,17 @@
-"""soak_hands: calls services and sends commands, as the soak asks for."""
+"""Observers of the soak: the operator calls and commands, the monitor counts messages."""
 
 import hashlib
 import json
+import math
 import random
+import socket
+import struct
 import threading
 import time
+from urllib.parse import urlparse
 
 import rosgraph
+import roslib.message
 import rospy
 import rosservice
 from controller_manager_msgs.srv import ListControllers
@@ -26,8 +31,17 @@ from std_srvs.srv import Empty, Trigger
 
 from bullet_bridge.srv import Step
 from observers import graph
-from observers.soak_wild import Wild
 
+NUMBERS = (0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, -1e300, math.inf, -math.inf, math.nan, 1e9)
+TEXTS = ("", "racecar", "ball0", "no such thing", "::", "a::b", "/", "ä ö", "x" * 5000,
+         "racecar::", "../../etc/passwd", "%s%n", "\x00", "cybertruck::base_link", "<sdf/>",
+         "<robot")  # fmt: skip
+# Services that a fuzzed call would use as it is meant: they end, stop or change what is monitored.
+SPARED = ("set_logger_level", "get_loggers", "pause_physics", "step", "set_physics_properties",
+          "set_parameters", "unload_controller", "switch_controller", "delete_model",
+          "reload_controller_libraries", "open_viewer", "reset_simulation", "reset_world",
+          "delete_light", "set_link_properties", "set_joint_properties",
+          "set_light_properties")  # fmt: skip
 BALL = """<sdf version="1.6"><model name="ball"><link name="link"><inertial><mass>1</mass><inertia>
 <ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial><collision name="c"><geometry>
 <sphere><radius>0.1</radius></sphere></geometry></collision><visual name="v"><geometry><sphere>
@@ -42,6 +56,113 @@ REFUSALS = (
     rosservice.ROSServiceException,
     OSError,
 )
+TOPICS = (
+    "/clock",
+    "/racecar/odom",
+    "/racecar/joint_states",
+    "/scan",
+    "/camera/image",
+    "/cybertruck/joint_states",
+    "/trailer_scan",
+    "/odom",
+    "/tf",
+)
+
+
+class Fuzzer:
+    """What can be requested; each method answers with a dict."""
+
+    @staticmethod
+    def fuzzed_calls(seed, count):
+        """Calls services of the simulator with fuzzed values."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        names = sorted(
+            name
+            for name, nodes in master.getSystemState()[2]
+            if "/gazebo" in nodes and name.rpartition("/")[2] not in SPARED
+        )
+        slowest = 0.0
+        for _ in range(count):
+            name = rng.choice(names)
+            kind = rosservice.get_service_class_by_name(name)
+            request = kind._request_class()
+            fill(request, rng)
+            before = time.monotonic()
+            try:
+                rospy.ServiceProxy(name, kind)(request)
+            except (rospy.ServiceException, rospy.ROSException):
+                pass  # refused, as it may be
+            slowest = max(slowest, time.monotonic() - before)
+        return {"slowest": slowest}
+
+    @staticmethod
+    def fuzzed_commands(seed, count):
+        """Sends fuzzed values on command topics."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        kinds = dict(master.getTopicTypes())
+        names = sorted(
+            name
+            for name, nodes in master.getSystemState()[1]
+            if set(nodes) & {"/gazebo", "/control", "/drive"} and name in kinds
+            and name not in ("/clock", "/gazebo/set_model_state", "/gazebo/set_link_state")
+        )  # fmt: skip
+        outs = {}
+        for name in rng.sample(names, min(6, len(names))):
+            kind = roslib.message.get_message_class(kinds[name])
+            if kind is not None:
+                outs[name] = rospy.Publisher(name, kind, queue_size=10), kind
+        time.sleep(0.5)
+        for _ in range(count):
+            out, kind = outs[rng.choice(sorted(outs))]
+            message = kind()
+            fill(message, rng)
+            try:
+                out.publish(message)
+            except (rospy.ROSException, struct.error, UnicodeError):
+                pass  # does not serialise
+            time.sleep(0.005)
+        for out, _ in outs.values():
+            out.unregister()
+        return {"topics": sorted(outs)}
+
+    @staticmethod
+    def noise(seed, count):
+        """Writes random bytes to the simulator's ports."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        addresses = (master.lookupNode("/gazebo"), master.lookupService("/gazebo/pause_physics"))
+        for _ in range(count):
+            address = urlparse(rng.choice(addresses))
+            with socket.create_connection((address.hostname, address.port), 2.0) as link:
+                try:
+                    link.sendall(rng.randbytes(rng.choice((1, 4, 100, 5000))))
+                except OSError:
+                    pass  # closed, as it should be
+        return {}
+
+
+def fill(message, rng):
+    """Fills a message with fuzzed values, in depth."""
+    for name, kind in zip(message.__slots__, message._slot_types):
+        value = getattr(message, name)
+        if isinstance(value, Message):
+            fill(value, rng)
+        elif kind in ("float32", "float64"):
+            setattr(message, name, rng.choice(NUMBERS))
+        elif kind == "string":
+            setattr(message, name, rng.choice(TEXTS))
+        elif kind == "bool":
+            setattr(message, name, rng.random() < 0.5)
+        elif kind in ("time", "duration"):
+            value.secs, value.nsecs = rng.choice((0, 1, 2**31 - 1)), rng.choice((0, 999999999))
+        elif kind.startswith(("int", "uint")) and "[" not in kind:
+            top = 2 ** (int(kind.lstrip("uint")) - kind.startswith("int")) - 1
+            setattr(message, name, rng.choice((0, 1, top)))
+        elif kind.startswith(("float", "string")) and kind.endswith("[]"):
+            values = NUMBERS if kind.startswith("float") else TEXTS
+            setattr(message, name, rng.choices(values, k=rng.choice((0, 1, 3, 40))))
 
 
 def call(name, kind, **fields):
@@ -74,8 +195,8 @@ class Driver(threading.Thread):
                     out.publish(message)
 
 
-class Hands(Wild):
-    """What can be asked for; each method answers with a dict."""
+class Operator(Fuzzer):
+    """What can be requested; each method answers with a dict."""
 
     def __init__(self):
         self._driver = Driver()
@@ -105,8 +226,8 @@ class Hands(Wild):
         """Simulated time [s]."""
         return {"time": call("/gazebo/get_world_properties", GetWorldProperties).sim_time}
 
-    def picture(self):
-        """Waits for a picture of the camera."""
+    def image(self):
+        """Waits for an image of the camera."""
         rospy.wait_for_message("/camera/image", rospy.AnyMsg, 60.0)
         return {}
 
@@ -120,7 +241,7 @@ class Hands(Wild):
         answer = call("/gazebo/step", Step, n=count)
         return {"success": answer.success, "text": answer.status_message}
 
-    def pace(self, factor):
+    def real_time_factor(self, factor):
         """Sets the real time factor; 0: as fast as possible."""
         now = call("/gazebo/get_physics_properties", GetPhysicsProperties)
         answer = call(
@@ -150,7 +271,7 @@ class Hands(Wild):
         return {"failed": failed}
 
     def clean(self):
-        """Deletes what wild calls have spawned."""
+        """Deletes what fuzzed calls have spawned."""
         names = call("/gazebo/get_world_properties", GetWorldProperties).model_names
         extra = [name for name in names if name not in ("track", "racecar", "cybertruck")]
         for name in extra:
@@ -198,11 +319,10 @@ def numbers(message):
     return found
 
 
-def answer(hands, what, **fields):
-    """Does what is asked for.
+def answer(operator, what, **fields):
+    """Does what is requested.
 
     Args:
-        hands: Hands.
         what: Name of its method.
         **fields: Arguments.
 
@@ -210,14 +330,43 @@ def answer(hands, what, **fields):
         dict: what the method gave, or error.
     """
     try:
-        return getattr(hands, what)(**fields)
+        return getattr(operator, what)(**fields)
     except REFUSALS as error:
         return {"error": f"{what}: {error}"}
 
 
-def main():
+def operator():
     """Answers until the soak closes its end."""
     graph.join()
-    hands = Hands()
+    responder = Operator()
     while True:
-        graph.say(**answer(hands, **graph.hear_json()))
+        graph.say(**answer(responder, **graph.hear_json()))
+
+
+class Counter:
+    """Counts the messages of a topic; of /clock also the newest time."""
+
+    def __init__(self, topic):
+        self.count, self.time, self._topic = 0, 0.0, topic
+        rospy.Subscriber(topic, rospy.AnyMsg, self._take, buff_size=1 << 22, tcp_nodelay=True)
+
+    def _take(self, message):
+        self.count += 1
+        if self._topic == "/clock":
+            seconds, nanoseconds = struct.unpack_from("<II", message._buff, 0)
+            self.time = seconds + 1e-9 * nanoseconds
+
+
+def monitor():
+    """Counts until the soak closes its end."""
+    graph.join()
+    threading.stack_size(1 << 18)
+    counters = {topic: Counter(topic) for topic in TOPICS}
+    while True:
+        graph.hear_json()
+        graph.say(
+            wall=time.monotonic(),
+            simulated=counters["/clock"].time,
+            counts={topic: counter.count for topic, counter in counters.items()},
+            complete=all(counter.count > 0 for counter in counters.values()),
+        )
