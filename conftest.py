@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
-sys.path.insert(0, str(ROOT / "tests" / "plugins"))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "plugins")]
 sys.pycache_prefix = str(ROOT / ".cache" / "pycache")  # compiled once, not in src
 sys.dont_write_bytecode = False
 

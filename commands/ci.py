@@ -63,7 +63,7 @@ class Workspace:
             raise CommandError("the packages do not build", "What the compiler said is above.")
 
     def command(self, words):
-        """Gives the command line that runs something with the workspace active."""
+        """Returns the command line that runs something with the workspace active."""
         return ["bash", "-c", '. "$0" && exec "$@"', self.setup, *words]
 
 

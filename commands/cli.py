@@ -1,4 +1,4 @@
-"""Reads the command line, runs the command, turns what went wrong into sentence and exit status."""
+"""Reads the command line, runs the command, turns errors into a message and an exit status."""
 
 from importlib import import_module
 

@@ -121,7 +121,7 @@ def candidates(name, built=True):
 
 
 def existing(names):
-    """Says which packages apt could install.
+    """Returns which packages apt could install.
 
     Args:
         names: Of Debian packages.
@@ -145,14 +145,14 @@ def existing(names):
 
 
 def installed(names):
-    """Says which packages are installed."""
+    """Returns which packages are installed."""
     words = ["dpkg-query", "-W", "-f", "${db:Status-Abbrev}${Package}\n", *sorted(set(names))]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     return {line[3:] for line in done.stdout.splitlines() if line.startswith("ii ")}
 
 
 def has_lists():
-    """Says whether apt knows more than what is installed."""
+    """Returns whether apt knows more than what is installed."""
     done = subprocess.run(["apt-cache", "policy"], capture_output=True, text=True, check=True)
     return any("http" in line or "file:" in line for line in done.stdout.splitlines())
 
@@ -222,7 +222,7 @@ def find(folder, existing=existing, installed=installed, paddock=None):
 
 
 def page(answer):
-    """Gives the lines that are printed."""
+    """Returns the lines that are printed."""
     lines = [f"packages: {', '.join(answer.packages)}"]
     for title, names in (
         ("asked for and here", answer.here),

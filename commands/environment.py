@@ -113,7 +113,7 @@ def _measure():
 
 
 def _sourced(environ):
-    """Gives an environment after setup.bash."""
+    """Returns an environment after setup.bash."""
     import subprocess
 
     script = '. "$0" >&2 && exec /usr/bin/env -0'
@@ -187,7 +187,7 @@ def ready():
 
 
 def callers():
-    """Gives the environment that ./run was started with."""
+    """Returns the environment that ./run was started with."""
     environ = dict(os.environ)
     if "LC_CTYPE" in environ:  # which Python sets by itself in the C locale
         with open("/proc/self/environ", "rb") as stream:

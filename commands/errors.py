@@ -1,4 +1,4 @@
-"""What is said to the user: lines of progress, and errors of one sentence."""
+"""What is printed for the user: lines of progress, and errors of one message."""
 
 import sys
 
@@ -7,14 +7,14 @@ class CommandError(Exception):
     """A command cannot go on.
 
     Attributes:
-        advice: Lines printed below the sentence.
+        advice: Lines printed below the message.
         status: Exit status of ./run.
     """
 
     status = 1
 
-    def __init__(self, sentence, *advice):
-        super().__init__(sentence)
+    def __init__(self, message, *advice):
+        super().__init__(message)
         self.advice = advice
 
 

@@ -1,6 +1,8 @@
-"""argparse for the commands: one parser each, errors of one sentence, help from docstrings."""
+"""argparse for the commands: one parser each, errors of one message, help from docstrings."""
 
 import argparse
+import os
+import re
 
 from commands.errors import UsageError
 from commands.table import COMMANDS
@@ -27,7 +29,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that raises UsageError where argparse would print its usage and exit."""
 
     def error(self, message):
-        """Turns argparse's complaint into one sentence."""
+        """Turns argparse's error into one message."""
         message = message.removeprefix("argument ")
         for theirs, ours in (
             (": expected one argument", " needs a value"),
@@ -37,10 +39,10 @@ class Parser(argparse.ArgumentParser):
                 message = message.removesuffix(theirs) + ours
         raise self.usage_error(message)
 
-    def usage_error(self, sentence):
+    def usage_error(self, message):
         """Makes a UsageError that shows the usage."""
         usage = " ".join(self.format_usage().split())
-        return UsageError(sentence, usage, f"{self.prog} --help says more")
+        return UsageError(message, usage, f"{self.prog} --help says more")
 
     def flags(self):
         """Lists the long options that the help shows."""
@@ -52,7 +54,7 @@ class Parser(argparse.ArgumentParser):
         ]
 
     def option(self, flag):
-        """Gives the action of an option; None if there is no such option."""
+        """Returns the action of an option; None if there is no such option."""
         return self._option_string_actions.get(flag)
 
 
@@ -79,7 +81,7 @@ def parser_of(name, module):
 
 
 def overview():
-    """Gives the help of ./run itself."""
+    """Returns the help of ./run itself."""
     width = max(map(len, COMMANDS))
     table = "\n".join(f"  {name:{width}}  {summary}" for name, summary in COMMANDS.items())
     return Parser(
@@ -107,3 +109,17 @@ def one_of(name, choices, aliases=None):
         return value
 
     return read
+
+
+def folder_name(value):
+    """Argument type of the name of a folder of results."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", value):
+        raise UsageError(f"name is {value!r}; it must be letters, digits, '_', '-' and '.'")
+    return value
+
+
+def existing_file(value):
+    """Argument type of a file; gives its path without links."""
+    if not os.path.isfile(value):
+        raise UsageError(f"there is no file {value!r}")
+    return os.path.realpath(value)

@@ -16,12 +16,12 @@ SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
 def relative(path):
-    """Gives a path as seen from the clone, for messages."""
+    """Returns a path as seen from the clone, for messages."""
     return path[len(ROOT) + 1 :] if path.startswith(ROOT + os.sep) else path
 
 
 def read(path):
-    """Gives a file's text; empty where there is no such file."""
+    """Returns a file's text; empty where there is no such file."""
     try:
         with open(path, encoding="utf-8", errors="surrogateescape") as stream:
             return stream.read()

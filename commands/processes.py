@@ -60,7 +60,7 @@ def run_child(
 
 
 def exit_status(status):
-    """Gives the exit status that a shell would give for one of subprocess."""
+    """Returns the exit status that a shell would give for one of subprocess."""
     return 128 - status if status < 0 else status
 
 
@@ -116,7 +116,7 @@ class Signals:
             raise Interrupted(self.first)
 
     def hand_on(self, _seconds=0.0):
-        """Gives one that came while nobody listened to who listens now."""
+        """Sends one that came while nobody listened again, to who listens now."""
         if self.first is not None:
             os.kill(os.getpid(), self.first)
 

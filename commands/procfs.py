@@ -1,7 +1,7 @@
 """Processes by their environment and command line, read from /proc with the standard library.
 
-The guard uses it before anything is installed, the benchmark and the tests do, too. A process that
-has ended, or is another user's, reads as nothing.
+The supervisor uses it before anything is installed, the benchmark and the tests do, too. A process
+that has ended, or is another user's, reads as nothing.
 """
 
 import os
@@ -18,7 +18,7 @@ def arguments(pid):
 
 
 def environment(pid):
-    """Gives the variables that a process was started with, as a dict."""
+    """Returns the variables that a process was started with, as a dict."""
     pairs = (os.fsdecode(entry).partition("=") for entry in _read(pid, "environ"))
     return {name: value for name, _, value in pairs}
 
@@ -30,7 +30,7 @@ def marked(variable, value):
 
 
 def program(words):
-    """Gives the name of a command line: its node, else its module, script or program.
+    """Returns the name of a command line: its node, else its module, script or program.
 
     Args:
         words: As of arguments().

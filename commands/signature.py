@@ -15,7 +15,7 @@ RACY = 2_000_000_000  # [ns] a file younger than this could change within its ti
 
 
 def unchanged(name, key):
-    """Says whether key and files are as they were when the signature was saved.
+    """Returns whether key and files are as they were when the signature was saved.
 
     Args:
         name: What the signature is for.

@@ -6,7 +6,7 @@ On a machine without python3, ./run reads this table with sed, so each entry sta
 
 COMMANDS = {
     "setup": "install and build what is missing, start nothing",
-    "demo": "drive through the real window without a display; pictures and path go to out/",
+    "demo": "drive through the real window without a display; images and path go to out/",
     "lap": "a whole lap by one of the drivers; film, path and figures go to out/lap/",
     "train": "learn to drive a track; policy, film and curves go to out/train/",
     "evaluate": "laps of a trained policy beside those of other drivers",

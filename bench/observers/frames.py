@@ -72,7 +72,7 @@ def frames(kind):
     bare_camera = BareCamera(stepping.bare_world())
     graph.say(ready=True)
     while True:
-        seconds, *quality = graph.hear()
+        seconds, *quality = graph.receive()
         time.sleep(QUIET)
         graph.say(rate=bare_camera.rate(*quality or ["egl"], float(seconds)))
 
@@ -87,7 +87,7 @@ def receive():
     simulation.pause()
     graph.say(ready=True)
     while True:
-        (seconds,) = graph.hear()
+        (seconds,) = graph.receive()
         simulation.unpause()
         time.sleep(QUIET)
         begin, count = time.monotonic(), len(images)

@@ -33,7 +33,7 @@ def fail(text):
     os._exit(1)
 
 
-def hear():
+def receive():
     """The words of the next line from bench.py, or exit when it has gone."""
     line = sys.stdin.readline()
     if not line:
@@ -41,7 +41,7 @@ def hear():
     return line.split()
 
 
-def hear_json():
+def receive_json():
     """The next line from bench.py as JSON, or exit when it has gone."""
     line = sys.stdin.readline()
     if not line:
@@ -120,12 +120,12 @@ def publishers(namespace="/racecar"):
 
 
 def start_circle(outputs):
-    """Send the circle's commands once all of them are heard."""
+    """Send the circle's commands once all of them have subscribers."""
     limit = time.monotonic() + START_LIMIT
     for publisher, _ in outputs:
         while not publisher.get_num_connections():
             if time.monotonic() > limit:
-                fail(f"nobody listens to {publisher.name}")
+                fail(f"no subscriber of {publisher.name}")
             time.sleep(0.01)
     for publisher, value in outputs:
         publisher.publish(value)

@@ -46,7 +46,7 @@ class Paddock:
         action = Continuous().action(self.speed, math.atan(self.wheelbase / self.radius))
         self._action, self._many, self.cars = action, cars > 1, cars
         if self._many:
-            self._action = np.tile(action, (cars, 1))  # cars that end start anew by themselves
+            self._action = np.tile(action, (cars, 1))  # cars that end start again by themselves
         scene = self.env.unwrapped.scene
         self.period, self.time_step = scene.period, scene.period / scene.substeps
         self.env.reset(seed=0)

@@ -340,7 +340,7 @@ def operator():
     graph.join()
     responder = Operator()
     while True:
-        graph.say(**answer(responder, **graph.hear_json()))
+        graph.say(**answer(responder, **graph.receive_json()))
 
 
 class Counter:
@@ -363,7 +363,7 @@ def monitor():
     threading.stack_size(1 << 18)
     counters = {topic: Counter(topic) for topic in TOPICS}
     while True:
-        graph.hear_json()
+        graph.receive_json()
         graph.say(
             wall=time.monotonic(),
             simulated=counters["/clock"].time,

@@ -143,11 +143,11 @@ def free(options):
     graph.join()
     rounds = FreeRounds(options["topics"], options["cars"])
     graph.say(pid=os.getpid(), step=rounds.world.time_step)
-    watched = graph.hear_json()
-    rounds.monitor = Monitor(watched["roles"], watched["threads"])
+    tracked = graph.receive_json()
+    rounds.monitor = Monitor(tracked["roles"], tracked["threads"])
     kinds = {"bridge": rounds.bridge, "bare": rounds.bare}
     while True:
-        kind, seconds = graph.hear()
+        kind, seconds = graph.receive()
         graph.say(**kinds[kind](float(seconds)))
 
 
@@ -227,6 +227,6 @@ def scale(*counts):
     for count in map(int, counts):
         rounds.grow(count)
         graph.say(cars=count)
-        while (words := graph.hear()) != ["next"]:
+        while (words := graph.receive()) != ["next"]:
             kind, seconds = words
             graph.say(**kinds[kind](float(seconds)))

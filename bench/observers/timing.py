@@ -45,7 +45,7 @@ def drive():
     graph.start_circle(outputs)
     graph.say(ready=True)
     while True:
-        begin, end = map(float, graph.hear())
+        begin, end = map(float, graph.receive())
         speed = 0.0
         while time.monotonic() < end:
             for publisher, value in outputs:
@@ -68,12 +68,12 @@ def phase(simulation, span):
         while simulation.time() - begin < span * number / SAMPLES:
             time.sleep(0.05)
         graph.say(sim=simulation.time() - begin)
-        graph.hear()
+        graph.receive()
     graph.say(done=True)
 
 
 def growth(span):
-    """Idle: controllers run, nothing is commanded. Driving: a circle, states and odometry heard."""
+    """Idle: controllers run, no commands. Driving: a circle, with states and odometry subscribed."""
     graph.join()
     graph.wait_for_controllers()
     simulation = graph.Simulation()

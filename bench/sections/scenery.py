@@ -16,7 +16,7 @@ from report import Row
 MODELS, SIDE = 100, 10  # SIDE in a row
 RINGS = (50, 26)  # of a ball: 4,992 triangles
 GAP = 3.0  # [m] between two balls
-LIMIT = 60.0  # [s] of wall time for a image
+LIMIT = 60.0  # [s] of wall time for an image
 SECONDS = 1.0  # of a round
 CAMERA = CameraRequest("eye", None, 0, ((-4, 0, 9), (0, 0.5, 0.6)), 640, 480, 1.2, 0.1, 100.0)
 MODEL = (

@@ -139,7 +139,7 @@ class Trial:
         subprocess.run(command, check=True)
 
     def home(self, name):
-        """Gives the world a new home directory; returns its path."""
+        """Makes a new home directory of the world; returns its path."""
         path = self.folder / name
         path.mkdir(parents=True)
         self.environment["HOME"] = str(path)
@@ -189,7 +189,7 @@ def full_logs(trial):
 
 
 def full_temporary(trial):
-    """The disk of temporary files is full: models are refused with a sentence."""
+    """The disk of temporary files is full: models are refused with a message."""
     trial.mount(trial.world.temporary, "size=8m")
     trial.up()
     fill(trial.world.temporary)

@@ -79,16 +79,16 @@ def kill_roslaunch(session, rng):
 
 
 def kill_master(session, rng):
-    """SIGKILL of the ROS master, which may be started anew at once."""
+    """SIGKILL of the ROS master, which may be started again at once."""
     before = time.monotonic()
     session.send("roscore", signal.SIGKILL)
     session.send("rosmaster", signal.SIGKILL)
     session.send("rosout", signal.SIGKILL)
-    anew = rng.random() < 0.5
-    if anew:
+    again = rng.random() < 0.5
+    if again:
         time.sleep(rng.uniform(0.0, 3.0))
         session.start_core()
-    words = "the ROS master killed" + (" and started anew" if anew else "")
+    words = "the ROS master killed" + (" and started again" if again else "")
     return _shut_down(session, before, words, "ROS master")
 
 

@@ -35,7 +35,7 @@ class ProcessesUnderTest(Graph):
     """Processes on a ROS master of their own, with a folder for logs and temporary files.
 
     Args:
-        folder: pathlib.Path for logs and temporary files, made anew.
+        folder: pathlib.Path for logs and temporary files, emptied first.
         log: Name of the file there for what the processes print.
         **variables: More of their environment.
 

@@ -15,7 +15,7 @@ PLOTTED = ("/clock", "/racecar/odom", "/scan", "/camera/image", "/cybertruck/joi
 
 
 def failures(timeline):
-    """All failures, one sentence each."""
+    """All failures, one message each."""
     found = [
         f"{event.begin:.0f} s: {event.name}: {event.failure}"
         for event in timeline.events

@@ -12,7 +12,7 @@ from usage import procfs
 
 from soaking.process_under_test import ProcessesUnderTest
 
-GUARD = BENCH.parent / "commands" / "launching" / "guard.py"
+SUPERVISOR = BENCH.parent / "commands" / "launching" / "supervisor.py"
 START_LIMIT = 180.0  # wall time for a session to come up [s]
 STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]; beyond it is a failure anyhow
 CORE = ("rosmaster", "roscore", "rosout")
@@ -24,7 +24,7 @@ class Session(ProcessesUnderTest):
     """A master, the launch and the observers.
 
     Args:
-        folder: pathlib.Path for logs and temporary files, made anew.
+        folder: pathlib.Path for logs and temporary files, emptied first.
 
     Attributes:
         launch: subprocess.Popen of roslaunch.
@@ -35,7 +35,7 @@ class Session(ProcessesUnderTest):
         ros_home = str(folder / "ros_home")
         super().__init__(folder, "launch.log", ROS_HOME=ros_home, QT_QPA_PLATFORM="offscreen")
         self._observer_log = open(folder / "observers.log", "w")
-        self._core = self.launch = self.monitor = self.operator = self._guard = None
+        self._core = self.launch = self.monitor = self.operator = self._supervisor = None
         self._restarted = []
 
     def start(self):
@@ -48,8 +48,16 @@ class Session(ProcessesUnderTest):
         file = str(WORLDS / "soak.launch")
         session = uuid.uuid4().hex
         self.launch = self.popen("roslaunch", "--wait", file, PADDOCK_SESSION=session)
-        self._guard = subprocess.Popen(  # as ./run starts it
-            [sys.executable, "-I", "-S", str(GUARD), str(self.launch.pid), session] + ["roslaunch"],
+        self._supervisor = subprocess.Popen(  # as ./run starts it
+            [
+                sys.executable,
+                "-I",
+                "-S",
+                str(SUPERVISOR),
+                str(self.launch.pid),
+                session,
+                "roslaunch",
+            ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._log,
@@ -118,8 +126,8 @@ class Session(ProcessesUnderTest):
             self._core.send_signal(signal.SIGINT)
             super().wait_ended(10.0)
         super().close()
-        if self._guard is not None:
-            self._guard.wait()
+        if self._supervisor is not None:
+            self._supervisor.wait()
         self._observer_log.close()
 
     def _close_observers(self):

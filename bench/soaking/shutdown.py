@@ -25,7 +25,7 @@ class World(ProcessesUnderTest):
     """One ./run world on a master of its own.
 
     Args:
-        folder: pathlib.Path for logs and temporary files, made anew.
+        folder: pathlib.Path for logs and temporary files, emptied first.
 
     Attributes:
         process: subprocess.Popen of ./run.

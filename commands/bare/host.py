@@ -91,7 +91,7 @@ def _of_stanza(stanza):
 
 
 def apt_proxies():
-    """Gives apt's own settings of proxies as lines of apt.conf."""
+    """Returns apt's own settings of proxies as lines of apt.conf."""
     try:
         dump = subprocess.run(["apt-config", "dump"], capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
@@ -101,7 +101,7 @@ def apt_proxies():
 
 
 def environment():
-    """Gives the variables of the machine: its own, CI and TERM, pip's and the proxies."""
+    """Returns the variables of the machine: its own, CI and TERM, pip's and the proxies."""
     environ = {"HOME": "/root", "PATH": SYSTEM_PATH, "LANG": "C.UTF-8"}
     for name, value in os.environ.items():
         pip = name.startswith("PIP_") and name not in PIP_OWN
@@ -111,7 +111,7 @@ def environment():
 
 
 def for_debootstrap():
-    """Gives the variables for debootstrap: these, with apt's proxy, which wget does not know."""
+    """Returns the variables for debootstrap: these, with apt's proxy, which wget does not know."""
     environ = dict(os.environ)
     for line in apt_proxies():
         match = re.fullmatch(r'Acquire::(https?)::Proxy "(https?://.*)";', line)
@@ -235,7 +235,7 @@ def named_by_pip(settings):
 
 
 def _is_filled(folder):
-    """Says whether the machine has something of its own there, which nothing may cover."""
+    """Returns whether the machine has something of its own there, which nothing may cover."""
     return os.path.exists(folder) and (not os.path.isdir(folder) or bool(os.listdir(folder)))
 
 
@@ -253,7 +253,7 @@ def _write(root, path, text):
 
 
 def _place(root, path):
-    """Gives where a file of the machine goes, with its folder there and no link in its place."""
+    """Returns where a file of the machine goes, with its folder there and no link in its place."""
     target = root + path
     os.makedirs(os.path.dirname(target), exist_ok=True)
     if os.path.lexists(target):

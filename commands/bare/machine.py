@@ -98,7 +98,7 @@ def _ended(folder):
 
 
 def cache_folder():
-    """Gives the folder of what is kept between runs."""
+    """Returns the folder of what is kept between runs."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(base):
         base = os.path.join(os.path.expanduser("~"), ".cache")

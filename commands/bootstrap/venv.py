@@ -73,7 +73,9 @@ def _install(step):
             shutil.rmtree(VENV)
         step.execute([PYTHON, "-m", "venv", "--system-site-packages", VENV], environ)
     elif os.path.exists(STAMP):
-        os.remove(STAMP)  # without one, .venv is made anew: what pip left half done cannot be known
+        os.remove(
+            STAMP
+        )  # without one, .venv is made again: what pip left half done cannot be known
     _compile(step, environ)
     step.execute([*_pip("install"), "--find-links", WHEELS, "-r", REQUIREMENTS], environ)
     step.execute([VENV_PYTHON, "-c", CHECK, VENV], environ)
@@ -95,13 +97,13 @@ def _compile(step, environ):
             COMPILED, *sys.version_info
         )
     )
-    # Without isolation it finds numpy, for pictures as arrays; a wheel in pip's cache may lack it.
+    # Without isolation it finds numpy, for images as arrays; a wheel in pip's cache may lack it.
     options = ("--no-build-isolation", "--no-cache-dir", "-w", WHEELS)
     step.execute([*_pip("wheel"), *options, pin], {**environ, "CFLAGS": CFLAGS})
 
 
 def _compiled(pin):
-    """Says whether an earlier set-up has left the wheel of a pin for this Python."""
+    """Returns whether an earlier set-up has left the wheel of a pin for this Python."""
     name, _, version = pin.partition("==")
     tag = "cp{}{}".format(*sys.version_info)
     return bool(glob.glob(os.path.join(WHEELS, f"{name}-{version}-{tag}-*.whl")))
@@ -124,7 +126,7 @@ def prepare_extras(*names):
 
 
 def extra_requirements(name):
-    """Gives the path of a list of Python packages."""
+    """Returns the path of a list of Python packages."""
     return os.path.join(ROOT, "config", f"requirements-{name}.txt")
 
 

@@ -69,7 +69,7 @@ def scan():
 
 
 def build_key(contents, names):
-    """Gives one text for everything that a build depends on.
+    """Returns one text for everything that a build depends on.
 
     Args:
         contents: Files whose content counts.

@@ -1,4 +1,4 @@
-"""Starts a launch file, watches what comes up for a while, and writes it as JSON.
+"""Starts a launch file, monitors what comes up for a while, and writes it as JSON.
 
     observer.py RESULT LOG PORT SECONDS PACKAGE FILE [ARG:=VALUE ...]
 
@@ -49,7 +49,7 @@ _PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
 SOURCES_LIMIT = 400  # CMakeLists.txt files that are read
 
 
-class ClockWatch:
+class ClockMonitor:
     """Simulated time as /clock has it; None before the first message."""
 
     def __init__(self):
@@ -60,7 +60,7 @@ class ClockWatch:
         self.now = message.clock.to_sec()
 
 
-class Watch:
+class Counter:
     """Counts the messages of one topic and the simulated time between first and last."""
 
     def __init__(self, topic, clock):
@@ -168,11 +168,11 @@ def controllers_of(namespace):
     return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
 
 
-def wait_for_first(launch, watches):
-    """Waits until each sensor has sent something: pictures start with their first subscriber."""
+def wait_for_first(launch, counters):
+    """Waits until each sensor has sent something: images start with their first subscriber."""
     deadline = time.monotonic() + FIRST_LIMIT
     while time.monotonic() < deadline and launch.poll() is None:
-        if all(watch.count for watch in watches):
+        if all(counter.count for counter in counters):
             return
         time.sleep(0.1)
 
@@ -185,23 +185,23 @@ def observe(launch, seconds):
     simulator = wait_for_simulator(launch)
     if simulator is None:
         return {"simulator": False}
-    clock = ClockWatch()
+    clock = ClockMonitor()
     found = wait_for_models(launch, simulator)
     if found is None:
         return {"simulator": False}
     found["was_paused"] = unpause(simulator)
     moving = [model for model in found["models"] if not model["static"]]
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
-    watches = {sensor["topic"]: Watch(sensor["topic"], clock) for sensor in sensors}
-    wait_for_first(launch, watches.values())
+    counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
+    wait_for_first(launch, counters.values())
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
         time.sleep(0.1)
     elapsed = time.monotonic() - begin
     for sensor in sensors:
-        watch = watches[sensor["topic"]]
-        sensor.update(count=watch.count, measured=watch.rate())
+        counter = counters[sensor["topic"]]
+        sensor.update(count=counter.count, measured=counter.rate())
     for model in moving:
         model.update(before=before[model["name"]], after=state_of(simulator, model["name"]))
         if model["control_namespace"] is not None:

@@ -216,7 +216,7 @@ def _ignored(found):
     texts.update(text for model in found["models"] for text in model["warnings"])
     if not texts:
         return []
-    lines = ["", "ignored or mended:"]
+    lines = ["", "ignored or repaired:"]
     return lines + [
         f"  {count} x {text}" if count > 1 else f"  {text}" for text, count in texts.items()
     ]

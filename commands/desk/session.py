@@ -88,13 +88,13 @@ def spawn(command, **popen):
 
 
 def tail(log, lines=5):
-    """Gives the last lines of a log, as advice for an error."""
+    """Returns the last lines of a log, as advice for an error."""
     with open(log, encoding="utf-8", errors="replace") as stream:
         return [line for line in stream.read().splitlines() if line][-lines:]
 
 
 def authority_entry(cookie):
-    """Gives an X authority file with one cookie (Xau library: big-endian counts before texts)."""
+    """Returns an X authority file with one cookie (Xau library: big-endian counts before texts)."""
     fields = (b"", b"", COOKIE, cookie)  # address and display are any
     texts = b"".join(struct.pack(">H", len(field)) + field for field in fields)
     return struct.pack(">H", WILD) + texts

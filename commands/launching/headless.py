@@ -8,7 +8,7 @@ import subprocess
 
 from commands import processes
 from commands.errors import CommandError, UsageError, say
-from commands.launching import guard
+from commands.launching import supervisor
 from commands.paths import CACHE, relative
 
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
@@ -67,7 +67,7 @@ def start(launch, environ, arguments, deadline):
         Interrupted: A signal ended it.
     """
     options = use_own_master(environ)
-    guard.start(environ)
+    supervisor.start(environ)
     return processes.run_child(
         launch.command(arguments, *options),
         group=False,
@@ -119,12 +119,12 @@ def is_ok(path):
 
 
 def where_to_look(environ):
-    """Gives the advice for a launch that went wrong."""
+    """Returns the advice for a launch that went wrong."""
     return f"Its own words are above; logs in {relative(environ['ROS_LOG_DIR'])}/"
 
 
 def deadline_from(variable, default):
-    """Gives a deadline [s] as text, which a variable of the environment may change.
+    """Returns a deadline [s] as text, which a variable of the environment may change.
 
     Raises:
         UsageError: The variable's value is no time.

@@ -6,7 +6,7 @@ import socket
 
 from commands import processes
 from commands.errors import CommandError
-from commands.launching import guard
+from commands.launching import supervisor
 from commands.paths import OUT
 
 PADS = "/dev/input/js*"
@@ -14,19 +14,19 @@ MASTER_TIMEOUT = 5.0  # for a master's response [s]
 
 
 def become(launch, arguments, environ):
-    """Becomes roslaunch, with a guard over what it leaves; does not come back.
+    """Becomes roslaunch, with a supervisor over what it leaves; does not come back.
 
     Args:
         launch: LaunchFile.
         arguments: NAME:=VALUE arguments and options of roslaunch, checked.
         environ: The activated environment.
     """
-    guard.start(environ)
+    supervisor.start(environ)
     processes.become(launch.command(arguments), environ)
 
 
 def has_display(environ):
-    """Says whether there is a screen to open a window on."""
+    """Returns whether there is a screen to open a window on."""
     return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
 
 
@@ -48,7 +48,7 @@ def need_display(environ, instead):
 
 
 def window_arguments(arguments, pads=PADS):
-    """Gives launch arguments that the caller has not given.
+    """Returns launch arguments that the caller has not given.
 
     Args:
         arguments: NAME:=VALUE as they were given.

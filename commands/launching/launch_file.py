@@ -56,7 +56,7 @@ def policy_names():
 
 
 def resolve_policy(value):
-    """Gives a policy's file.
+    """Returns a policy's file.
 
     Args:
         value: A training's name, or the path of an ONNX file.
@@ -73,7 +73,7 @@ def resolve_policy(value):
 
 
 def policy_settings(path):
-    """Gives the settings of the training that made a policy; empty where they are not beside it."""
+    """Returns the settings of the training that made a policy; empty where there are none."""
     text = read(os.path.join(os.path.dirname(path), "settings.json"))
     return json.loads(text) if text else {}
 
@@ -151,11 +151,11 @@ class LaunchFile:
         return checked
 
     def command(self, arguments, *options):
-        """Gives the command line that starts it."""
+        """Returns the command line that starts it."""
         return [PYTHON, ROSLAUNCH, *options, self.package, self.name, *arguments]
 
     def help(self):
-        """Gives a text that lists the arguments, their defaults and descriptions."""
+        """Returns a text that lists the arguments, their defaults and descriptions."""
         lines = [f"launch arguments ({self.package}/launch/{self.name}):"]
         for name, (default, description) in self.arguments().items():
             if default is None or "$(eval" in default:  # nothing, or a formula of other arguments

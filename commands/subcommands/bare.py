@@ -148,7 +148,7 @@ def prepare():
 
 
 def ours():
-    """Says whether ./test-results may be replaced: there is none, or a bare machine's alone."""
+    """Returns whether ./test-results may be replaced: there is none, or a bare machine's alone."""
     if not os.path.isdir(RESULTS) or not os.listdir(RESULTS):
         return True
     mark = os.path.join(RESULTS, MARK)

@@ -1,9 +1,9 @@
 """Measures what the simulator costs on this machine, and prints JSON and a table.
 
-bench.json, the log and one picture per curve go to out/bench/. Nothing else should run meanwhile.
-Ratios come from nine pairs of short rounds and are printed with their spread; all of it takes some 20
-minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON to a
-file; --sessions puts such files of several runs in one table and measures nothing.
+bench.json, the log and one plot per curve go to out/bench/. Nothing else should run meanwhile.
+Ratios come from nine pairs of short rounds and are printed with their spread; all of it takes some
+20 minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON
+to a file; --sessions puts such files of several runs in one table and measures nothing.
 docs/performance.md says what the figures mean.
 """
 
@@ -11,7 +11,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import CommandError
-from commands.launching import guard
+from commands.launching import supervisor
 from commands.paths import ROOT, VENV_PYTHON
 
 USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sessions FILE ..."
@@ -49,5 +49,5 @@ def run(arguments):
     if not os.path.exists(SCRIPT):
         raise CommandError("bench/bench.py is missing from this checkout")
     environ = environment.ready()
-    guard.start(environ, "the benchmark")  # which may be killed with worlds of its own
+    supervisor.start(environ, "the benchmark")  # which may be killed with worlds of its own
     processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

@@ -47,7 +47,7 @@ def run(options, _rest):
 
 
 def wanted(options):
-    """Gives the arguments of `ray start`."""
+    """Returns the arguments of `ray start`."""
     if options.part == "head" and options.address is None:
         return ["--head", f"--port={PORT}", "--include-dashboard=false"]
     if options.part == "join" and re.fullmatch(r"[A-Za-z0-9.-]+:[0-9]{1,5}", options.address or ""):

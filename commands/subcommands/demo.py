@@ -1,7 +1,7 @@
 """Drives through the real window without a display.
 
 Starts world, control and window, drives with the window's own buttons, check box and slider, and
-leaves in out/: a picture of the window, one of the camera, the track from above with the driven
+leaves in out/: an image of the window, one of the camera, the track from above with the driven
 path, the path as CSV, and result.json. Exits 0 only if the car moved as commanded. Uses a ROS
 master of its own on a free port. DEMO_DEADLINE=SECONDS changes the overall limit (300).
 """

@@ -95,7 +95,7 @@ def shown(words):
 
 
 def asked_password():
-    """Gives the password of DESK_PASSWORD, or asks for one.
+    """Returns the password of DESK_PASSWORD, or asks for one.
 
     Raises:
         UsageError: There is none, or VNC cannot use it.

@@ -66,7 +66,7 @@ def run(options, rest):
 
 
 def policy_arguments(options):
-    """Gives the launch arguments of the driver policy: its file and the sensors it learned from.
+    """Returns the launch arguments of the driver policy: its file and the sensors it learned from.
 
     Raises:
         UsageError: A policy without its driver, or the driver without one.

@@ -10,8 +10,7 @@ import json
 import os
 import re
 
-from commands import environment, processes
-from commands.errors import UsageError
+from commands import environment, parsing, processes
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "FILE.yaml [--name NAME]"
@@ -19,9 +18,14 @@ USAGE = "FILE.yaml [--name NAME]"
 
 def add_arguments(parser):
     """Declares file and name."""
-    parser.add_argument("file", metavar="FILE.yaml", type=_file, help="what is tried")
     parser.add_argument(
-        "--name", metavar="NAME", type=_name, help="of the folder (the file's, without .yaml)"
+        "file", metavar="FILE.yaml", type=parsing.existing_file, help="what is tried"
+    )
+    parser.add_argument(
+        "--name",
+        metavar="NAME",
+        type=parsing.folder_name,
+        help="of the folder (the file's, without .yaml)",
     )
 
 
@@ -36,24 +40,12 @@ def run(options, _rest):
 
 
 def wanted(options):
-    """Gives file and folder of the sweep."""
-    name = options.name or _name(os.path.splitext(os.path.basename(options.file))[0])
+    """Returns file and folder of the sweep."""
+    name = options.name or parsing.folder_name(os.path.splitext(os.path.basename(options.file))[0])
     return {"file": options.file, "folder": os.path.join(OUT, "sweep", name)}
 
 
 def trains(path):
-    """Tells whether a sweep's file asks for trainings; what is wrong in it, the sweep tells."""
+    """Returns whether a sweep's file asks for trainings; what is wrong in it, the sweep tells."""
     with open(path, encoding="utf-8", errors="replace") as stream:
         return any(re.match(r"of\s*:\s*[\"']?train\b", line) for line in stream)
-
-
-def _file(value):
-    if not os.path.isfile(value):
-        raise UsageError(f"there is no file {value!r}")
-    return os.path.realpath(value)
-
-
-def _name(value):
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", value):
-        raise UsageError(f"name is {value!r}; it must be letters, digits, '_', '-' and '.'")
-    return value

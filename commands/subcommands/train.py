@@ -14,7 +14,7 @@ import json
 import os
 import re
 
-from commands import environment, processes
+from commands import environment, parsing, processes
 from commands.errors import UsageError
 from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
@@ -31,11 +31,18 @@ OF_THE_CAR = ("track", "observation", "reward", "metadata", "race", "randomize",
 def add_arguments(parser):
     """Declares what can be chosen; what is not given is the default, or as before (--resume)."""
     add = parser.add_argument
-    add("name", nargs="?", default="first", metavar="NAME", type=_name, help="the folder (first)")
+    add(
+        "name",
+        nargs="?",
+        default="first",
+        metavar="NAME",
+        type=parsing.folder_name,
+        help="the folder (first)",
+    )
     env = add(
         "--env",
         metavar="ENV",
-        type=_one_of("env", ENVS),
+        type=parsing.one_of("env", ENVS),
         help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
     )
     env.complete = lambda: ENVS
@@ -49,9 +56,24 @@ def add_arguments(parser):
         "state,camera",
     )
     observation.complete = lambda: OBSERVATIONS
-    add("--reward", metavar="FILE", type=_file, help="a reward_function.py (default: progress)")
-    add("--metadata", metavar="FILE", type=_file, help="a model_metadata.json: the actions")
-    add("--hyperparameters", metavar="FILE", type=_file, help="a hyperparameters.json: of PPO")
+    add(
+        "--reward",
+        metavar="FILE",
+        type=parsing.existing_file,
+        help="a reward_function.py (default: progress)",
+    )
+    add(
+        "--metadata",
+        metavar="FILE",
+        type=parsing.existing_file,
+        help="a model_metadata.json: the actions",
+    )
+    add(
+        "--hyperparameters",
+        metavar="FILE",
+        type=parsing.existing_file,
+        help="a hyperparameters.json: of PPO",
+    )
     race = add("--race", type=_one_of("race", RACES), help=f"one of {', '.join(RACES)}")
     race.complete = lambda: RACES
     add(
@@ -86,7 +108,7 @@ def run(options, _rest):
 
 
 def wanted(options):
-    """Gives what the command line asks for: the Settings of the training, folder and resume."""
+    """Returns what the command line asks for: the Settings of the training, folder and resume."""
     table = {key: value for key, value in vars(options).items() if value is not None}
     if table.get("env") == "backing":
         for key in OF_THE_CAR:
@@ -105,7 +127,7 @@ def wanted(options):
 
 
 def most_processes():
-    """Gives how many workers are processes of this machine at most: twice its cores."""
+    """Returns how many workers are processes of this machine at most: twice its cores."""
     return 2 * len(os.sched_getaffinity(0))
 
 
@@ -113,18 +135,6 @@ def _address(value):
     if value != "auto" and not re.fullmatch(r"[A-Za-z0-9.-]+:[0-9]{1,5}", value):
         raise UsageError(f"ray is {value!r}; it must be auto, or HOST:PORT of a cluster's head")
     return value
-
-
-def _name(value):
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", value):
-        raise UsageError(f"name is {value!r}; it must be letters, digits, '_', '-' and '.'")
-    return value
-
-
-def _file(value):
-    if not os.path.isfile(value):
-        raise UsageError(f"there is no file {value!r}")
-    return os.path.realpath(value)
 
 
 def _listed(what, valid):

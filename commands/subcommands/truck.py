@@ -65,4 +65,4 @@ def back_up(shape, arguments):
     if status != 0 or not headless.is_ok(result):
         raise CommandError("backing did not arrive", where)
     say(read(result), end="")
-    say(f"pictures and figures: out/back_{shape}.png, .csv, .json")
+    say(f"plots and figures: out/back_{shape}.png, .csv, .json")

@@ -20,13 +20,13 @@ def run(_options, _rest):
 
 
 def version():
-    """Gives the version that pyproject.toml says."""
+    """Returns the version that pyproject.toml says."""
     with open(os.path.join(ROOT, "pyproject.toml"), "rb") as stream:
         return tomllib.load(stream)["project"]["version"]
 
 
 def commit():
-    """Gives the commit in brackets, "changed" if files differ; empty where this is no git clone."""
+    """Returns the commit in brackets, "changed" if files differ; empty outside of a git clone."""
     git = ["git", "-C", ROOT, "describe", "--always", "--dirty= changed", "--exclude=*"]
     try:
         done = subprocess.run(git, capture_output=True, text=True, timeout=20)
@@ -36,7 +36,7 @@ def commit():
 
 
 def system():
-    """Gives the name of the operating system."""
+    """Returns the name of the operating system."""
     for line in read("/etc/os-release").splitlines():
         if line.startswith("PRETTY_NAME="):
             return line.partition("=")[2].strip('"')

@@ -27,8 +27,9 @@ import threading
 import time
 import xmlrpc.client
 
-import psutil
 import pytest
+
+from commands import procfs
 
 FOLDERS = ("tests/ros", "tests/long")
 MARK = "PADDOCK_TEST"  # variable by which all that a group of tests has started is known
@@ -387,14 +388,12 @@ def has_parameter(uri, name):
 
 def marked(name, value):
     """Processes of this user whose environment has a variable: process id -> command line."""
-    found = {}
-    for process in psutil.process_iter():
-        with contextlib.suppress(psutil.Error, OSError):
-            if process.pid != os.getpid() and process.environ().get(name) == value:
-                words = " ".join(process.cmdline())
-                if words and "from multiprocessing." not in words:  # these end with their parent
-                    found[process.pid] = words[:200]
-    return found
+    lines = {pid: " ".join(procfs.arguments(pid)) for pid in procfs.marked(name, value)}
+    return {
+        pid: line[:200]
+        for pid, line in lines.items()  # multiprocessing's own end with their parent
+        if line and pid != os.getpid() and "from multiprocessing." not in line
+    }
 
 
 def end_marked(name, value, grace):
@@ -409,8 +408,7 @@ def end_marked(name, value, grace):
     names = list(found.values())
     while found:
         for pid in found:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
+            procfs.send(pid, signal.SIGKILL)
         time.sleep(POLL)
         found = marked(name, value)
     return names

@@ -9,6 +9,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
+
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
 INSTALL_LIMIT = 400.0  # wall time of the install rules [s]
@@ -111,14 +113,4 @@ def cache_entry(name):
 
 def descendants(pid):
     """Gives the ids of the processes that a process has started, and they in turn."""
-    children = {}
-    for entry in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parent = int(entry.read_text().rpartition(")")[2].split()[1])
-        except OSError:  # it has ended
-            continue
-        children.setdefault(parent, []).append(int(entry.parent.name))
-    found = list(children.get(pid, ()))
-    for child in found:
-        found += children.get(child, ())
-    return found
+    return [child.pid for child in psutil.Process(pid).children(recursive=True)]

@@ -5,6 +5,7 @@ import subprocess
 import time
 import xmlrpc.client
 
+import psutil
 import rosgraph
 import rospy
 from paddock_common.testing import stop_session
@@ -94,13 +95,12 @@ def simulator_pid():
 
 def memory(pid):
     """Resident memory of a process [B]."""
-    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return psutil.Process(pid).memory_info().rss
 
 
 def threads(pid):
     """Number of threads of a process."""
-    return len(os.listdir(f"/proc/{pid}/task"))
+    return psutil.Process(pid).num_threads()
 
 
 def settle(seconds):

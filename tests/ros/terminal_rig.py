@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
+import psutil
 import rosgraph
 import rospy
 from paddock_common.testing import start_x_server
@@ -161,4 +162,4 @@ def node_pid(name):
 
 def parent_of(pid):
     """Returns the process id of a process' parent."""
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return psutil.Process(pid).ppid()

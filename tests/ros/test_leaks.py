@@ -3,6 +3,7 @@
 import os
 import unittest
 
+import psutil
 import rosgraph
 import rospy
 from controller_manager_msgs.srv import LoadController, SwitchController, SwitchControllerRequest
@@ -39,7 +40,7 @@ def graph():
 
 def files(pid):
     """Number of open files of a process."""
-    return len(os.listdir(f"/proc/{pid}/fd"))
+    return psutil.Process(pid).num_fds()
 
 
 class Leaks(unittest.TestCase):

@@ -1,15 +1,17 @@
 """The relay process dies: all subscribers reconnect to the simulator."""
 
 import os
-import pathlib
 import signal
 import unittest
 
+import psutil
 from launches import simulator_pid
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from tf2_msgs.msg import TFMessage
+
+from commands import procfs
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">
@@ -23,16 +25,12 @@ BACK = 120.0  # wall time until all is as before; it takes about five seconds [s
 
 def relays(pid):
     """Process ids of the relays that a process has started and that have not ended."""
-    found = []
-    for folder in pathlib.Path("/proc").iterdir():
-        try:
-            line = (folder / "cmdline").read_bytes()  # empty: it has ended
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-        except (OSError, IndexError):
-            continue
-        if parent == pid and b"relay_process" in line:
-            found.append(int(folder.name))
-    return found
+    children = [child.pid for child in psutil.Process(pid).children()]
+    return [
+        child
+        for child in children
+        if any("relay_process" in word for word in procfs.arguments(child))
+    ]
 
 
 class RelayDeath(unittest.TestCase):

@@ -5,11 +5,14 @@ import signal
 import unittest
 import xmlrpc.client
 
+import psutil
 import rosgraph
 import rospy
 from rosgraph_msgs.msg import Clock
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from std_srvs.srv import Trigger
+
+from commands import procfs
 
 LAUNCH = """<launch>
   <env name="QT_QPA_PLATFORM" value="offscreen"/>
@@ -24,23 +27,7 @@ LAUNCH = """<launch>
 
 def children(pid):
     """Process ids of a process's direct children."""
-    found = []
-    for task in os.listdir(f"/proc/{pid}/task"):
-        try:
-            with open(f"/proc/{pid}/task/{task}/children", encoding="ascii") as file:
-                found += [int(word) for word in file.read().split()]
-        except (FileNotFoundError, ProcessLookupError):
-            pass  # the thread has just ended
-    return found
-
-
-def words(pid):
-    """Command line of a process; empty when it has ended."""
-    try:
-        with open(f"/proc/{pid}/cmdline", "rb") as file:
-            return file.read().decode().split("\0")
-    except OSError:
-        return []
+    return [child.pid for child in psutil.Process(pid).children()]
 
 
 def simulator_pid():
@@ -61,7 +48,9 @@ class Viewer(unittest.TestCase):
         cls.simulator = simulator_pid()
 
     def viewers(self):
-        return [pid for pid in children(self.simulator) if "bullet_viewer.main" in words(pid)]
+        return [
+            pid for pid in children(self.simulator) if "bullet_viewer.main" in procfs.arguments(pid)
+        ]
 
     def viewer(self):
         """The one viewer, once it draws (its render worker is there)."""
@@ -70,7 +59,10 @@ class Viewer(unittest.TestCase):
             found = self.viewers()
             return (
                 len(found) == 1
-                and any("bullet_sim.render.worker" in words(child) for child in children(found[0]))
+                and any(
+                    "bullet_sim.render.worker" in procfs.arguments(child)
+                    for child in children(found[0])
+                )
                 and found[0]
             )
 

@@ -104,15 +104,10 @@ class Interruption:
 
 def processes_of(folder):
     """Lists command lines of the processes that have something to do with a folder."""
-    found = []
-    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            line = path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:
-            continue
-        if str(folder) in line and path.parent.name != str(os.getpid()):
-            found.append(line)
-    return found
+    from commands import procfs
+
+    lines = (" ".join(procfs.arguments(pid)) for pid in procfs.pids() if pid != os.getpid())
+    return [line for line in lines if str(folder) in line]
 
 
 class PackageIndex:

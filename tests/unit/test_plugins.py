@@ -10,9 +10,10 @@ import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-import psutil
 import pytest
 from paddock_common.testing import is_running
+
+from commands import procfs
 
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE = 120.0  # wall time of a small run [s]
@@ -45,6 +46,9 @@ class Project:
         self.root.mkdir()
         (self.root / "pytest.ini").write_text(INI)
         shutil.copytree(ROOT / "tests" / "plugins", self.root / "tests" / "plugins")
+        (self.root / "commands").mkdir()
+        for name in ("__init__.py", "procfs.py"):
+            shutil.copy(ROOT / "commands" / name, self.root / "commands")
         shutil.copy(ROOT / "conftest.py", self.root)
         shutil.copytree(ROOT / "tests" / "lint", self.root / "tests" / "lint")
         self.notes = folder / "notes"
@@ -308,26 +312,14 @@ def test_an_interrupted_run_leaves_no_process(project, number, options):
     while not project.notes.exists() or not project.notes.read_text():
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.05)
-    started = processes_with(project.notes)
+    started = procfs.marked("NOTES", str(project.notes))
     process.send_signal(number)
     process.communicate(timeout=DEADLINE)
     assert process.returncode not in (0, None)
     assert len(started) > 3  # roslaunch, master, test process, its child
-    while left := processes_with(project.notes):
+    while left := procfs.marked("NOTES", str(project.notes)):
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
-
-
-def processes_with(notes):
-    """Process ids of all that a project's pytest has started."""
-    found = []
-    for process in psutil.process_iter():
-        try:
-            if process.environ().get("NOTES") == str(notes):
-                found.append(process.pid)
-        except (psutil.Error, OSError):  # it has ended
-            continue
-    return found
 
 
 def test_cases_of_all_processes_are_in_one_junit_file(project):

@@ -1,13 +1,14 @@
 """A step of set-up: what it prints while it works, when it fails and when it is interrupted."""
 
+import contextlib
 import fcntl
 import os
-import pathlib
 import signal
 import subprocess
 import sys
 import time
 
+import psutil
 import pytest
 from run_rig import PATIENCE, ROOT, usual_signals
 
@@ -66,13 +67,10 @@ def test_a_step_that_fails_says_why(tmp_path):
 def members(group):
     """Process ids of a process group, without those that only wait to be reaped."""
     found = []
-    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
-        try:
-            state, _parent, theirs = path.read_text().rpartition(")")[2].split()[:3]
-        except OSError:
-            continue
-        if theirs == group and state != "Z":
-            found.append(path.parent.name)
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error, ProcessLookupError):
+            if os.getpgid(process.pid) == group and process.status() != psutil.STATUS_ZOMBIE:
+                found.append(process.pid)
     return found
 
 
@@ -93,7 +91,7 @@ def test_a_step_that_is_interrupted(tmp_path, number, deaf):
     said, wrong = process.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + number and wrong == ""
     assert said.endswith("\ninterrupted; start ./run again to go on\n")
-    group, end = log.read_text().split()[0], time.monotonic() + PATIENCE
+    group, end = int(log.read_text().split()[0]), time.monotonic() + PATIENCE
     while members(group):  # the program and what it started
         assert time.monotonic() < end
 

@@ -9,14 +9,14 @@ import pytest
 from paddock_common.testing import is_running, wait_ended
 from run_rig import ROOT
 
-LIMIT = 30.0  # [s] of wall time; the guard's own limits are 5 s in all
+LIMIT = 30.0  # [s] of wall time; the supervisor's own limits are 5 s in all
 # Becomes another program, as ./run does, which starts "nodes" in sessions of their own.
 RUN = """
 import os, sys
 sys.path.insert(0, sys.argv[1])
-from commands.launching import guard
+from commands.launching import supervisor
 environ = dict(os.environ)
-guard.start(environ)
+supervisor.start(environ)
 os.execve(sys.executable, [sys.executable, "-c", sys.argv[2]], environ)
 """
 LAUNCH = """
@@ -65,7 +65,7 @@ def test_nodes_of_a_killed_roslaunch_end(bystander):
     assert "roslaunch has left " in process.communicate(timeout=LIMIT)[1]
 
 
-def test_after_an_orderly_end_the_guard_ends_without_a_word():
+def test_after_an_orderly_end_the_supervisor_ends_without_a_word():
     process, pids = session("import os; print(os.getppid() and os.getpid()); print('up')")
     assert process.communicate(timeout=LIMIT)[1] == ""  # its end closes stderr, too
     assert process.returncode == 0

@@ -1,6 +1,6 @@
 """Ends what a killed program has left: nodes are in sessions of their own and would go on.
 
-    guard.py PID MARK NAME
+    supervisor.py PID MARK NAME
 
 waits for the end of a process and then ends all processes that have MARK in their environment.
 Where the program ends as it should, there are none. It holds no terminal and takes no part in
@@ -27,7 +27,7 @@ POLL = 0.05  # [s]
 
 
 def start(environ, name="roslaunch"):
-    """Starts a guard over this process and whatever program it becomes.
+    """Starts a supervisor over this process and whatever program it becomes.
 
     Args:
         environ: Of what is launched; gets the mark.
