@@ -73,7 +73,7 @@ def phase(simulation, span):
 
 
 def growth(span):
-    """Idle: controllers run, no commands. Driving: a circle, with states and odometry subscribed."""
+    """Idle: controllers run, no commands. Driving: a circle; states and odometry are subscribed."""
     graph.join()
     graph.wait_for_controllers()
     simulation = graph.Simulation()

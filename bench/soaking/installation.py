@@ -105,11 +105,8 @@ def attempt(world, clone, seconds, number):
     """
     if number != signal.SIGKILL:  # what a killed one has left at work is not this one's
         world.wait_ended(LIMIT)
-    process, load, begin = (
-        world.popen(str(clone / "run"), "setup"),
-        CompetingLoad(),
-        time.monotonic(),
-    )
+    process = world.popen(str(clone / "run"), "setup")
+    load, begin = CompetingLoad(), time.monotonic()
     while process.poll() is None and time.monotonic() - begin < seconds * load.slowdown():
         load.sample(world.pids())
         time.sleep(0.05)
@@ -126,8 +123,8 @@ def attempt(world, clone, seconds, number):
             time.sleep(0.05)
         process.wait()
     if process.returncode not in (0, 128 + number, -number):
-        said = world.output()[-1000:]
-        raise BenchError(f"exit status {process.returncode} after {number.name}: {said}")
+        text = world.output()[-1000:]
+        raise BenchError(f"exit status {process.returncode} after {number.name}: {text}")
     return process.returncode == 0
 
 
