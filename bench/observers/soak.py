@@ -69,80 +69,6 @@ TOPICS = (
 )
 
 
-class Fuzzer:
-    """What can be requested; each method answers with a dict."""
-
-    @staticmethod
-    def fuzzed_calls(seed, count):
-        """Calls services of the simulator with fuzzed values."""
-        rng = random.Random(seed)
-        master = rosgraph.Master(rospy.get_name())
-        names = sorted(
-            name
-            for name, nodes in master.getSystemState()[2]
-            if "/gazebo" in nodes and name.rpartition("/")[2] not in SPARED
-        )
-        slowest = 0.0
-        for _ in range(count):
-            name = rng.choice(names)
-            kind = rosservice.get_service_class_by_name(name)
-            request = kind._request_class()
-            fill(request, rng)
-            before = time.monotonic()
-            try:
-                rospy.ServiceProxy(name, kind)(request)
-            except (rospy.ServiceException, rospy.ROSException):
-                pass  # refused, as it may be
-            slowest = max(slowest, time.monotonic() - before)
-        return {"slowest": slowest}
-
-    @staticmethod
-    def fuzzed_commands(seed, count):
-        """Sends fuzzed values on command topics."""
-        rng = random.Random(seed)
-        master = rosgraph.Master(rospy.get_name())
-        kinds = dict(master.getTopicTypes())
-        names = sorted(
-            name
-            for name, nodes in master.getSystemState()[1]
-            if set(nodes) & {"/gazebo", "/control", "/drive"} and name in kinds
-            and name not in ("/clock", "/gazebo/set_model_state", "/gazebo/set_link_state")
-        )  # fmt: skip
-        outs = {}
-        for name in rng.sample(names, min(6, len(names))):
-            kind = roslib.message.get_message_class(kinds[name])
-            if kind is not None:
-                outs[name] = rospy.Publisher(name, kind, queue_size=10), kind
-        time.sleep(0.5)
-        for _ in range(count):
-            out, kind = outs[rng.choice(sorted(outs))]
-            message = kind()
-            fill(message, rng)
-            try:
-                out.publish(message)
-            except (rospy.ROSException, struct.error, UnicodeError):
-                pass  # does not serialise
-            time.sleep(0.005)
-        for out, _ in outs.values():
-            out.unregister()
-        return {"topics": sorted(outs)}
-
-    @staticmethod
-    def noise(seed, count):
-        """Writes random bytes to the simulator's ports."""
-        rng = random.Random(seed)
-        master = rosgraph.Master(rospy.get_name())
-        addresses = (master.lookupNode("/gazebo"), master.lookupService("/gazebo/pause_physics"))
-        for _ in range(count):
-            address = urlparse(rng.choice(addresses))
-            with socket.create_connection((address.hostname, address.port), 2.0) as link:
-                try:
-                    link.sendall(rng.randbytes(rng.choice((1, 4, 100, 5000))))
-                except OSError:
-                    pass  # closed, as it should be
-        return {}
-
-
 def fill(message, rng):
     """Fills a message with fuzzed values, in depth."""
     for name, kind in zip(message.__slots__, message._slot_types):
@@ -195,7 +121,7 @@ class Driver(threading.Thread):
                     out.publish(message)
 
 
-class Operator(Fuzzer):
+class Operator:
     """What can be requested; each method answers with a dict."""
 
     def __init__(self):
@@ -296,6 +222,76 @@ class Operator(Fuzzer):
             self._driver.active = True
         text = json.dumps(states, sort_keys=True)
         return {"digest": hashlib.sha256(text.encode()).hexdigest(), "states": states}
+
+    @staticmethod
+    def fuzzed_calls(seed, count):
+        """Calls services of the simulator with fuzzed values."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        names = sorted(
+            name
+            for name, nodes in master.getSystemState()[2]
+            if "/gazebo" in nodes and name.rpartition("/")[2] not in SPARED
+        )
+        slowest = 0.0
+        for _ in range(count):
+            name = rng.choice(names)
+            kind = rosservice.get_service_class_by_name(name)
+            request = kind._request_class()
+            fill(request, rng)
+            before = time.monotonic()
+            try:
+                rospy.ServiceProxy(name, kind)(request)
+            except (rospy.ServiceException, rospy.ROSException):
+                pass  # refused, as it may be
+            slowest = max(slowest, time.monotonic() - before)
+        return {"slowest": slowest}
+
+    @staticmethod
+    def fuzzed_commands(seed, count):
+        """Sends fuzzed values on command topics."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        kinds = dict(master.getTopicTypes())
+        names = sorted(
+            name
+            for name, nodes in master.getSystemState()[1]
+            if set(nodes) & {"/gazebo", "/control", "/drive"} and name in kinds
+            and name not in ("/clock", "/gazebo/set_model_state", "/gazebo/set_link_state")
+        )  # fmt: skip
+        outs = {}
+        for name in rng.sample(names, min(6, len(names))):
+            kind = roslib.message.get_message_class(kinds[name])
+            if kind is not None:
+                outs[name] = rospy.Publisher(name, kind, queue_size=10), kind
+        time.sleep(0.5)
+        for _ in range(count):
+            out, kind = outs[rng.choice(sorted(outs))]
+            message = kind()
+            fill(message, rng)
+            try:
+                out.publish(message)
+            except (rospy.ROSException, struct.error, UnicodeError):
+                pass  # does not serialise
+            time.sleep(0.005)
+        for out, _ in outs.values():
+            out.unregister()
+        return {"topics": sorted(outs)}
+
+    @staticmethod
+    def noise(seed, count):
+        """Writes random bytes to the simulator's ports."""
+        rng = random.Random(seed)
+        master = rosgraph.Master(rospy.get_name())
+        addresses = (master.lookupNode("/gazebo"), master.lookupService("/gazebo/pause_physics"))
+        for _ in range(count):
+            address = urlparse(rng.choice(addresses))
+            with socket.create_connection((address.hostname, address.port), 2.0) as link:
+                try:
+                    link.sendall(rng.randbytes(rng.choice((1, 4, 100, 5000))))
+                except OSError:
+                    pass  # closed, as it should be
+        return {}
 
 
 def states_of(model):
