@@ -16,7 +16,7 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model
-from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
 COLD = (
@@ -340,7 +340,7 @@ class World:
     def __init__(
         self,
         time_step: float = 0.001,
-        gravity: Point = (0.0, 0.0, -9.81),
+        gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
     ) -> None:
         self._engine = engine or Engine(time_step, gravity)
@@ -360,7 +360,7 @@ class World:
         return self._engine.time_step
 
     @property
-    def gravity(self) -> Point:
+    def gravity(self) -> Vec3:
         """Gravity [m/s^2] in the world frame."""
         return self._engine.gravity
 

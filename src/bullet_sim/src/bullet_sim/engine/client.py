@@ -140,16 +140,3 @@ class Client:
         step, client = p.stepSimulation, self._client
         for _ in range(count):
             step(client)
-
-
-def velocity_at(point, centre, linear, angular):
-    """Velocity (3,) of a rigid body's material at a point.
-
-    Args:
-        point, centre: (3,) [m].
-        linear: (3,) [m/s] of the centre.
-        angular: (3,) [rad/s].
-    """
-    (u, v, w), (a, b, c) = linear, angular
-    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
-    return u + b * z - c * y, v + c * x - a * z, w + a * y - b * x

@@ -5,13 +5,13 @@ import operator
 
 import numpy as np
 
-from bullet_sim.engine.client import Client, velocity_at
+from bullet_sim.engine.client import Client
 from bullet_sim.engine.library import p
 from bullet_sim.engine.states import Saving
 from bullet_sim.engine.sweep import Sweep
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
-from bullet_sim.pose import Pose, compose
+from bullet_sim.pose import Pose, compose, velocity_at
 from bullet_sim.sensors.contact import Contact
 
 
