@@ -68,7 +68,7 @@ def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
         dict(world.models),
         bodies_of(world.models),
         tuple(controllers_of(model) for model in models),
-        world.engine.save_bodies(clear=world.contacts.is_releasing),
+        world.engine.states.save(clear=world.contacts.is_releasing),
         tuple(part.get_state() for part in parts_of(world, order)),
         tuple(model.placed for model in models),
         world.time_step,
@@ -93,14 +93,14 @@ def restore(
     """
     world.contacts.begin_restore()
     world.models = dict(state.models)
-    known = state.engine.is_cleared or world.engine.layout == state.engine.layout
+    known = state.engine.is_cleared or world.engine.states.layout == state.engine.layout
     if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
         reload()
     world.contacts.prepare(world.models)
     for part, saved in zip(parts_of(world, order), state.parts, strict=True):
         part.set_state(saved)
     world.contacts.end_restore()
-    same = world.engine.restore_bodies(state.engine)
+    same = world.engine.states.restore(state.engine)
     for model, placed in zip(state.models.values(), state.placed):
         model.placed = placed
     return "" if same else COLD

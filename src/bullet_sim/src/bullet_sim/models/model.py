@@ -87,7 +87,7 @@ def load_body(engine, source, pose, lumped, description):
     if self_collide:
         for name in apart:
             for other in lumped.links:
-                engine.disable_self_collision(body, links[name], links[other])
+                engine.set_pair_collision(body, links[name], body, links[other], False)
     _set_surfaces(engine, body, links, lumped)
     measured = {}
     for joint in (*lumped.joints, *lumped.welds):
@@ -104,7 +104,7 @@ def load_body(engine, source, pose, lumped, description):
 def _set_surfaces(engine, body, links, lumped):
     for name, link in lumped.links.items():
         surface = link.surface
-        engine.set_surface(body, links[name], stiffness=surface.stiffness, damping=surface.damping)
+        engine.set_surface(body, links[name], surface.stiffness, surface.damping)
         if surface.bitmask != EVERYTHING:
             engine.set_bitmask(body, links[name], surface.bitmask)
 

@@ -3,11 +3,10 @@
 import dataclasses
 import math
 
-from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import Quality
 from bullet_sim.world import World
 from paddock_common.settings import Number
@@ -106,7 +105,7 @@ class Painter:
         try:
             self._renderer, self.kind = GlRenderer(QUALITY), "gl"
         except RenderError:
-            self._renderer, self.kind = _tiny(), "tiny"
+            self._renderer, self.kind = PyBulletRenderer("tiny"), "tiny"
 
     def picture(self, request, pose):
         """A camera's picture of the world now.
@@ -128,11 +127,6 @@ class Painter:
     def close(self):
         """Free the renderer."""
         self._renderer.close()
-
-
-def _tiny():
-    engine = Engine()
-    return Mirror(engine, engine.start_renderer("tiny"))
 
 
 SETTLING = 1.0  # simulated time until the cars stand still [s]
