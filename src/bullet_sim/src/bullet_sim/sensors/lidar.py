@@ -111,7 +111,7 @@ class Lidar:
 
 
 class LayeredLidar(Lidar):
-    """Rays of a CloudSpec or RangeSpec; `scan` returns (samples * layers,) ranges.
+    """Rays of a specification with layers; `scan` returns (samples * layers,) ranges.
 
     The layers of one direction follow each other, lowest first.
 
