@@ -366,21 +366,20 @@ def realsense(xml):
             continue
         points = xml.text("pointCloudTopicName", "depth/color/points")
         values.update(noise_mean=0.0, noise_stddev=0.0)
-        xml.model.sensors.append(
-            RangeCameraSpec(
-                **values,
-                depth_topic=topic,
-                depth_info_topic=values["info_topic"],
-                millimetres=True,
-                range_min=xml.number("rangeMinDepth"),
-                range_max=xml.number("rangeMaxDepth", 65.535),
-                points_topic=xml.names.topic(f"/{handle}/{points}")
-                if is_true(xml.text("pointCloud"))
-                else "",
-                cutoff=xml.number("pointCloudCutoff"),
-                cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
-            )
+        spec = RangeCameraSpec(
+            **values,
+            depth_topic=topic,
+            depth_info_topic=values["info_topic"],
+            millimetres=True,
+            range_min=xml.number("rangeMinDepth"),
+            range_max=xml.number("rangeMaxDepth", 65.535),
+            points_topic=xml.names.topic(f"/{handle}/{points}")
+            if is_true(xml.text("pointCloud"))
+            else "",
+            cutoff=xml.number("pointCloudCutoff"),
+            cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
         )
+        xml.model.sensors.append(spec)
 
 
 def _sensors_by_name(xml):

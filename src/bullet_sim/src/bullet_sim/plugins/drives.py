@@ -125,15 +125,14 @@ def joint_states(xml):
     joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
     if joints:
         names = Names(xml.element, xml.model.name, default=xml.model.name)
-        xml.model.sensors.append(
-            JointStatesSpec(
-                name=xml.name or "joint_states",
-                link=xml.model.root,
-                joints=joints,
-                rate=xml.number("updateRate", 100.0),
-                topic=names.topic("joint_states"),
-            )
+        spec = JointStatesSpec(
+            name=xml.name or "joint_states",
+            link=xml.model.root,
+            joints=joints,
+            rate=xml.number("updateRate", 100.0),
+            topic=names.topic("joint_states"),
         )
+        xml.model.sensors.append(spec)
 
 
 @model_plugin("paddock_state_publisher")
@@ -182,15 +181,14 @@ def skid_steer(xml):
 @model_plugin("gazebo_ros_planar_move")
 def planar_move(xml):
     """PlanarMoveSpec."""
-    xml.model.sensors.append(
-        PlanarMoveSpec(
-            name=xml.name or "planar_move",
-            link=xml.model.root,
-            rate=xml.number("odometryRate", 20.0),
-            timeout=xml.number("cmdTimeout", -1.0),
-            **_odometry_names(xml),
-        )
+    spec = PlanarMoveSpec(
+        name=xml.name or "planar_move",
+        link=xml.model.root,
+        rate=xml.number("odometryRate", 20.0),
+        timeout=xml.number("cmdTimeout", -1.0),
+        **_odometry_names(xml),
     )
+    xml.model.sensors.append(spec)
 
 
 @model_plugin(
@@ -245,19 +243,18 @@ def _drive(xml, left, right, tf_tag, separation, **flags):
             "be above 0; it is left out"
         )
         return
-    xml.model.sensors.append(
-        WheelDriveSpec(
-            name=xml.name or "drive",
-            link=xml.model.root,
-            left=left,
-            right=right,
-            separation=separation,
-            diameter=diameter,
-            torque=abs(torque),
-            acceleration=max(0.0, xml.number("wheelAcceleration")),
-            rate=xml.number("updateRate", 100.0),
-            publish_tf=is_true(xml.text(tf_tag, "true")),
-            **_odometry_names(xml),
-            **flags,
-        )
+    spec = WheelDriveSpec(
+        name=xml.name or "drive",
+        link=xml.model.root,
+        left=left,
+        right=right,
+        separation=separation,
+        diameter=diameter,
+        torque=abs(torque),
+        acceleration=max(0.0, xml.number("wheelAcceleration")),
+        rate=xml.number("updateRate", 100.0),
+        publish_tf=is_true(xml.text(tf_tag, "true")),
+        **_odometry_names(xml),
+        **flags,
     )
+    xml.model.sensors.append(spec)

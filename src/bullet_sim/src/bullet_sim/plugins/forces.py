@@ -104,17 +104,16 @@ def ft_sensor(xml):
         return
     child = xml.model.joints[joint].child
     xml.model.measured.add(joint)
-    xml.model.sensors.append(
-        ForceTorqueSpec(
-            name=xml.name or joint,
-            link=child,
-            joint=joint,
-            rate=max(0.0, xml.number("updateRate")),
-            topic=xml.topic("topicName", f"{joint}_wrench"),
-            frame_id=child,
-            noise_stddev=abs(xml.number("gaussianNoise")),
-        )
+    spec = ForceTorqueSpec(
+        name=xml.name or joint,
+        link=child,
+        joint=joint,
+        rate=max(0.0, xml.number("updateRate")),
+        topic=xml.topic("topicName", f"{joint}_wrench"),
+        frame_id=child,
+        noise_stddev=abs(xml.number("gaussianNoise")),
     )
+    xml.model.sensors.append(spec)
 
 
 @model_plugin("gazebo_ros_f3d")
@@ -122,14 +121,13 @@ def f3d(xml):
     """LinkForceSpec."""
     link = xml.link("bodyName")
     if link is not None:
-        xml.model.sensors.append(
-            LinkForceSpec(
-                name=xml.name or link,
-                link=link,
-                topic=xml.topic("topicName", f"{link}_force"),
-                frame_id=xml.frame("frameName", "world"),
-            )
+        spec = LinkForceSpec(
+            name=xml.name or link,
+            link=link,
+            topic=xml.topic("topicName", f"{link}_force"),
+            frame_id=xml.frame("frameName", "world"),
         )
+        xml.model.sensors.append(spec)
 
 
 @model_plugin("gazebo_ros_hand_of_god")
@@ -139,15 +137,14 @@ def hand_of_god(xml):
     if link is None:
         return
     xml.model.links[link].gravity = False
-    xml.model.sensors.append(
-        HandOfGodSpec(
-            name=xml.name or "hand_of_god",
-            link=link,
-            frame=xml.text("frameId", "hog"),
-            linear=abs(xml.number("kl", 200.0)),
-            angular=abs(xml.number("ka", 200.0)),
-        )
+    spec = HandOfGodSpec(
+        name=xml.name or "hand_of_god",
+        link=link,
+        frame=xml.text("frameId", "hog"),
+        linear=abs(xml.number("kl", 200.0)),
+        angular=abs(xml.number("ka", 200.0)),
     )
+    xml.model.sensors.append(spec)
 
 
 @model_plugin("gazebo_ros_joint_pose_trajectory")

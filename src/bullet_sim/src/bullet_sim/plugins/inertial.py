@@ -128,18 +128,17 @@ def ground_truth(xml):
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    xml.model.sensors.append(
-        GroundTruthSpec(
-            link=link,
-            topic=xml.topic("topicName", "ground_truth"),
-            frame_id=xml.frame("frameName", "world"),
-            rate=xml.number("updateRate"),
-            twist_in_child=xml.text("twistFrame", "world") == "child",
-            child_frame_id=link,
-            noise_stddev=abs(xml.number("gaussianNoise")),
-            pose=_offset(xml),
-        )
+    spec = GroundTruthSpec(
+        link=link,
+        topic=xml.topic("topicName", "ground_truth"),
+        frame_id=xml.frame("frameName", "world"),
+        rate=xml.number("updateRate"),
+        twist_in_child=xml.text("twistFrame", "world") == "child",
+        child_frame_id=link,
+        noise_stddev=abs(xml.number("gaussianNoise")),
+        pose=_offset(xml),
     )
+    xml.model.sensors.append(spec)
 
 
 def _imu_spec(xml, name, link, pose, **values):
@@ -155,17 +154,16 @@ def model_imu(xml):
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    xml.model.sensors.append(
-        _imu_spec(
-            xml,
-            xml.name or "imu",
-            link,
-            _offset(xml),
-            rate=xml.number("updateRate"),
-            frame_id=xml.frame("frameName", link),
-            topic=xml.topic("topicName", "/default_imu"),
-        )
+    spec = _imu_spec(
+        xml,
+        xml.name or "imu",
+        link,
+        _offset(xml),
+        rate=xml.number("updateRate"),
+        frame_id=xml.frame("frameName", link),
+        topic=xml.topic("topicName", "/default_imu"),
     )
+    xml.model.sensors.append(spec)
 
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
@@ -222,11 +220,6 @@ def imu_sensor(xml):
 
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
-def _axes(xml, tag):
-    """(3,) numbers of a tag; a single one counts for all axes, none is 0."""
-    return xml.vector(tag, broadcast=True)
-
-
 @model_plugin("hector_gazebo_ros_imu")
 def hector_imu(xml):
     """ImuSpec."""
@@ -234,23 +227,22 @@ def hector_imu(xml):
     if link is None:
         return
     noise = abs(xml.number("gaussianNoise"))
-    acceleration = max(map(abs, _axes(xml, "accelGaussianNoise"))) or noise
-    rate = max(map(abs, _axes(xml, "rateGaussianNoise")))
-    xml.model.sensors.append(
-        ImuSpec(
-            name=xml.name or "imu",
-            link=link,
-            pose=(ZERO, _axes(xml, "rpyOffset")),
-            rate=xml.number("updateRate"),
-            topic=xml.topic("topicName", "imu"),
-            frame_id=xml.frame("frameId", link),
-            gyro_noise_stddev=rate,
-            accel_noise_stddev=acceleration,
-            gyro_noise_mean=_axes(xml, "rateOffset")[0],
-            accel_noise_mean=_axes(xml, "accelOffset")[0],
-            variance=acceleration**2,
-        )
+    acceleration = max(map(abs, xml.vector("accelGaussianNoise", broadcast=True))) or noise
+    rate = max(map(abs, xml.vector("rateGaussianNoise", broadcast=True)))
+    spec = ImuSpec(
+        name=xml.name or "imu",
+        link=link,
+        pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
+        rate=xml.number("updateRate"),
+        topic=xml.topic("topicName", "imu"),
+        frame_id=xml.frame("frameId", link),
+        gyro_noise_stddev=rate,
+        accel_noise_stddev=acceleration,
+        gyro_noise_mean=xml.vector("rateOffset", broadcast=True)[0],
+        accel_noise_mean=xml.vector("accelOffset", broadcast=True)[0],
+        variance=acceleration**2,
     )
+    xml.model.sensors.append(spec)
 
 
 @model_plugin("hector_gazebo_ros_gps")
@@ -259,26 +251,25 @@ def gps(xml):
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    xml.model.sensors.append(
-        GpsSpec(
-            name=xml.name or "gps",
-            link=link,
-            pose=(_axes(xml, "xyzOffset"), _axes(xml, "rpyOffset")),
-            rate=xml.number("updateRate", 4.0),
-            topic=xml.topic("topicName", "fix"),
-            velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
-            frame_id=xml.frame("frameId", "/world"),
-            latitude=xml.number("referenceLatitude", GpsSpec.latitude),
-            longitude=xml.number("referenceLongitude", GpsSpec.longitude),
-            altitude=xml.number("referenceAltitude"),
-            heading=math.radians(xml.number("referenceHeading")),
-            status=int(xml.number("status")),
-            service=int(xml.number("service", 1.0)),
-            noise_stddev=_axes(xml, "gaussianNoise"),
-            velocity_noise_stddev=_axes(xml, "velocityGaussianNoise"),
-            offset=_axes(xml, "offset"),
-        )
+    spec = GpsSpec(
+        name=xml.name or "gps",
+        link=link,
+        pose=(xml.vector("xyzOffset", broadcast=True), xml.vector("rpyOffset", broadcast=True)),
+        rate=xml.number("updateRate", 4.0),
+        topic=xml.topic("topicName", "fix"),
+        velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
+        frame_id=xml.frame("frameId", "/world"),
+        latitude=xml.number("referenceLatitude", GpsSpec.latitude),
+        longitude=xml.number("referenceLongitude", GpsSpec.longitude),
+        altitude=xml.number("referenceAltitude"),
+        heading=math.radians(xml.number("referenceHeading")),
+        status=int(xml.number("status")),
+        service=int(xml.number("service", 1.0)),
+        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
+        velocity_noise_stddev=xml.vector("velocityGaussianNoise", broadcast=True),
+        offset=xml.vector("offset", broadcast=True),
     )
+    xml.model.sensors.append(spec)
 
 
 @model_plugin("hector_gazebo_ros_magnetic")
@@ -287,19 +278,18 @@ def magnetic(xml):
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    xml.model.sensors.append(
-        MagneticSpec(
-            name=xml.name or "magnetic",
-            link=link,
-            rate=xml.number("updateRate"),
-            topic=xml.topic("topicName", "magnetic"),
-            frame_id=xml.frame("frameId", link),
-            magnitude=xml.number("magnitude", 0.44),
-            heading=math.radians(xml.number("referenceHeading")),
-            declination=math.radians(xml.number("declination")),
-            inclination=math.radians(xml.number("inclination", 60.0)),
-            field_message=is_true(xml.text("useMagneticFieldMsgs")),
-            noise_stddev=_axes(xml, "gaussianNoise"),
-            offset=_axes(xml, "offset"),
-        )
+    spec = MagneticSpec(
+        name=xml.name or "magnetic",
+        link=link,
+        rate=xml.number("updateRate"),
+        topic=xml.topic("topicName", "magnetic"),
+        frame_id=xml.frame("frameId", link),
+        magnitude=xml.number("magnitude", 0.44),
+        heading=math.radians(xml.number("referenceHeading")),
+        declination=math.radians(xml.number("declination")),
+        inclination=math.radians(xml.number("inclination", 60.0)),
+        field_message=is_true(xml.text("useMagneticFieldMsgs")),
+        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
+        offset=xml.vector("offset", broadcast=True),
     )
+    xml.model.sensors.append(spec)

@@ -177,9 +177,9 @@ class PluginXml(Values):
         found.element = copy.deepcopy(self.element)  # which belongs to no document
         return found
 
-    def topic(self, tag: str, default: str, group: str = "", absolute: bool = True) -> str:
+    def topic(self, tag: str, default: str, group: str = "") -> str:
         """Full name of the topic that a tag names: see Names.topic."""
-        return self.names.topic(self.text(tag, default), group, absolute)
+        return self.names.topic(self.text(tag, default), group)
 
     def frame(self, tag: str, default: str, prefixed: bool = False) -> str:
         """Name of the frame that a tag names: see Names.frame."""
@@ -195,13 +195,12 @@ class PluginXml(Values):
         Returns:
             None, with a warning, where the model has no such link.
         """
-        text = self.text(tag, default or "")
-        name = text.rsplit("::", 1)[-1].lstrip("/")
-        for found in (text, name):
-            if found in self.model.links:
-                return found
+        text, links = self.text(tag, default or ""), self.model.links
+        name = text if text in links else text.rsplit("::", 1)[-1].lstrip("/")
+        if name in links:
+            return name
         if default is None:
-            return self._known(tag, text, self.model.links, "link")
+            return self._known(tag, text, links, "link")
         self.warn(
             f"{self.label} has {tag} '{name}', which is no link; it is left out",
             "plugins name a link that does not exist and are left out",
