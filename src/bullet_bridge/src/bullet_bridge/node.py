@@ -14,6 +14,7 @@ from paddock_common.nodes import bear_failures
 from paddock_common.process import end_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
+from bullet_bridge.extensions import Extensions
 from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import Arrivals
@@ -144,6 +145,8 @@ def make_server(parts):
         parts.callback(relay.close)
     publishing.set_relay(relay)
     resolve = Resolver()
+    extensions = Extensions()
+    extensions.enter()
     described = load_world(world, config.world_file, resolve)
     if config.world_pace and described is not None:
         config = replace(config, real_time_factor=described.real_time_factor)
@@ -152,7 +155,7 @@ def make_server(parts):
     cameras = make_cameras(world, config)
     parts.callback(cameras.close)
     arrivals = Arrivals()
-    robots = Robots(jobs, world, cameras, config.seed, arrivals)
+    robots = Robots(jobs, world, cameras, config.seed, arrivals, extensions)
     own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
     clock = SimClock(config.clock_rate, world.time_step, own=own_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)

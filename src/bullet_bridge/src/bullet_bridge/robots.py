@@ -6,6 +6,7 @@ import traceback
 import zlib
 
 import rospy
+from bullet_sim.plugins.custom import CustomSpec
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
@@ -26,14 +27,15 @@ class Robots:
         cameras: Cameras.
         seed: base of all noise seeds.
         arrivals: Arrivals, which count the commands.
+        extensions: Extensions, which have the classes of users' own plugins.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
     one number; `refresh` updates them after jobs.
     """
 
-    def __init__(self, jobs, world, cameras, seed, arrivals=None):
+    def __init__(self, jobs, world, cameras, seed, arrivals=None, extensions=None):
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
-        self.arrivals = arrivals or Arrivals()
+        self.arrivals, self.extensions = arrivals or Arrivals(), extensions
         self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
         self._controls, self._plugins, self._counts = {}, {}, {}
         self._failed = set()  # plugins that raised an exception
@@ -81,10 +83,20 @@ class Robots:
         """Append one of a model's plugins to a list; one that fails is left out."""
         seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
         context = PluginContext(self._world, model, spec, seed, self.arrivals, self._cameras)
+        own = isinstance(spec, CustomSpec)
         try:
-            parts.append(make_plugin(context))
+            parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
         except (ValueError, ArithmeticError) as error:
             rospy.logerr("model '%s': sensor on %s is left out: %s", model.name, spec.topic, error)
+        except Exception:
+            if not own:
+                raise
+            rospy.logerr(
+                "model '%s': %s, and is left out, since it has raised an exception:\n%s",
+                model.name,
+                self.extensions.of(spec),
+                traceback.format_exc().rstrip(),
+            )
 
     def _make_control(self, model, namespace):
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
@@ -270,4 +282,5 @@ class Robots:
 
 def _label(plugin):
     """Name of a plugin in messages."""
-    return f"model '{plugin.model.name}', sensor on {plugin.spec.topic}"
+    kind = "plugin" if plugin.always else "sensor"
+    return f"model '{plugin.model.name}', {kind} on {plugin.spec.topic}"

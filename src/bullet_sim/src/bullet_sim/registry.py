@@ -70,6 +70,10 @@ class Registry(Generic[T]):
                 return entry
         raise KeyError(name)
 
+    def is_built_in(self, name: str) -> bool:
+        """Whether it is registered, and no source has to be asked."""
+        return name in self._entries
+
     def names(self) -> tuple[str, ...]:
         """All names, the built-in ones first."""
         others = [name for _, names in self._sources for name in names()]

@@ -2,6 +2,7 @@
 
 import math
 import threading
+import traceback
 
 import rospy
 from bullet_sim.controllers.pid import PidConfig
@@ -39,6 +40,7 @@ class RobotControl:
         self._publishing = {}  # of the topics: those of running controllers that publish ...
         self._schedules = []  # ... and their schedules
         self.closed = False
+        self.manager.on_failure = self._failed
         try:
             set_hardware(model, self.namespace, self._tunings)
             self._services = ControllerServices(
@@ -84,6 +86,16 @@ class RobotControl:
         """
         step = self.world.step_count
         return min([s.next_due_subscribed(step, check) for s in self._schedules], default=math.inf)
+
+    def _failed(self, name, error):
+        """A controller has raised an exception and is stopped."""
+        rospy.logerr(
+            "%s: controller '%s' is stopped, since it has raised an exception:\n%s",
+            self.namespace,
+            name,
+            "".join(traceback.format_exception(error)).rstrip(),
+        )
+        self.refresh()
 
     def publish(self, step, time):
         """Publish what is due."""
