@@ -1,5 +1,6 @@
 """A user's own controller, plugin and sensor: the package of the tutorial, from the devel space."""
 
+import json
 import re
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from drop_in_workspace import ROOT, Launched, Workspace, master_port
 from gazebo_msgs.srv import GetJointProperties, GetModelState
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
 from std_msgs.msg import Float64
-from std_srvs.srv import Empty
+from std_srvs.srv import Empty, Trigger
 
 from bullet_bridge.srv import State
 
@@ -66,7 +67,7 @@ class OwnClasses(unittest.TestCase):
         except OSError:
             return False
 
-    def launch(self, changes=(), controllers=("mast",)):
+    def launch(self, changes=(), controllers=("joints", "mast")):
         """Launches the package, with (old, new) changes of its code."""
         code = files()[CODE]
         for old, new in changes:
@@ -157,7 +158,10 @@ class OwnClasses(unittest.TestCase):
         gas = self.record("/gas")
         gas.wait_count(2)
         self.publish("/lab/mast/command", 0.5)
-        wait_until(lambda: self.states(launched) == {"mast": "stopped"}, "the controller stopped")
+        wait_until(
+            lambda: self.states(launched) == {"joints": "running", "mast": "stopped"},
+            "the controller stopped",
+        )
         gas.wait_count(len(gas.messages) + 5)
         log = re.sub(r"\s+", " ", launched.output())
         self.assertIn("controller 'mast' is stopped, since it has raised an exception", log)
@@ -166,7 +170,7 @@ class OwnClasses(unittest.TestCase):
         self.assertIn("plugin on /belt: is switched off", log)
         switch = rospy.ServiceProxy("/lab/controller_manager/switch_controller", SwitchController)
         self.assertTrue(switch(start_controllers=["mast"], strictness=2).ok)
-        self.assertEqual(self.states(launched), {"mast": "running"})
+        self.assertEqual(self.states(launched), dict.fromkeys(("joints", "mast"), "running"))
 
     def test_a_class_that_cannot_be_had_is_left_out_with_its_reason(self):
         launched = self.launch(
@@ -178,7 +182,7 @@ class OwnClasses(unittest.TestCase):
                 ),
                 ("class BangBang(Controller)", "class BangBang"),
             ],
-            controllers=(),
+            controllers=("joints",),
         )
         load = rospy.ServiceProxy("/lab/controller_manager/load_controller", LoadController)
         self.assertFalse(load("mast").ok)
@@ -195,4 +199,7 @@ class OwnClasses(unittest.TestCase):
             log,
         )
         self.assertIn("/belt is left out: no", log)
+        answer = json.loads(rospy.ServiceProxy("/gazebo/describe", Trigger)().message)
+        (lab,) = (model for model in answer["models"] if model["name"] == "lab")
+        self.assertEqual(len(lab["lost"]), 3, "what ./run check reports as problems")
         sleep_sim(0.5)  # the simulation goes on

@@ -39,6 +39,7 @@ class Robots:
         self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
         self._controls, self._plugins, self._counts = {}, {}, {}
         self._failed = set()  # plugins that raised an exception
+        self._skipped = {}  # name of a model -> messages about plugins that it does without
         self._all_controls, self._all_plugins, self._next, self._next_check = (), (), 0, 0.0
 
     # connecting, outside the simulation thread ------------------------------------------------
@@ -87,16 +88,15 @@ class Robots:
         try:
             parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
         except (ValueError, ArithmeticError) as error:
-            rospy.logerr("model '%s': sensor on %s is left out: %s", model.name, spec.topic, error)
-        except Exception:
+            text = f"sensor on {spec.topic} is left out: {error}"
+            self._skipped.setdefault(model.name, []).append(text)
+            rospy.logerr("model '%s': %s", model.name, text)
+        except Exception as error:
             if not own:
                 raise
-            rospy.logerr(
-                "model '%s': %s, and is left out, since it has raised an exception:\n%s",
-                model.name,
-                self.extensions.of(spec),
-                traceback.format_exc().rstrip(),
-            )
+            text = f"{self.extensions.of(spec)}, and is left out: {error}"
+            self._skipped.setdefault(model.name, []).append(text)
+            rospy.logerr("model '%s': %s\n%s", model.name, text, traceback.format_exc().rstrip())
 
     def _make_control(self, model, namespace):
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
@@ -152,6 +152,7 @@ class Robots:
             control.closed = True
             self._release(control.model)
         removed = self._plugins.pop(name, [])
+        self._skipped.pop(name, None)
         for plugin in removed:
             self._counts.pop(plugin, None)
             self._failed.discard(plugin)
@@ -229,6 +230,12 @@ class Robots:
         )
         self._failed.add(plugin)
         self._all_plugins = tuple(each for each in self._all_plugins if each is not plugin)
+
+    def skipped(self, model):
+        """Messages about what a model does without: plugins that failed, controllers."""
+        control = self._controls.get(model.name)
+        refused = [] if control is None else list(control.refused.values())
+        return self._skipped.get(model.name, []) + refused
 
     def parts(self, name):
         """Plugins (a list) and RobotControl, or None, of a model."""

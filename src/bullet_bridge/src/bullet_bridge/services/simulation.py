@@ -115,7 +115,10 @@ class DescribeService:
             ],
             "extensions": self._extensions(model),
             "warnings": grouped(warning for warning in found if not is_loss(warning)),
-            "lost": [str(warning) for warning in found if is_loss(warning)],
+            "lost": [
+                *(str(warning) for warning in found if is_loss(warning)),
+                *self._robots.skipped(model),
+            ],
         }
 
     def _extensions(self, model):
