@@ -38,14 +38,15 @@ class Workspace:
             (self.source / name).parent.mkdir(parents=True, exist_ok=True)
             (self.source / name).write_text(text)
 
-    def build(self):
-        """Builds it on top of the active workspace.
+    def build(self, *targets):
+        """Builds it on top of the active workspace, and targets such as install.
 
         Returns:
             (exit status, output).
         """
+        options = [f"-DPYTHON_EXECUTABLE={sys.executable}", *targets]
         done = subprocess.run(
-            ["catkin_make", "-C", str(self.path), f"-DPYTHON_EXECUTABLE={sys.executable}"],
+            ["catkin_make", "-C", str(self.path), *options],
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

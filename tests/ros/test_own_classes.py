@@ -148,6 +148,16 @@ class OwnClasses(unittest.TestCase):
         for word in ("Traceback", "[FATAL]", "[ERROR]", "[WARN]"):
             self.assertNotIn(word, launched.output())
 
+    def test_they_work_from_the_install_space(self):
+        (self.workspace.source / CODE).write_text(files()[CODE])
+        status, output = self.workspace.build("install")
+        self.assertEqual(status, 0, output)
+        self.addCleanup(setattr, self.workspace, "setup", self.workspace.setup)
+        self.workspace.setup = self.workspace.path / "install" / "setup.bash"
+        launched = self.launch([("class GasSensor", "class NotInstalled")])
+        self.assertAlmostEqual(self.record("/gas").next().data, 0.1, delta=1e-3)
+        self.assertNotIn("[ERROR]", launched.output())
+
     def test_what_raises_is_switched_off_and_the_rest_goes_on(self):
         launched = self.launch(
             [
