@@ -10,8 +10,8 @@ from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.world import World
 from bullet_sim.xml_reader import is_true
-from paddock_common.nodes import bear_failures
-from paddock_common.process import end_with_roslaunch
+from paddock_common.nodes import tolerate_log_errors
+from paddock_common.process import exit_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.extensions import Extensions
@@ -55,7 +55,7 @@ class Config:
 
     world_file: str = text("", empty=True)
     paused: bool = flag(False)
-    real_time_factor: float = number(1.0, least=0.0)
+    real_time_factor: float = number(1.0, min=0.0)
     world_pace: bool = False
     lockstep: bool = flag(False)
     every_picture: bool = flag(False)
@@ -63,11 +63,11 @@ class Config:
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
     labels: bool = flag(False)
-    clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
+    clock_rate: float = number(200.0, min=0.0, unit="Hz", name="pub_clock_frequency")
     states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
-    step_timeout: float = number(10.0, least=0.0, unit="s")
+    step_timeout: float = number(10.0, min=0.0, unit="s")
     gui: bool = flag(False)
     headless: bool = flag(False)
 
@@ -109,10 +109,10 @@ def end(reason):
 def main():
     """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
-    bear_failures()
+    tolerate_log_errors()
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
     nodes.init_interruptible("gazebo", disable_rostime=True)
-    end_with_roslaunch()
+    exit_with_roslaunch()
     master = MasterWatch(end)
     master.monitor.start()
     with ExitStack() as parts:

@@ -36,7 +36,7 @@ class Settings:
     """
 
     mode: str = choice("original", MODES)
-    command_timeout: float = number(0.0, least=0.0, unit="s")
+    command_timeout: float = number(0.0, min=0.0, unit="s")
     geometry: Geometry = Geometry()
 
     def __post_init__(self):

@@ -136,7 +136,7 @@ class SliderDriver:
 
     def __init__(self, window):
         self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
-        rate = Number(above=0.0, most=5.0, unit="1/s")  # as a person's
+        rate = Number(above=0.0, max=5.0, unit="1/s")  # as a person's
         self._rate = parameter(rospy.get_param, "changes_per_second", 5.0, rate)
         self._changed = self._seen = -math.inf
         self._driving = False

@@ -1,4 +1,4 @@
-"""The node `film`: writes the pictures of a topic into a film until it is stopped."""
+"""The node `film`: writes the images of a topic to a video file until it stops."""
 
 from dataclasses import dataclass
 
@@ -16,8 +16,8 @@ class FilmSettings:
     """Private parameters.
 
     Attributes:
-        path: Of the film.
-        rate: Pictures per second of the film; those that come sooner in ROS time are left out.
+        path: Path of the video file.
+        rate: Frames per second of the film; images that arrive faster in ROS time are skipped.
     """
 
     path: str = text("film.mp4")
@@ -28,7 +28,7 @@ class FilmSettings:
 
 
 class FilmNode:
-    """Films the topic `image`."""
+    """Records the topic `image`."""
 
     def __init__(self):
         settings = read(FilmSettings, rospy.get_param)
@@ -39,7 +39,7 @@ class FilmNode:
         self._subscriber = rospy.Subscriber("image", Image, self.add)
 
     def add(self, message):
-        """Adds a picture if it is due."""
+        """Adds an image if it is due."""
         if not self._times.due(message.header.stamp.to_sec()):
             return
         try:

@@ -8,11 +8,11 @@ import numpy as np
 
 
 class Mesh:
-    """Solids put together.
+    """A collection of solids.
 
     Attributes:
         solids: List of solids; a solid is a list of (P, 3) polygons [m], each convex,
-            counter-clockwise seen from outside.
+            counter-clockwise as viewed from outside.
     """
 
     def __init__(self, *solids):
@@ -21,7 +21,7 @@ class Mesh:
             self.add(solid)
 
     def add(self, faces):
-        """Add a closed solid; it is turned inside out if its faces point inwards."""
+        """Add a closed solid; its faces are reversed if they point inwards."""
         faces = [np.asarray(face, dtype=float) for face in faces]
         if volume(faces) < 0.0:
             faces = [face[::-1] for face in faces]
@@ -39,14 +39,14 @@ class Mesh:
         return [face for solid in self.solids for face in solid]
 
     def bounds(self):
-        """Lowest and highest corner, two (3,) arrays [m]."""
+        """Minimum and maximum corner, two (3,) arrays [m]."""
         corners = np.concatenate(self.faces)
         return corners.min(axis=0), corners.max(axis=0)
 
     def triangles(self):
-        """Corners of all triangles (N, 3, 3) [m]; slivers without area are left out."""
-        found = [triangle for face in self.faces for triangle in fan(face)]
-        return np.array([triangle for triangle in found if area_vector(triangle).any()])
+        """Corners of all triangles (N, 3, 3) [m]; slivers without area are skipped."""
+        triangles = [triangle for face in self.faces for triangle in fan(face)]
+        return np.array([triangle for triangle in triangles if area_vector(triangle).any()])
 
     def volume(self):
         """Sum of the solids' volumes [m^3]."""
@@ -74,16 +74,16 @@ def volume(faces):
 
 
 def loft(sections, fans=False):
-    """Solid through closed sections, ends closed.
+    """Solid through closed sections, with closed ends.
 
     Args:
         sections: (S, P, 3) corners [m], all sections with the same number of points.
-        fans: Close the ends with triangles about their middle, for ends that are not convex.
+        fans: Close the ends with triangles about their centre, for ends that are not convex.
     """
     sections = np.asarray(sections, dtype=float)
     faces = [face for pair in zip(sections[:-1], sections[1:]) for face in between(*pair)]
     for end in (sections[0][::-1], sections[-1]):
-        faces += fan_about_middle(end) if fans else [end]
+        faces += fan_about_centre(end) if fans else [end]
     return faces
 
 
@@ -93,10 +93,10 @@ def between(a, b):
     return [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i]) for i in range(count)]
 
 
-def fan_about_middle(ring):
+def fan_about_centre(ring):
     """Triangles of a polygon (P, 3) about its corners' mean."""
-    middle = ring.mean(axis=0)
-    return [(middle, ring[i], ring[(i + 1) % len(ring)]) for i in range(len(ring))]
+    centre = ring.mean(axis=0)
+    return [(centre, ring[i], ring[(i + 1) % len(ring)]) for i in range(len(ring))]
 
 
 def box(low, high):
@@ -154,7 +154,7 @@ def plate(corners, thickness):
     return loft([corners, corners + thickness * normal])
 
 
-LEAST_AREA = 1e-10  # faces below twice this have no normal and are left out [m^2]
+MIN_AREA = 1e-10  # faces below twice this have no normal and are skipped [m^2]
 
 
 @dataclass(frozen=True)
@@ -162,17 +162,17 @@ class MeshSet:
     """The meshes of one description.
 
     Attributes:
-        package: Package whose make_meshes makes them, for the files' first line.
-        makers: Name -> function without arguments that makes the Mesh.
-        colours: Name -> RGB 0..1. rviz takes the colour of an OBJ from its MTL.
+        package: Package whose make_meshes generates them, for the files' first line.
+        makers: Name -> function without arguments that returns the Mesh.
+        colors: Name -> RGB 0..1. rviz takes the color of an OBJ from its MTL.
         specular: Brightness of highlights, 0..1.
         digits: Decimals of the normals; positions have 0.01 mm.
-        folded: A bent face shows its triangles, each with its own normal; else it has one normal.
+        folded: A bent face is written with one normal per triangle; else it has one normal.
     """
 
     package: str
     makers: dict
-    colours: dict
+    colors: dict
     specular: float = 0.2
     digits: int = 4
     folded: bool = False
@@ -186,10 +186,10 @@ class MeshSet:
         return "\n".join(head + obj_lines(faces, self.digits)) + "\n"
 
     def mtl(self, name):
-        """Text of NAME.mtl: one plain colour."""
-        colour = " ".join(f"{channel:.2f}" for channel in self.colours[name])
+        """Text of NAME.mtl: one uniform color."""
+        color = " ".join(f"{channel:.2f}" for channel in self.colors[name])
         shine = " ".join([f"{self.specular:.1f}"] * 3)
-        return f"newmtl {name}\nKa {colour}\nKd {colour}\nKs {shine}\nd 1\nillum 2\n"
+        return f"newmtl {name}\nKa {color}\nKd {color}\nKs {shine}\nd 1\nillum 2\n"
 
     def write(self, directory):
         """Write every mesh as NAME.obj and NAME.mtl into a directory; return the paths."""
@@ -206,14 +206,14 @@ class MeshSet:
         """Command line: target folder, by default that of the source tree; prints the paths.
 
         Args:
-            default: Folder to write into when none is named.
+            default: Folder to write to when none is given.
             argv: Arguments; None: those of the process.
         """
         parser = argparse.ArgumentParser(
             prog="make_meshes", description=f"Writes the meshes of {self.package}."
         )
         default = os.path.normpath(default)
-        optional = "?" if os.path.isdir(default) else None  # an install space has no sources
+        optional = "?" if os.path.isdir(default) else None  # an install space has no source tree
         parser.add_argument("directory", nargs=optional, default=default)
         for path in self.write(parser.parse_args(argv).directory):
             print(path)
@@ -221,7 +221,7 @@ class MeshSet:
 
 
 def obj_lines(faces, digits):
-    """Lines of an OBJ: positions, normals, triangles, each position and normal once.
+    """Lines of an OBJ: positions, normals, triangles, each position and normal written once.
 
     Args:
         faces: (P, 3) polygons [m].
@@ -231,16 +231,16 @@ def obj_lines(faces, digits):
     for face in faces:
         across = area_vector(face)
         length = np.linalg.norm(across)
-        if length < LEAST_AREA:
+        if length < MIN_AREA:
             continue
         normal = normals.setdefault(_text(across / length, digits), len(normals) + 1)
         corners = [points.setdefault(_text(corner, 5), len(points) + 1) for corner in face]
-        for triangle in fan(corners):  # PyBullet's loader wants triangles
+        for triangle in fan(corners):  # PyBullet's loader requires triangles
             if len(set(triangle)) == 3:
                 triangles.append("f " + " ".join(f"{corner}//{normal}" for corner in triangle))
     return [f"v {text}" for text in points] + [f"vn {text}" for text in normals] + triangles
 
 
 def _text(vector, digits):
-    # Adding 0.0 turns -0.0 into 0.0.
+    # Adding 0.0 converts -0.0 to 0.0.
     return " ".join(f"{round(float(value), digits) + 0.0:g}" for value in vector)

@@ -2,10 +2,10 @@
 
 
 def describe(parameters):
-    """Returns the names that a configuration's module has to hold.
+    """Returns the names that a configuration's module has to define.
 
     Args:
-        parameters: (name, type, default, least, greatest, description) of each; all of level 1.
+        parameters: (name, type, default, minimum, maximum, description) of each; all of level 1.
 
     Returns:
         Dict of config_description, min, max, defaults, level, type and all_level.
@@ -13,15 +13,15 @@ def describe(parameters):
     rows = [
         {
             "name": name,
-            "type": kind,
+            "type": type_name,
             "default": default,
-            "min": least,
-            "max": greatest,
+            "min": minimum,
+            "max": maximum,
             "description": description,
             "level": 1,
             "edit_method": "",
         }
-        for name, kind, default, least, greatest, description in parameters
+        for name, type_name, default, minimum, maximum, description in parameters
     ]
     group = {
         "name": "Default",

@@ -1,4 +1,4 @@
-"""For tests: masters, nodes, ports, and assertions about how nodes end."""
+"""For tests: masters, nodes, ports, and assertions about how nodes shut down."""
 
 import contextlib
 import itertools
@@ -14,9 +14,9 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 from paddock_common.master import ERRORS, proxy
 
-FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
+FIRST, LAST = 20000, 32000  # below the kernel's ephemeral ports
 POLL_PERIOD = 0.005  # [s]
-_servers = itertools.count()  # X servers that this process has started
+_servers = itertools.count()  # number of X servers that this process has started
 
 
 def free_port():
@@ -44,7 +44,7 @@ class _Page(BaseHTTPRequestHandler):
 
 @contextlib.contextmanager
 def web_page():
-    """Yields the address of a server that gives a web page to whoever calls it by XML-RPC."""
+    """Yields the address of a server that responds to XML-RPC calls with a web page."""
     with HTTPServer(("127.0.0.1", 0), _Page) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -56,22 +56,22 @@ def web_page():
 
 
 def start_x_server(size):
-    """Starts an Xvfb on a display that no other process here has.
+    """Starts an Xvfb on a display that no other process of this machine uses.
 
-    Servers that choose a number themselves (-displayfd alone) take each other's sockets away when
-    they start in the same moment.
+    Servers that choose a display number themselves (-displayfd alone) remove each other's sockets
+    when they start at the same time.
 
     Args:
         size: WIDTHxHEIGHT [px].
 
     Returns:
-        Its subprocess.Popen, the display's name.
+        Its subprocess.Popen, the name of the display.
     """
     display = f":{1000 + (8 * os.getpid() + next(_servers)) % 50000}"
     screen = ("-screen", "0", f"{size}x24")
     reader, writer = os.pipe()
     process = subprocess.Popen(
-        # Without -noreset it starts over when its last client leaves, and refuses the next one.
+        # Without -noreset it restarts when its last client disconnects, and refuses the next one.
         ["Xvfb", display, "-displayfd", str(writer), *screen, "-nolisten", "tcp", "-noreset"],
         pass_fds=[writer],
         stdout=subprocess.DEVNULL,
@@ -85,7 +85,7 @@ def start_x_server(size):
 
 
 def is_running(pid):
-    """Returns whether a process runs; one that has ended but was not waited for does not."""
+    """Returns whether a process runs; a zombie does not."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()[0] != "Z"
@@ -94,14 +94,14 @@ def is_running(pid):
 
 
 def wait_ended(pid, limit):
-    """Waits until a process has ended.
+    """Waits until a process has exited.
 
     Args:
         pid: Process id.
         limit: Longest wait in wall time [s].
 
     Raises:
-        AssertionError: It runs on.
+        AssertionError: It still runs.
     """
     deadline = time.monotonic() + limit
     while is_running(pid):
@@ -113,7 +113,7 @@ def pid_from_killed(code):
     """Runs Python code that prints a process id, kills it, and returns that id.
 
     Args:
-        code: Python source; it has to go on running after it has printed.
+        code: Python source; it has to continue after it has printed.
     """
     parent = subprocess.Popen(
         [sys.executable, "-c", code],
@@ -128,7 +128,7 @@ def pid_from_killed(code):
 
 
 def stop_session(process, limit):
-    """Ends a process and all of its session as Ctrl-C does; kills what does not end.
+    """Stops a process and its session as Ctrl-C does; kills it if it does not exit.
 
     Args:
         process: subprocess.Popen with start_new_session=True.
@@ -148,18 +148,18 @@ def stop_session(process, limit):
         raise AssertionError(f"{name} did not end within {limit:g} s") from None
 
 
-LIMIT = 120.0  # longest wait for what comes at once on an idle machine [s]
+LIMIT = 120.0  # longest wait for what takes no time on an idle machine [s]
 CALL_LIMIT = 10.0  # of a call by XML-RPC [s]
 NOISE = ("Traceback", "bad callback", "closed topic", "Exception", "Error")
 FLOOD = """
 import itertools, sys, time
 import roslib.message, rospy
 from paddock_common import nodes
-def filled(kind):
-    message = kind()
-    for turned in ("pose.pose.orientation", "pose.orientation", "orientation"):
+def filled(message_type):
+    message = message_type()
+    for path in ("pose.pose.orientation", "pose.orientation", "orientation"):
         part = message
-        for name in turned.split("."):
+        for name in path.split("."):
             part = getattr(part, name, None)
         if part is not None:
             part.w = 1.0
@@ -172,10 +172,10 @@ def filled(kind):
     return message
 nodes.init_node("flood", disable_signals=True)
 topics = dict(item.split("=") for item in sys.argv[1].split(","))
-kinds = {topic: roslib.message.get_message_class(name) for topic, name in topics.items()}
-made = [(rospy.Publisher(t, k, queue_size=5), filled(k)) for t, k in kinds.items()]
+types = {topic: roslib.message.get_message_class(name) for topic, name in topics.items()}
+publishers = [(rospy.Publisher(t, k, queue_size=5), filled(k)) for t, k in types.items()]
 for number in itertools.count(1):
-    for publisher, message in made:
+    for publisher, message in publishers:
         if hasattr(message, "header"):
             message.header.stamp = rospy.Time(100 + number // 1000, number % 1000 * 1000000)
         publisher.publish(message)
@@ -185,12 +185,12 @@ for number in itertools.count(1):
 SLOW_CLOSE = """
 import time
 import rospy.topics
-def slow(kind, name, wait):
-    upstream = getattr(kind, name)
+def slow(cls, name, wait):
+    upstream = getattr(cls, name)
     def then_wait(self):
         upstream(self)
         time.sleep(wait)
-    setattr(kind, name, then_wait)
+    setattr(cls, name, then_wait)
 slow(rospy.topics._PublisherImpl, "close", 0.1)
 slow(rospy.topics._TopicManager, "close_all", 0.3)
 """
@@ -201,7 +201,7 @@ def ros_master():
     """Runs a ROS master on a free port of this machine's loopback.
 
     Yields:
-        Environment of nodes that use it.
+        Environment variables of nodes that use it.
     """
     port = free_port()
     environment = dict(
@@ -225,26 +225,26 @@ def ros_master():
         master.wait()
 
 
-def wait_for(condition, what, limit=LIMIT):
-    """Waits until a condition holds and returns its value.
+def wait_for(condition, label, limit=LIMIT):
+    """Waits until a condition is true and returns its value.
 
     Args:
         condition: Function without arguments.
-        what: For the error.
+        label: Name of the condition in the error message.
         limit: Longest wait in wall time [s].
 
     Raises:
-        AssertionError: It did not hold in time.
+        AssertionError: It did not become true in time.
     """
     deadline = time.monotonic() + limit
     while not (value := condition()):
-        assert time.monotonic() < deadline, f"{what}: not within {limit:g} s"
+        assert time.monotonic() < deadline, f"{label}: not within {limit:g} s"
         time.sleep(0.02)
     return value
 
 
 def call(uri, name, *arguments):
-    """What a method of a master or a node gives by XML-RPC, or None when it does not answer."""
+    """Returns the result of an XML-RPC method of a master or a node, or None without a response."""
     try:
         with proxy(uri, CALL_LIMIT) as server:
             code, _, value = getattr(server, name)("/test", *arguments)
@@ -254,10 +254,10 @@ def call(uri, name, *arguments):
 
 
 def connected(environment, node):
-    """Topics that a node receives over a connection, or None when there is no such node yet.
+    """Returns the topics that a node receives, or None while there is no such node.
 
     Args:
-        environment: Of ros_master.
+        environment: As yielded by ros_master.
         node: Its name with a slash.
     """
     uri = call(environment["ROS_MASTER_URI"], "lookupNode", node)
@@ -270,11 +270,11 @@ def flood(environment, topics, *values):
     """Publishes on topics some hundred times a second.
 
     Args:
-        environment: Of ros_master.
+        environment: As yielded by ros_master.
         topics: Dict of topic -> type.
         values: "field=expression" of messages that have the field.
     """
-    named = ",".join(f"{topic}={kind}" for topic, kind in topics.items())
+    named = ",".join(f"{topic}={name}" for topic, name in topics.items())
     process = subprocess.Popen([sys.executable, "-c", FLOOD, named, *values], env=environment)
     try:
         wait_for(
@@ -288,12 +288,12 @@ def flood(environment, topics, *values):
 
 @contextlib.contextmanager
 def running(environment, command, **options):
-    """Runs a node, killed at the end if it has not ended by then.
+    """Runs a node; kills it at the end if it still runs.
 
     Args:
-        environment: Of ros_master.
-        command: List of words.
-        options: Of subprocess.Popen.
+        environment: As yielded by ros_master.
+        command: List of arguments.
+        options: Options of subprocess.Popen.
     """
     process = subprocess.Popen(
         command,
@@ -311,53 +311,53 @@ def running(environment, command, **options):
 
 
 def slow_close(folder, environment):
-    """Environment of nodes that take their time between closing topics and being shut down.
+    """Returns the environment of nodes with a delay between closing topics and their shutdown.
 
     Args:
-        folder: pathlib.Path, to write to.
-        environment: Of ros_master.
+        folder: pathlib.Path to write to.
+        environment: As yielded by ros_master.
     """
     (folder / "sitecustomize.py").write_text(SLOW_CLOSE)
     return with_path(environment, folder)
 
 
 def with_path(environment, folder):
-    """Environment of Python processes that look for modules in a folder first."""
+    """Returns the environment of Python processes that import modules from a folder first."""
     paths = [str(folder), *filter(None, [environment.get("PYTHONPATH")])]
     return dict(environment, PYTHONPATH=os.pathsep.join(paths))
 
 
 def executable(package, name):
-    """Path of a node, as rosrun finds it in a third of a second."""
+    """Returns the path of a node's executable, without the delay of rosrun (0.3 s)."""
     import roslib.packages
 
     [path, *_] = roslib.packages.find_node(package, name)
     return path
 
 
-def assert_silent_end(environment, node, command, topics, number=signal.SIGINT, **options):
-    """Ends a node in the midst of a flood of messages: it must say no word of an error.
+def assert_clean_exit(environment, node, command, topics, number=signal.SIGINT, **options):
+    """Stops a node during a flood of messages: it must print no error.
 
     Args:
-        environment: Of ros_master, in which the flood runs.
+        environment: As yielded by ros_master, in which the flood runs.
         node: Name of the node with a slash.
-        command: List of words that starts it.
-        topics: That it has to receive before it is ended.
-        number: Of the signal.
-        options: Of subprocess.Popen.
+        command: List of arguments that starts it.
+        topics: Topics that it has to receive before it is stopped.
+        number: Number of the signal.
+        options: Options of subprocess.Popen.
 
     Raises:
-        AssertionError: It says what an error says, or does not end.
+        AssertionError: It prints an error, or does not exit.
     """
 
-    def is_under_way():
-        heard = connected(environment, node)
-        return process.poll() is not None or (heard is not None and heard >= set(topics))
+    def is_receiving():
+        received = connected(environment, node)
+        return process.poll() is not None or (received is not None and received >= set(topics))
 
     with running(environment, command, **options) as process:
-        wait_for(is_under_way, f"connections of {node}")
+        wait_for(is_receiving, f"connections of {node}")
         time.sleep(0.2)  # some messages
         process.send_signal(number)
-        said, _ = process.communicate(timeout=LIMIT)
-    noise = [line for line in said.splitlines() if any(word in line for word in NOISE)]
-    assert not noise, f"{node}, ended by {signal.Signals(number).name}, said:\n{said}"
+        output, _ = process.communicate(timeout=LIMIT)
+    noise = [line for line in output.splitlines() if any(text in line for text in NOISE)]
+    assert not noise, f"{node}, stopped by {signal.Signals(number).name}, printed:\n{output}"

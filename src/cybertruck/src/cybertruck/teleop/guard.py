@@ -13,7 +13,7 @@ import sys
 import termios
 import time
 
-from paddock_common.process import signal_at_end_of
+from paddock_common.process import signal_at_exit_of
 
 COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
 GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
@@ -40,7 +40,7 @@ def enter():
     """
     guard = os.environ.pop(GUARD, None)
     if guard is not None:
-        if not signal_at_end_of(int(guard)):
+        if not signal_at_exit_of(int(guard)):
             sys.exit(1)
         return
     if not sys.stdin.isatty():

@@ -86,7 +86,7 @@ def indices(table, kind, names):
                 f"pad map: unknown name {name!r} in {kind}; there are {', '.join(names)}"
             )
     for name in names:
-        Number(least=0, whole=True).check(f"pad map: {kind}/{name}", given.get(name))
+        Number(min=0, integer=True).check(f"pad map: {kind}/{name}", given.get(name))
     return dict(given)
 
 

@@ -118,7 +118,7 @@ class LineVision:
         lookahead=0.55,
         half_lane=0.365,
     ):
-        Number(least=0.4, most=FARTHEST, unit="m").check("lookahead", lookahead)
+        Number(min=0.4, max=FARTHEST, unit="m").check("lookahead", lookahead)
         self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
         self._low, self._high = (np.array(ends, np.uint8) for ends in zip(hue, saturation, value))
         self._ground = self._key = None

@@ -51,10 +51,10 @@ class LapSettings:
 
     driver: str = text("", empty=True)
     model: str = text("racecar")
-    starts: int = number(1, least=1, whole=True)
-    seed: int = number(0, least=0, whole=True)
+    starts: int = number(1, min=1, integer=True)
+    seed: int = number(0, min=0, integer=True)
     time_limit: float = number(240.0, above=0.0, unit="s")
-    roam: float = number(0.0, least=0.0, unit="s")
+    roam: float = number(0.0, min=0.0, unit="s")
     patience: float = number(120.0, above=0.0, unit="s")
     film_rate: float = number(15.0, above=0.0, unit="Hz")
 

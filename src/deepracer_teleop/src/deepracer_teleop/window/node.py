@@ -5,8 +5,8 @@ import sys
 import rosgraph
 import rospy
 from paddock_common.master import ERRORS, MasterMonitor
-from paddock_common.nodes import bear_failures
-from paddock_common.process import StopRequest, end_with_roslaunch
+from paddock_common.nodes import tolerate_log_errors
+from paddock_common.process import StopRequest, exit_with_roslaunch
 from paddock_common.settings import read
 from paddock_common.waiting import flush
 
@@ -40,9 +40,9 @@ def connect(name, memory=None):
             f"no ROS master answers at {uri}; start roscore (or a launch file), "
             "or set ROS_MASTER_URI"
         ) from None
-    bear_failures()
+    tolerate_log_errors()
     nodes.init_node(name, disable_signals=True)
-    end_with_roslaunch()
+    exit_with_roslaunch()
     window = InterfaceWindow(read(Settings, rospy.get_param), MasterMonitor(uri, run_id), memory)
     StopRequest(then=window.close)
     return window

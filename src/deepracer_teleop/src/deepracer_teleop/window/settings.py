@@ -40,7 +40,7 @@ class Settings:
     angular_sign: float = choice(1, (1, -1), "1 (positive is right) or -1 (positive is left)")
     repeat_rate: float = number(10.0, above=0.0, unit="Hz")
     camera_timeout: float = number(2.0, above=0.0, unit="s")
-    key_steering: float = number(0.5, above=0.0, most=1.0)
+    key_steering: float = number(0.5, above=0.0, max=1.0)
     record_dir: str = text("~/paddock-recordings")
     master_timeout: float = number(3.0, above=0.0, unit="s")
 

@@ -35,7 +35,7 @@ def master_problem(monitor, timeout):
         monitor: MasterMonitor by run_id.
         timeout: Time without a response after which it counts as lost [s].
     """
-    silence = monitor.silent_for
+    silence = monitor.unresponsive_for
     if monitor.replaced:
         return (
             f"Another ROS master now runs at {monitor.uri}; it does not know this window. "

@@ -32,7 +32,7 @@ def json_number(path, key, value, low, high, unit=""):
     Raises:
         GymError: it is none, or outside.
     """
-    rule = Number(least=low, most=high, unit=unit)
+    rule = Number(min=low, max=high, unit=unit)
     return float(rule.check(f"{path}: {key}", value, GymError))
 
 

@@ -134,8 +134,8 @@ SETTLING = 1.0  # simulated time until the cars stand still [s]
 # PyBullet's own 0.02 to four digits, at 1.3 to 3 times its pace.
 CONTACT_BREAKING = 0.002
 REFERENCE_STEP = 0.001  # physics step at which the engine's position gain is meant [s]
-TIME_STEP = Number(least=0.0001, most=0.005, unit="s")
-CONTROL_RATE = Number(least=1.0, most=100.0, unit="Hz")
+TIME_STEP = Number(min=0.0001, max=0.005, unit="s")
+CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
 WINDOW = 0.5  # around the last place that is searched; an action takes a car less far [m]
 
 

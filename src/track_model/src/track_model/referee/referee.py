@@ -28,12 +28,12 @@ class Rules:
     """
 
     off_track: str = choice("all", ("all", "one"))
-    off_track_penalty: float = number(5.0, least=0.0, unit="s")
-    collision_penalty: float = number(5.0, least=0.0, unit="s")
-    stuck_time: float = number(5.0, least=0.0, unit="s")
-    stuck_distance: float = number(0.05, least=0.0, unit="m")
-    wrong_way_distance: float = number(0.3, least=0.0, unit="m")
-    standing_start: float = number(0.2, least=0.0, unit="m")
+    off_track_penalty: float = number(5.0, min=0.0, unit="s")
+    collision_penalty: float = number(5.0, min=0.0, unit="s")
+    stuck_time: float = number(5.0, min=0.0, unit="s")
+    stuck_distance: float = number(0.05, min=0.0, unit="m")
+    wrong_way_distance: float = number(0.3, min=0.0, unit="m")
+    standing_start: float = number(0.2, min=0.0, unit="m")
     auto_reset: bool = flag(False)
 
     def __post_init__(self):
