@@ -167,7 +167,7 @@ class Judge:
             Standing.
         """
         self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
-        lateral = self.projector.place(motion.x, motion.y, self._s)[1]
+        lateral = self.projector.project_point(motion.x, motion.y, self._s)[1]
         self._way = self._best = 0.0
         self._steps = 0
         length = self.projector.length
@@ -185,7 +185,7 @@ class Judge:
         Returns:
             Standing.
         """
-        s, lateral = self.projector.place(motion.x, motion.y, self._s)
+        s, lateral = self.projector.project_point(motion.x, motion.y, self._s)
         gain = self.projector.course.difference(s, self._s)
         self._s = s
         self._way += gain
@@ -215,16 +215,16 @@ class Judge:
         )
 
     def _wheels_off(self, lateral, error):
-        """Whether each wheel is beside the lane, which is an arc over the length of a car."""
-        bend, projector = self.projector.bend(self._s), self.projector
+        """Whether each wheel is off the lane, approximated by an arc over the length of a car."""
+        curvature, projector = self.projector.point_curvature(self._s), self.projector
         c, s = math.cos(error), math.sin(error)
         found = []
         for x, y in self._wheels:
             along, aside = c * x - s * y, lateral + s * x + c * y
-            if abs(bend) > 1e-6:
-                radius = math.hypot(bend * along, 1.0 - bend * aside)  # in those of the lane
-                aside = (1.0 - radius) / bend
-            left, right = projector.even_sides or projector.sides(self._s + along)
+            if abs(curvature) > 1e-6:
+                radius = math.hypot(curvature * along, 1.0 - curvature * aside)
+                aside = (1.0 - radius) / curvature
+            left, right = projector.uniform_sides or projector.sides(self._s + along)
             found.append(not -right <= aside <= left)
         return tuple(found)
 

@@ -76,8 +76,8 @@ def resample(
 
     Args:
         curve: (N, 2) [m].
-        step: Wanted spacing [m]; the nearest that divides the length is taken.
-        start: Arc length of the first sample [m]; an open curve begins there.
+        step: Target spacing [m]; the nearest that divides the length is used.
+        start: Arc length of the first sample [m]; an open curve starts there.
         closed: whether the last point is followed by the first.
         values: (N, K) numbers of the points, or None.
 
@@ -112,27 +112,27 @@ def left_normals(curve: np.ndarray, closed: bool = True) -> np.ndarray:
 
 
 def offset(curve: np.ndarray, distance: float) -> np.ndarray:
-    """Return the curve moved to its left by a distance [m]."""
+    """Return the curve offset to its left by a distance [m]."""
     return curve + distance * left_normals(curve)
 
 
 def radii(curve: np.ndarray, closed: bool = True) -> np.ndarray:
-    """Return signed radii of curvature (N,) [m], positive in left turns, inf if straight."""
+    """Return signed radii of curvature (N,) [m], positive in left bends, inf if straight."""
     t = tangents(curve, closed)
     ahead = np.roll(t, -1, axis=0)
-    turn = np.arctan2(t[:, 0] * ahead[:, 1] - t[:, 1] * ahead[:, 0], (t * ahead).sum(axis=1))
+    angle = np.arctan2(t[:, 0] * ahead[:, 1] - t[:, 1] * ahead[:, 0], (t * ahead).sum(axis=1))
     if not closed:
-        turn[-1] = turn[-2]
+        angle[-1] = angle[-2]
     step = length(curve, closed) / (len(curve) - (not closed))
     with np.errstate(divide="ignore"):
-        return np.where(np.abs(turn) < 1e-9, np.inf, step / turn)
+        return np.where(np.abs(angle) < 1e-9, np.inf, step / angle)
 
 
 def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
     """Return a point (2,) where a polyline crosses itself, or None.
 
-    What lies on a segment's line counts as left of it, so that a crossing at a point of the curve
-    is one, and segments in one line are none.
+    A point on a segment's line counts as left of it: a crossing at a point of the curve is one, and
+    collinear segments do not cross.
     """
     a, b = curve, np.roll(curve, -1, axis=0)
     if not closed:
@@ -153,7 +153,7 @@ def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
 
 
 def first_touch(curve: np.ndarray, width: Any, closed: bool = True) -> Any:
-    """Return a point (2,) where two far parts of the lane overlap, or None."""
+    """Return a point (2,) where two distant parts of the lane overlap, or None."""
     step = length(curve, closed) / len(curve)
     gap = np.abs(np.arange(len(curve))[:, None] - np.arange(len(curve))[None, :])
     along = step * (np.minimum(gap, len(curve) - gap) if closed else gap)

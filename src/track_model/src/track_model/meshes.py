@@ -51,7 +51,7 @@ loft, prism = (partial(make, fans=True) for make in (meshes.loft, meshes.prism))
 
 
 def _stations(table, fine):
-    """Interpolate a table of stations at finer x with Hermite pieces of limited slope."""
+    """Interpolate a table of stations at finer x with Hermite segments of limited slope."""
     x = table[:, 0]
     at = np.concatenate(
         [np.linspace(a, b, fine, endpoint=False) for a, b in zip(x[:-1], x[1:])] + [x[-1:]]
@@ -100,7 +100,7 @@ def body():
     mesh = Mesh(loft([_shell_section(row) for row in _stations(SHELL, 4)]))
     for axle, start, stop in ((FRONT_AXLE, 0.12, 2.9), (REAR_AXLE, 0.3, 2.95)):
         mesh.add_mirrored(arch(axle, 0.0365, 0.0415, start, stop, 0.040, 0.0975, 18))
-    # Roof slab and pillars stand 1 mm out of the glass.
+    # Roof slab and pillars protrude 1 mm from the glass.
     mesh.add(loft([_roof_section(_cabin_at(x)) for x in np.linspace(-0.052, 0.012, 7)]))
     for a, b in ((-0.022, -0.014), (-0.056, -0.049)):
         mesh.add(loft([_cabin_section(_cabin_at(x), 0.0012) for x in (a, b)]))
@@ -125,7 +125,7 @@ def _post_section(row):
 
 
 def stripe():
-    """Two racing stripes over hood and tail, lying 0.4 mm above the shell."""
+    """Two racing stripes over hood and tail, 0.4 mm above the shell."""
     mesh = Mesh()
     rows = _stations(SHELL, 4)
     for a, b in ((0.055, 0.156), (-0.131, -0.080)):
@@ -341,8 +341,8 @@ MAKERS = {
     "tyre": tyre,
     "rim": rim,
 }
-# RGB 0..1, as urdf/materials.xacro paints them.
-COLOURS = {
+# RGB 0..1, as in urdf/materials.xacro.
+COLORS = {
     "body": (0.05, 0.25, 0.75),
     "stripe": (0.95, 0.95, 0.95),
     "trim": (0.09, 0.09, 0.10),
@@ -352,7 +352,7 @@ COLOURS = {
     "tyre": (0.05, 0.05, 0.05),
     "rim": (0.75, 0.77, 0.80),
 }
-MESHES = MeshSet("track_model", MAKERS, COLOURS, specular=0.1, digits=3)
+MESHES = MeshSet("track_model", MAKERS, COLORS, specular=0.1, digits=3)
 
 
 def main(argv=None):

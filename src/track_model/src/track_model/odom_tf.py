@@ -1,4 +1,4 @@
-"""Odometry messages rebroadcast as the transform odom -> base_link."""
+"""Odometry messages, broadcast as the transform odom -> base_link."""
 
 import rospy
 import tf2_ros
@@ -9,18 +9,18 @@ from std_msgs.msg import Header
 
 
 def to_transform(odometry, parent="", child=""):
-    """Convert an odometry message into the transform it states.
+    """Convert an odometry message to its transform.
 
     Args:
         odometry: nav_msgs/Odometry; pose of child_frame_id in header.frame_id.
-        parent: Frame to write in place of the message's frame_id, if not empty.
-        child: Frame to write in place of the message's child_frame_id, if not empty.
+        parent: Frame that replaces the message's frame_id, if not empty.
+        child: Frame that replaces the message's child_frame_id, if not empty.
 
     Returns:
         geometry_msgs/TransformStamped with the message's stamp.
 
     Raises:
-        ValueError: A frame is named neither by the message nor by the argument.
+        ValueError: Neither the message nor the argument names a frame.
     """
     transform = transform_of(odometry)
     transform.header = Header(
@@ -33,7 +33,7 @@ def to_transform(odometry, parent="", child=""):
     ):
         if not value:
             raise ValueError(
-                f"odometry {item} is empty; give a frame name in the message or as parameter"
+                f"odometry {item} is empty; set a frame name in the message or as parameter"
             )
     return transform
 
@@ -49,7 +49,7 @@ class OdomTf:
         self._subscriber = rospy.Subscriber("odom", Odometry, self._receive, queue_size=10)
 
     def _receive(self, odometry):
-        # tf2 complains about a transform sent twice with the same stamp.
+        # tf2 warns about a transform sent twice with the same stamp.
         if odometry.header.stamp == self._last_stamp:
             return
         self._last_stamp = odometry.header.stamp

@@ -12,7 +12,7 @@ def lane_area(lane, inset=0.0):
 
     Args:
         lane: geometry.Lane.
-        inset: [m] that both edges move inwards.
+        inset: distance by which both edges move inwards [m].
     """
     left, right = lane.edge(1.0, inset), lane.edge(-1.0, inset)
     ends = np.arange(len(lane.curve) - (not lane.closed))
@@ -28,11 +28,13 @@ def lane_area(lane, inset=0.0):
 def rings(area):
     """Return the boundary rings of an area: list of (N, 2), outer ones and holes alike."""
     parts = getattr(area, "geoms", [area])
-    found = []
+    boundaries = []
     for part in parts:
         if part.geom_type == "Polygon" and not part.is_empty:
-            found += [np.asarray(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)]
-    return found
+            boundaries += [
+                np.asarray(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)
+            ]
+    return boundaries
 
 
 class Inside:

@@ -1,4 +1,4 @@
-"""Tracks as arrays, for drawing pictures of them and for driving along them."""
+"""Tracks as arrays, for rendering them and for driving along them."""
 
 import os
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ class Track:
         name: The file's stem.
         centreline: (N, 2) evenly spaced curve [m], the first point is the origin.
         closed: Whether it is a circuit.
-        width: Lane, outer edge to outer edge of the borders, at its widest [m].
+        width: Lane, outer edge to outer edge of the borders, at the widest point [m].
         lane: geometry.Lane: the centreline with the distances to both edges.
-        inner, outer: (N, 2) edges of the lane [m], the shorter and the longer one.
-        length: Of the centreline [m].
+        inner, outer: (N, 2) edges of the lane [m], first the shorter one.
+        length: Length of the centreline [m].
         extent: (xmin, xmax, ymin, ymax) of the texture [m].
         texture: Path of the PNG, +y up.
         directory: Folder of all the files.
@@ -52,7 +52,7 @@ def load_track(name_or_path: str) -> Track:
         Track.
 
     Raises:
-        TrackError: No such track, or its file is not valid.
+        TrackError: There is no such track, or its file is not valid.
     """
     path = source.find(name_or_path)
     directory = cache.ensure(path)

@@ -1,4 +1,4 @@
-"""Cache of generated tracks: one folder per content hash, written atomically. No numpy."""
+"""Cache of generated tracks: one folder per content hash, written atomically; imports no numpy."""
 
 import hashlib
 import os
@@ -46,14 +46,14 @@ def _complete(directory):
         if not all(os.path.getsize(os.path.join(directory, name)) for name in FILES):
             return False
         with open(os.path.join(directory, "track.sdf"), encoding="utf-8") as stream:
-            # A moved cache has URIs of its old path.
+            # After a move of the cache the URIs contain the old path.
             return pathlib.Path(directory, "track.obj").as_uri() in stream.read()
     except OSError:
         return False
 
 
 def _generate(path, content, parent, final):
-    """Write the files into a new folder next to their final one and return it."""
+    """Write the files to a new folder next to the final one; return the new one."""
     os.makedirs(parent, exist_ok=True)
     parsed = source.load(path, content)
     from track_model.files import writer as files

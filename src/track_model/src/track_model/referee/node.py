@@ -24,7 +24,7 @@ from track_model.referee.referee import Car, Referee, Rules, wall_polygons
 from track_model.track import load_track
 
 SPACING = 0.05  # of the driven path's poses [m]
-LONGEST = 4000  # length of the driven path [poses]
+MAX_POSES = 4000  # of the driven path
 RATE = 5.0  # of path and text [Hz] of simulated time
 
 
@@ -37,7 +37,7 @@ def pose_stamped(x, y, yaw):
 
 
 def lane_marker(lane, frame):
-    """The lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
+    """Return the lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
     marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns="lane")
     marker.header.frame_id = frame
     marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
@@ -58,7 +58,7 @@ class Display:
 
     Args:
         lane: geometry.Lane.
-        frame: of the track.
+        frame: frame of the track.
     """
 
     def __init__(self, lane, frame):
@@ -82,7 +82,7 @@ class Display:
         self._centreline.publish(line)
 
     def clear(self):
-        """Begin a new driven path."""
+        """Start a new driven path."""
         with self._lock:
             self._driven.poses = []
             self._due = 0.0
@@ -99,7 +99,7 @@ class Display:
                 poses.append(pose_stamped(*pose))
                 poses[-1].header.stamp = stamp
                 poses[-1].header.frame_id = self._frame
-                del poses[:-LONGEST]
+                del poses[:-MAX_POSES]
             if self._due - 2.0 / RATE < now < self._due:
                 return
             self._due = now + 1.0 / RATE
@@ -150,7 +150,7 @@ class Log:
     Args:
         path: the file; missing folders are created. Empty: nothing is written.
         on_error: called with one line of text if a later row cannot be written (the disk is full);
-            the log ends there.
+            the log stops there.
 
     Raises:
         OSError: it cannot be opened.
@@ -171,12 +171,12 @@ class Log:
         Args:
             pose: (x, y, yaw) [m], [rad].
             status: referee.Status; wheels_off becomes letters such as FL (front left).
-            events: list of words.
+            events: list of event names.
         """
         if self._writer is None:
             return
         names = ("FL", "FR", "RL", "RR")
-        off = " ".join(name for name, gone in zip(names, status.wheels_off) if gone)
+        off = " ".join(name for name, is_off in zip(names, status.wheels_off) if is_off)
         numbers = (
             status.time,
             *pose,
@@ -204,14 +204,14 @@ class Log:
             self._stream = self._writer = None
 
     def _try(self, write, *arguments):
-        """Write; an error ends the log and is said once."""
+        """Write; an error stops the log and is reported once."""
         try:
             write(*arguments)
         except OSError as error:
             stream, self._stream, self._writer = self._stream, None, None
             with contextlib.suppress(OSError):
                 stream.close()  # what is buffered cannot be written either
-            self._on_error(f"{self._path} cannot be written: {error.strerror}; it ends here")
+            self._on_error(f"{self._path} cannot be written: {error.strerror}; it stops here")
 
 
 SERVICE_TIMEOUT = 5.0  # wall time to wait for the simulator's service [s]
@@ -241,8 +241,8 @@ class RefereeNode:
         self._status = rospy.Publisher("~status", LapStatus, queue_size=50)
         self._display = Display(track.lane, str(rospy.get_param("~frame", "odom")))
         self._move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
-        rospy.Service("~put_back", Trigger, self._put_back_asked)
-        rospy.Service("~restart", Trigger, self._restart_asked)
+        rospy.Service("~put_back", Trigger, self._on_put_back)
+        rospy.Service("~restart", Trigger, self._on_restart)
         rospy.on_shutdown(self._log.close)
         rospy.Subscriber("odom", Odometry, self._receive, queue_size=200)
 
@@ -250,7 +250,7 @@ class RefereeNode:
         position, twist = message.pose.pose.position, message.twist.twist
         pose = (position.x, position.y, yaw_of(message.pose.pose.orientation))
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
-            rospy.logerr_throttle(1.0, f"referee: odometry holds {pose!r}; it is ignored")
+            rospy.logerr_throttle(1.0, f"referee: odometry contains {pose!r}; it is ignored")
             return
         if message.header.stamp == self._last_stamp:
             return
@@ -286,7 +286,7 @@ class RefereeNode:
             rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
     def _put_back(self):
-        """Place the car on the centreline, at rest; returns an error text or ''."""
+        """Put the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
         state = ModelState(model_name=self._model, reference_frame="world")
@@ -294,21 +294,21 @@ class RefereeNode:
         state.pose.orientation = quaternion_of(yaw)
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
-            answer = self._move(state)
+            response = self._move(state)
         except (rospy.ROSException, rospy.ServiceException) as error:
-            return f"no answer from {self._move.resolved_name}: {error}"
-        return "" if answer.success else answer.status_message
+            return f"no response from {self._move.resolved_name}: {error}"
+        return "" if response.success else response.status_message
 
     def _reset_car(self):
         error = self._put_back()
         if error:
             rospy.logerr("referee: the car is not put back: %s", error)
 
-    def _put_back_asked(self, _):
+    def _on_put_back(self, _):
         error = self._put_back()
         return TriggerResponse(success=not error, message=error or "put on the centreline")
 
-    def _restart_asked(self, _):
+    def _on_restart(self, _):
         with self._lock:
             self._referee.restart()
         self._display.clear()
