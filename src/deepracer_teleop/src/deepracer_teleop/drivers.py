@@ -13,7 +13,7 @@ import rospy
 from deepracer_control.ackermann import Geometry
 from deepracer_control.control import DEGREES_PER_UNIT
 from deepracer_control.drivers.line_vision import vision_from
-from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.pursuit import arc_curvature
 from paddock_common.settings import Number, parameter
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PyQt5.QtGui import QMouseEvent
@@ -160,7 +160,7 @@ class SliderDriver:
             self._mouse.toggle_cruise()
             self._mouse.grab_slider()
             self._driving = True
-        value = round(self._mouse.slider_value(towards(*goal)))
+        value = round(self._mouse.slider_value(arc_curvature(*goal)))
         if value != self._window.slider.value():
             self._mouse.pull_slider(value)
             self._changed = now

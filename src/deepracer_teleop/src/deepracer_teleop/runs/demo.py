@@ -154,7 +154,7 @@ class Demo:
                 self.grab_window()
             self.car.run_for(0.1)
         end = self.car.last
-        driven = self.path.way(start, self.path.nearest(end.x, end.y))
+        driven = self.path.arc_length(start, self.path.nearest(end.x, end.y))
         way = self.speed * (end.t - begin.t)
         self.checks.add("Track: way along the centre line", driven, 0.85 * way, 1.1 * way, "m")
         self.checks.add("Track: largest distance from it", worst, 0.0, self.track.width / 2.0, "m")
