@@ -23,14 +23,14 @@ class FilmSettings:
     path: str = text("film.mp4")
     rate: float = number(15.0, above=0.0, unit="Hz")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
 
 class FilmNode:
     """Records the topic `image`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         settings = read(FilmSettings, rospy.get_param)
         self._film = FilmWriter(settings.path, settings.rate)
         self._times = FrameTimes(settings.rate)
@@ -38,7 +38,7 @@ class FilmNode:
         rospy.on_shutdown(self._film.close)
         self._subscriber = rospy.Subscriber("image", Image, self.add)
 
-    def add(self, message):
+    def add(self, message: Image) -> None:
         """Adds an image if it is due."""
         if not self._times.due(message.header.stamp.to_sec()):
             return
@@ -48,6 +48,6 @@ class FilmNode:
             rospy.logerr_throttle(10.0, f"film: {error}")
 
 
-def main():
+def main() -> None:
     """Runs the node."""
     run("film", FilmNode)

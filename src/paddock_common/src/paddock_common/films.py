@@ -1,10 +1,13 @@
 """Films as MP4 files in H.264, which browsers play."""
 
+import os
 import threading
 from fractions import Fraction
+from typing import Any
 
 import av
 import numpy as np
+import numpy.typing as npt
 
 CODEC = "libx264"
 OPTIONS = {"preset": "veryfast", "crf": "21"}  # fast; a smaller crf gives a better quality
@@ -18,10 +21,11 @@ class FrameTimes:
         rate: Frames per second.
     """
 
-    def __init__(self, rate):
-        self._period, self._next = 1.0 / rate, None
+    def __init__(self, rate: float) -> None:
+        self._period = 1.0 / rate
+        self._next: float | None = None
 
-    def due(self, time):
+    def due(self, time: float) -> bool:
         """Returns whether a frame is due; the first one is, and one after a backward time jump.
 
         Args:
@@ -30,8 +34,9 @@ class FrameTimes:
         due = self._next
         if due is not None and due - 1.0 < time < due - 1e-6:
             return False
-        on_time = due is not None and time - self._period < due <= time
-        self._next = (due if on_time else time) + self._period
+        if due is None or not time - self._period < due <= time:
+            due = time
+        self._next = due + self._period
         return True
 
 
@@ -46,15 +51,17 @@ class FilmWriter:
         ValueError: The rate is not above 0.
     """
 
-    def __init__(self, path, rate):
+    def __init__(self, path: str | os.PathLike[str], rate: float) -> None:
         if not rate > 0.0:
             raise ValueError(f"film rate is {rate!r}; it must be above 0 Hz")
         self.path, self._rate = str(path), Fraction(rate).limit_denominator(1000)
-        self._container = self._stream = self._shape = None
+        self._container: Any = None
+        self._stream: Any = None
+        self._shape: tuple[int, ...] | None = None
         self._lock, self._closed = threading.Lock(), False
         self.frames = 0
 
-    def add(self, image):
+    def add(self, image: npt.NDArray[Any]) -> bool:
         """Adds an image.
 
         Args:
@@ -69,7 +76,7 @@ class FilmWriter:
         with self._lock:
             return not self._closed and self._add(image)
 
-    def _add(self, image):
+    def _add(self, image: npt.NDArray[Any]) -> bool:
         if self._container is None:
             self._open(image.shape)
         if image.shape != self._shape:
@@ -81,7 +88,7 @@ class FilmWriter:
         self.frames += 1
         return True
 
-    def close(self):
+    def close(self) -> None:
         """Finishes the file; a second call does nothing.
 
         Raises:
@@ -97,7 +104,7 @@ class FilmWriter:
             finally:
                 container.close()
 
-    def _open(self, shape):
+    def _open(self, shape: tuple[int, ...]) -> None:
         options = {"movflags": "+faststart"}
         try:
             container = av.open(self.path, "w", format="mp4", options=options)
@@ -111,7 +118,7 @@ class FilmWriter:
             raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
         self._container, self._shape = container, shape
 
-    def _write(self, frame, container):
+    def _write(self, frame: Any, container: Any) -> None:
         try:
             for packet in self._stream.encode(frame):
                 container.mux(packet)
@@ -119,7 +126,7 @@ class FilmWriter:
             raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
 
 
-def even(image):
+def even(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Repeats the last row or column of an image of odd size: yuv420p needs even sizes."""
     height, width = image.shape[:2]
     if height % 2 or width % 2:

@@ -1,22 +1,23 @@
 """Yaw angles and quaternions, transforms of odometry messages."""
 
 import math
+from typing import Any
 
 from geometry_msgs.msg import Quaternion, TransformStamped
 
 
-def yaw_of(quaternion):
+def yaw_of(quaternion: Any) -> float:
     """Returns the yaw [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
     q = quaternion
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
-def quaternion_of(yaw):
+def quaternion_of(yaw: float) -> Quaternion:
     """Returns the geometry_msgs/Quaternion of a yaw angle [rad]."""
     return Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
 
 
-def transform_of(message):
+def transform_of(message: Any) -> TransformStamped:
     """Returns the geometry_msgs/TransformStamped that a nav_msgs/Odometry contains."""
     transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
     position = message.pose.pose.position

@@ -9,6 +9,8 @@ import threading
 import time
 import xml.parsers.expat
 import xmlrpc.client
+from collections.abc import Callable
+from typing import Any
 
 # What a call raises when there is no response, or one that is not XML-RPC.
 ERRORS = (
@@ -21,7 +23,7 @@ ERRORS = (
 PERIOD = 1.0  # [s] between two requests of a MasterMonitor
 
 
-def proxy(uri, timeout):
+def proxy(uri: str, timeout: float) -> xmlrpc.client.ServerProxy:
     """Returns a proxy of an XML-RPC server, to be used in a with statement.
 
     Args:
@@ -34,11 +36,11 @@ def proxy(uri, timeout):
 class _Transport(xmlrpc.client.Transport):
     """A transport with a time-out."""
 
-    def __init__(self, timeout):
+    def __init__(self, timeout: float) -> None:
         super().__init__()
         self._timeout = timeout
 
-    def make_connection(self, host):
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection
@@ -59,32 +61,40 @@ class MasterMonitor:
         replaced: Whether the last response came from a different master than the first one.
     """
 
-    def __init__(self, uri, identity, then=None, now=time.monotonic):
+    def __init__(
+        self,
+        uri: str,
+        identity: Callable[[str], Any],
+        then: Callable[[], object] | None = None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.uri, self.replaced = uri, False
         self._identity, self._then, self._now = identity, then, now
-        self._first, self._last_response, self._refused_since = None, now(), None
+        self._first: Any = None
+        self._last_response = now()
+        self._refused_since: float | None = None
         self._closed = threading.Event()
 
     @property
-    def unresponsive_for(self):
+    def unresponsive_for(self) -> float:
         """Time since the last response, or since construction [s]."""
         return self._now() - self._last_response
 
     @property
-    def refused_for(self):
+    def refused_for(self) -> float:
         """Time for which the master's port has refused connections [s]; 0.0: it accepts them."""
         since = self._refused_since
         return 0.0 if since is None else self._now() - since
 
-    def start(self):
+    def start(self) -> None:
         """Starts the thread."""
         threading.Thread(target=self._run, name="master-monitor", daemon=True).start()
 
-    def close(self):
+    def close(self) -> None:
         """Stops the thread; `then` is no longer called."""
         self._closed.set()
 
-    def check(self):
+    def check(self) -> None:
         """Sends one request."""
         try:
             identity = self._identity(self.uri)
@@ -100,7 +110,7 @@ class MasterMonitor:
         if self._then is not None and not self._closed.is_set():
             self._then()
 
-    def _run(self):
+    def _run(self) -> None:
         while not self._closed.is_set():
             self.check()
             self._closed.wait(PERIOD)

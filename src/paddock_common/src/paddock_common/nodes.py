@@ -31,7 +31,9 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from types import SimpleNamespace
+from typing import Any, TypeVar
 
 import rospy
 import rospy.exceptions
@@ -45,25 +47,27 @@ from rospy.topics import _PublisherImpl, _SubscriberImpl
 from paddock_common import subscriptions
 from paddock_common.process import StopRequest, exit_with_roslaunch
 
-_reported = set()  # handlers that have failed
+T = TypeVar("T")
+Errors = type[Exception] | tuple[type[Exception], ...]
+_reported: set[logging.Handler] = set()  # handlers that have failed
 
 
-def tolerate_log_errors():
+def tolerate_log_errors() -> None:
     """Makes the log handlers of this process tolerate errors; called when the node starts."""
-    logging.Handler.handleError = _failed
+    logging.Handler.handleError = _failed  # type: ignore[assignment]
     if RosStreamHandler.emit is not _emit:
         RosStreamHandler.emit_or_raise = RosStreamHandler.emit
         RosStreamHandler.emit = _emit
 
 
-def _emit(handler, record):
+def _emit(handler: Any, record: logging.LogRecord) -> None:
     try:
         handler.emit_or_raise(record)
     except (OSError, ValueError):  # ValueError: the stream is closed
         handler.handleError(record)
 
 
-def _failed(handler, record):
+def _failed(handler: logging.Handler, record: logging.LogRecord) -> None:
     """Reports a failing handler once, on stderr or in the log."""
     error = sys.exc_info()[1]
     if handler in _reported:
@@ -81,14 +85,14 @@ _upstream = XmlRpcNode.shutdown
 
 
 @functools.wraps(_upstream)
-def _shutdown(self, reason):
+def _shutdown(self: Any, reason: str) -> None:
     server = self.server
     if server:
         _thread.start_new_thread(server.shutdown, ())  # it waits for the thread
     _upstream(self, reason)
 
 
-def close_server_with_node():
+def close_server_with_node() -> None:
     """Makes the XML-RPC thread of each node of this process stop with the node."""
     XmlRpcNode.shutdown = _shutdown
 
@@ -101,7 +105,7 @@ _invoke = _SubscriberImpl._invoke_callback
 _service_failed = ServiceImpl.error_handler
 
 
-def suppress_shutdown_errors():
+def suppress_shutdown_errors() -> None:
     """Makes the node of this process shut down without such errors; may be called twice."""
     _PublisherImpl.publock = _PersistentLock()
     _PublisherImpl.publish = _publish_unless_closed
@@ -119,16 +123,16 @@ class _PersistentLock:
     Without it a thread that holds the lock cannot release it, and a waiting one waits forever.
     """
 
-    def __get__(self, topic, _owner=None):
+    def __get__(self, topic: Any, _owner: type | None = None) -> Any:
         return self if topic is None else topic.__dict__.get("publock")
 
-    def __set__(self, topic, lock):
+    def __set__(self, topic: Any, lock: Any) -> None:
         if lock is not None:
             topic.__dict__["publock"] = lock
 
 
 @functools.wraps(_publish)
-def _publish_unless_closed(self, message, connection_override=None):
+def _publish_unless_closed(self: Any, message: Any, connection_override: Any = None) -> Any:
     try:
         return _publish(self, message, connection_override)
     except Exception:
@@ -142,13 +146,13 @@ class _Callback:
 
     __slots__ = ("_call",)
 
-    def __init__(self, call):
+    def __init__(self, call: Callable[..., object]) -> None:
         self._call = call
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return repr(self._call)
 
-    def __call__(self, *args):
+    def __call__(self, *args: Any) -> None:
         try:
             self._call(*args)
         except Exception:
@@ -158,12 +162,12 @@ class _Callback:
 
 
 @functools.wraps(_invoke)
-def _invoke_unless_failed(self, msg, cb, cb_args):
+def _invoke_unless_failed(self: Any, msg: Any, cb: Callable[..., object], cb_args: Any) -> None:
     _invoke(self, msg, _Callback(cb), cb_args)
 
 
 @functools.wraps(_service_failed)
-def _log_service_error(self, e, exc_type, exc_value, tb):
+def _log_service_error(self: Any, e: Exception, exc_type: Any, exc_value: Any, tb: Any) -> None:
     if is_shutdown_requested():
         _log.warning("during shutdown: error of a service", exc_info=(exc_type, exc_value, tb))
     else:
@@ -178,13 +182,13 @@ class _Hook:
         errors: Exceptions that are not printed during shutdown.
     """
 
-    def __init__(self, original, errors):
+    def __init__(self, original: Callable[..., object], errors: type | tuple[type, ...]) -> None:
         self._original, self._errors = original, errors
 
-    def __call__(self, *args):
-        error = args if len(args) == 3 else args[0][:3]  # threading passes one tuple
+    def __call__(self, *args: Any) -> None:
+        error: Any = args if len(args) == 3 else tuple(args[0][:3])  # threading: one tuple
         if is_shutdown_requested() and issubclass(error[0], self._errors):
-            _log.warning("during shutdown", exc_info=tuple(error))
+            _log.warning("during shutdown", exc_info=error)
         else:
             self._original(*args)
 
@@ -194,7 +198,7 @@ MAX_THRESHOLD = 32 << 20  # [bytes] the maximum that glibc accepts
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 
 
-def init_node(name, **options):
+def init_node(name: str, **options: Any) -> None:
     """Calls rospy.init_node, which checks its registration every 0.1 s, with a shorter period.
 
     Every node of Paddock starts here: its subscriptions reconnect to their publishers, and it shuts
@@ -218,7 +222,7 @@ def init_node(name, **options):
         rospy.impl.init.time = clock
 
 
-def retain_freed_memory():
+def retain_freed_memory() -> None:
     """Makes glibc retain freed memory instead of returning each large block to the kernel.
 
     rospy receives every message into a block of 4 MB, and images are as large: the kernel would map
@@ -234,7 +238,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SHUTDOWN_TIMEOUT = 10.0  # longest wait at exit for a running shutdown [s]
 
 
-def init_interruptible(name, **options):
+def init_interruptible(name: str, **options: Any) -> None:
     """Calls rospy.init_node for a node whose shutdown runs in its own thread.
 
     A signal before the node is initialized terminates the process immediately.
@@ -249,18 +253,18 @@ def init_interruptible(name, **options):
     handle_signals()
 
 
-def handle_signals():
+def handle_signals() -> None:
     """Makes SIGINT and SIGTERM shut the node down; main thread only."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     stop, done = StopRequest(SIGNALS, lambda: os.write(writer, b".")), threading.Event()
 
-    def shut_down():
+    def shut_down() -> None:
         os.read(reader, 1)
-        rospy.signal_shutdown(f"signal-{int(stop.signal)}")
+        rospy.signal_shutdown(f"signal-{stop.signal:d}")
         done.set()
 
-    def finish():
+    def finish() -> None:
         if stop.requested():
             done.wait(SHUTDOWN_TIMEOUT)
 
@@ -268,7 +272,7 @@ def handle_signals():
     atexit.register(finish)
 
 
-def start(name, make, errors=ValueError):
+def start(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
     """Starts a node.
 
     Args:
@@ -290,7 +294,7 @@ def start(name, make, errors=ValueError):
         sys.exit(1)
 
 
-def run(name, make, errors=ValueError):
+def run(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
     """Starts a node and waits until ROS shuts down; arguments as those of start."""
     node = start(name, make, errors)
     rospy.spin()

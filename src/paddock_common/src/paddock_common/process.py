@@ -5,9 +5,10 @@ imports no rospy.
 import ctypes
 import os
 import signal
+from collections.abc import Callable, Iterable, Sequence
 
 
-def lower_priority(niceness=5):
+def lower_priority(niceness: int = 5) -> None:
     """Lowers this process's priority, so that nodes with little to do leave the CPUs to others.
 
     Linux groups processes by their session (autogroup) and applies a group's niceness first. A
@@ -40,26 +41,31 @@ class StopRequest:
         signal: The first signal received; None: none was received.
     """
 
-    def __init__(self, signals=(signal.SIGINT, signal.SIGTERM), then=None):
-        self.signal, self._then = None, then
+    def __init__(
+        self,
+        signals: Iterable[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
+        then: Callable[[], object] | None = None,
+    ) -> None:
+        self.signal: int | None = None
+        self._then = then
         self._before = {number: signal.signal(number, self._handle) for number in signals}
 
-    def requested(self):
+    def requested(self) -> bool:
         """Returns whether a signal was received."""
         return self.signal is not None
 
-    def close(self):
+    def close(self) -> None:
         """Restores the previous signal handlers."""
         while self._before:
             signal.signal(*self._before.popitem())
 
-    def __enter__(self):
+    def __enter__(self) -> "StopRequest":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _handle(self, number, _frame):
+    def _handle(self, number: int, _frame: object) -> None:
         if self.signal is None:
             self.signal = number
         if self._then is not None:
@@ -69,7 +75,7 @@ class StopRequest:
 PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
-def exit_with_roslaunch(number=signal.SIGTERM):
+def exit_with_roslaunch(number: int = signal.SIGTERM) -> bool:
     """Makes the kernel send this process a signal when the roslaunch that started it exits.
 
     Does nothing if the parent is another program: a shell may exit before its children.
@@ -88,7 +94,7 @@ def exit_with_roslaunch(number=signal.SIGTERM):
     return True
 
 
-def signal_at_exit_of(parent, number=signal.SIGTERM):
+def signal_at_exit_of(parent: int, number: int = signal.SIGTERM) -> bool:
     """Makes the kernel send this process a signal when its parent exits.
 
     Args:
@@ -102,12 +108,12 @@ def signal_at_exit_of(parent, number=signal.SIGTERM):
     return os.getppid() == parent
 
 
-def is_roslaunch(arguments):
+def is_roslaunch(arguments: Sequence[str]) -> bool:
     """Returns whether a command line, a list of arguments, is roslaunch's."""
     return any(os.path.basename(argument) == "roslaunch" for argument in arguments[:3])
 
 
-def command_line(pid):
+def command_line(pid: int) -> list[str]:
     """Returns the arguments of a process's command line; empty if there is no such process."""
     try:
         with open(f"/proc/{pid}/cmdline", "rb") as file:

@@ -1,14 +1,17 @@
 """Configuration types for dynamic_reconfigure, as a .cfg generator would write them."""
 
+from collections.abc import Iterable
+from typing import Any
 
-def describe(parameters):
+
+def describe(parameters: Iterable[tuple[str, str, Any, Any, Any, str]]) -> dict[str, Any]:
     """Returns the names that a configuration's module has to define.
 
     Args:
         parameters: (name, type, default, minimum, maximum, description) of each; all of level 1.
 
     Returns:
-        Dict of config_description, min, max, defaults, level, type and all_level.
+        config_description, min, max, defaults, level, type and all_level.
     """
     rows = [
         {

@@ -15,17 +15,21 @@ An invalid value raises an error that names the setting, its value and what is v
 
 import math
 import numbers
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class Rule:
     """What a value must be; subclasses define `complaint`."""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """Returns what the value must be instead, or "" if it is valid."""
         raise NotImplementedError
 
-    def check(self, name, value, error=ValueError):
+    def check(self, name: str, value: Any, error: type[Exception] = ValueError) -> Any:
         """Returns the value unchanged.
 
         Raises:
@@ -48,14 +52,14 @@ class Number(Rule):
         unit: For the message, e.g. "m/s".
     """
 
-    above: float = None
-    below: float = None
-    min: float = None
-    max: float = None
+    above: float | None = None
+    below: float | None = None
+    min: float | None = None
+    max: float | None = None
     integer: bool = False
     unit: str = ""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         valid = self._range()
         if not is_number(value) or (self.integer and not isinstance(value, numbers.Integral)):
@@ -69,16 +73,16 @@ class Number(Rule):
         )
         return "" if inside else valid
 
-    def _range(self):
+    def _range(self) -> str:
         """Returns the range as text, e.g. "above 0 and below 0.7 [m/s]"."""
         if self.min is not None and self.max is not None:
             limits = f"from {self.min:g} to {self.max:g}"
         else:
             parts = [
-                self.above is not None and f"above {self.above:g}",
-                self.min is not None and f"{self.min:g} or more",
-                self.below is not None and f"below {self.below:.4g}",
-                self.max is not None and f"at most {self.max:g}",
+                "" if self.above is None else f"above {self.above:g}",
+                "" if self.min is None else f"{self.min:g} or more",
+                "" if self.below is None else f"below {self.below:.4g}",
+                "" if self.max is None else f"at most {self.max:g}",
             ]
             limits = " and ".join(filter(None, parts))
         return " ".join(filter(None, (limits, self.unit and f"[{self.unit}]")))
@@ -88,7 +92,7 @@ class Number(Rule):
 class Flag(Rule):
     """True or false."""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         return "" if isinstance(value, bool) else "true or false"
 
@@ -102,10 +106,10 @@ class Choice(Rule):
         text: Text of the valid values in messages; "": the values.
     """
 
-    values: tuple
+    values: tuple[Any, ...]
     text: str = ""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         for valid in self.values:
             if value == valid and isinstance(value, bool) == isinstance(valid, bool):
@@ -123,14 +127,14 @@ class Text(Rule):
 
     empty: bool = False
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         if isinstance(value, str) and (value or self.empty):
             return ""
         return "a text" if self.empty else "a name"
 
 
-def is_number(value):
+def is_number(value: Any) -> bool:
     """Returns whether a value is a finite real number, of Python or numpy; booleans are not."""
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         return False
@@ -140,7 +144,7 @@ def is_number(value):
         return False
 
 
-def converted(name, value):
+def converted(name: str, value: Any) -> float:
     """Returns the float of a finite number or of a text that is one, as upstream's nodes accept it.
 
     Raises:
@@ -158,18 +162,17 @@ def converted(name, value):
 _RULE, _NAME = "rule", "name"
 
 
-def ruled(default, rule, name=""):
+def ruled(default: Any, rule: Rule, name: str = "") -> Any:
     """Returns a dataclass field with a default and a Rule.
 
     Args:
         default: Default value.
-        rule: Rule.
         name: Name of the parameter; "": the field's.
     """
     return field(default=default, metadata={_RULE: rule, _NAME: name})
 
 
-def number(default, name="", **limits):
+def number(default: float, name: str = "", **limits: Any) -> Any:
     """Returns a field for a finite number.
 
     Args:
@@ -180,27 +183,26 @@ def number(default, name="", **limits):
     return ruled(default, Number(**limits), name)
 
 
-def flag(default):
+def flag(default: bool) -> Any:
     """Returns a field for true or false."""
     return ruled(default, Flag())
 
 
-def choice(default, values, valid=""):
+def choice(default: Any, values: Iterable[Any], valid: str = "") -> Any:
     """Returns a field for one of several values; valid: text of them in messages."""
     return ruled(default, Choice(tuple(values), valid))
 
 
-def text(default, empty=False):
+def text(default: str, empty: bool = False) -> Any:
     """Returns a field for a text."""
     return ruled(default, Text(empty))
 
 
-def check(settings, error=ValueError, prefix=""):
+def check(settings: Any, error: type[Exception] = ValueError, prefix: str = "") -> None:
     """Checks every field that has a rule; for a dataclass's __post_init__.
 
     Args:
         settings: Dataclass instance.
-        error: Class of the error.
         prefix: Prefix of the names in messages.
 
     Raises:
@@ -212,12 +214,12 @@ def check(settings, error=ValueError, prefix=""):
             item.metadata[_RULE].check(name, getattr(settings, item.name), error)
 
 
-def _parameter(item):
+def _parameter(item: Field[Any]) -> str:
     """Returns the name of a field's parameter."""
     return item.metadata.get(_NAME) or item.name
 
 
-def read(cls, get, prefix="~"):
+def read(cls: type[T], get: Callable[[str, Any], Any], prefix: str = "~") -> T:
     """Returns settings from ROS parameters, one per field.
 
     Args:
@@ -228,14 +230,13 @@ def read(cls, get, prefix="~"):
     return cls(**{item.name: get(prefix + _parameter(item), item.default) for item in fields(cls)})
 
 
-def parameter(get, name, default, rule):
+def parameter(get: Callable[[str, Any], Any], name: str, default: Any, rule: Rule) -> Any:
     """Returns one private ROS parameter.
 
     Args:
         get: rospy.get_param or a function like it: (name, default) -> value.
         name: Without the tilde.
         default: Value if it is not set; it is checked, too.
-        rule: Rule.
 
     Raises:
         ValueError: It is not valid.
@@ -243,14 +244,12 @@ def parameter(get, name, default, rule):
     return rule.check(name, get("~" + name, default))
 
 
-def from_table(cls, data, label, error=ValueError):
+def from_table(cls: type[T], data: Any, label: str, error: type[Exception] = ValueError) -> T:
     """Returns settings from a table of names and values, as read from YAML.
 
     Args:
         cls: Dataclass that checks its values.
-        data: Dict.
         label: Name of the table in messages.
-        error: Class of the error.
 
     Raises:
         error: It is not a table, or has a name that is not a field.

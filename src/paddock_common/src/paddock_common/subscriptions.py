@@ -20,6 +20,8 @@ import threading
 import time
 import weakref
 import xmlrpc.client
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import rosgraph
 import rospy
@@ -35,21 +37,22 @@ DRAIN_TIMEOUT = 2.0  # [s] for reading the rest of a connection that is replaced
 _log = logging.getLogger("rospy.reconnecting")  # has no console handler
 
 
-def connect(topic, uris):
+def connect(topic: str, uris: list[str]) -> None:
     """Makes rospy connect a subscription to the publishers that it has no connection to."""
     for listener in list(get_registration_listeners().listeners):
         if isinstance(listener, RegManager):
             listener.publisher_update(topic, uris)
 
 
-def request_publishers(topics):
+def request_publishers(topics: Iterable[str]) -> dict[str, set[str]]:
     """Requests the publishers of topics from the master.
 
     Returns:
-        Dict of topic -> set of their addresses.
+        Topic -> addresses of its publishers.
     """
     caller = rospy.get_name()
-    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri()) as master:
+    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri()) as server:
+        master: Any = server
         publishers = dict(master.getSystemState(caller)[2][0])
         names = {name for topic in topics for name in publishers.get(topic, ())}
         nodes = {name: master.lookupNode(caller, name) for name in names}
@@ -69,14 +72,22 @@ class Reconnecting:
         connect: Like the function of that name.
     """
 
-    def __init__(self, request=request_publishers, connect=connect):
+    def __init__(
+        self,
+        request: Callable[[Iterable[str]], dict[str, set[str]]] = request_publishers,
+        connect: Callable[[str, list[str]], object] = connect,
+    ) -> None:
         self._request, self._connect = request, connect
         self._changed = threading.Condition()
-        self._due = {}  # (topic, address) -> time of the next check [s]
-        self._attempts = {}  # (topic, address) -> number of failed attempts
-        self._thread = None
+        self._due: dict[
+            tuple[str, str], float
+        ] = {}  # (topic, address) -> time of the next check [s]
+        self._attempts: dict[
+            tuple[str, str], int
+        ] = {}  # (topic, address) -> number of failed attempts
+        self._thread: threading.Thread | None = None
 
-    def connection_ended(self, topic, uri, worked):
+    def connection_ended(self, topic: str, uri: str, worked: bool) -> None:
         """Schedules a new connection after one has ended.
 
         Args:
@@ -91,17 +102,17 @@ class Reconnecting:
             if attempts < len(DELAYS):
                 self._schedule((topic, uri), DELAYS[attempts])
 
-    def replace(self, topic, uri):
+    def replace(self, topic: str, uri: str) -> None:
         """Schedules a second connection to a publisher that was removed and registered again."""
         with self._changed:
             self._schedule((topic, uri), DRAIN_TIMEOUT)
 
-    def reset_attempts(self, topic, uri):
+    def reset_attempts(self, topic: str, uri: str) -> None:
         """Clears the failed attempts: the master has sent an update about the publisher."""
         with self._changed:
             self._attempts.pop((topic, uri), None)
 
-    def _schedule(self, key, delay):
+    def _schedule(self, key: tuple[str, str], delay: float) -> None:
         """Sets the time of the next check; with the lock held."""
         self._due[key] = time.monotonic() + delay
         if self._thread is None:
@@ -109,7 +120,7 @@ class Reconnecting:
             self._thread.start()
         self._changed.notify()
 
-    def _run(self):
+    def _run(self) -> None:
         while not is_shutdown_requested():
             with self._changed:
                 now = time.monotonic()
@@ -121,8 +132,8 @@ class Reconnecting:
                     del self._due[key]
             self._reconnect([key for key in keys if self._is_missing(*key)])
 
-    def _is_missing(self, topic, uri):
-        """Returns whether a subscription lacks a connection to a publisher; closes a replaced one."""
+    def _is_missing(self, topic: str, uri: str) -> bool:
+        """Returns whether a connection to a publisher is missing; closes one that is replaced."""
         subscription = get_topic_manager().get_subscriber_impl(topic)
         if subscription is None or subscription.closed:
             return False
@@ -139,7 +150,7 @@ class Reconnecting:
             connection.close()
         return True
 
-    def _reconnect(self, missing):
+    def _reconnect(self, missing: list[tuple[str, str]]) -> None:
         """Requests the publishers of all missing connections at once and connects to them."""
         if not missing:
             return
@@ -166,10 +177,11 @@ _publisher_update = ROSHandler.publisherUpdate
 _connect = ROSHandler._connect_topic
 _receive = tcpros_pubsub.robust_connect_subscriber
 _reconnecting = Reconnecting()
-_locks, _locking = weakref.WeakValueDictionary(), threading.Lock()  # (topic, address) -> lock
+_locks: weakref.WeakValueDictionary[tuple[str, str], Any] = weakref.WeakValueDictionary()
+_locking = threading.Lock()  # of _locks
 
 
-def enable_reconnecting():
+def enable_reconnecting() -> None:
     """Makes all subscriptions of this process reconnect to their publishers; may be called twice.
 
     nodes.init_node calls it; existing connections are not covered.
@@ -181,14 +193,14 @@ def enable_reconnecting():
 
 
 @functools.wraps(_update)
-def _join_updates(self, resolved_name, uris):
+def _join_updates(self: Any, resolved_name: str, uris: list[str]) -> None:
     with self.cond:  # a reentrant lock
         pending = [uri for topic, known in self.updates if topic == resolved_name for uri in known]
         _update(self, resolved_name, list(dict.fromkeys([*uris, *pending])))
 
 
 @functools.wraps(_connect)
-def _connect_once(self, topic, pub_uri):
+def _connect_once(self: Any, topic: str, pub_uri: str) -> Any:
     with _locking:
         lock = _locks.setdefault((topic, pub_uri), threading.Lock())
     with lock:  # then rospy finds the connection of the previous thread
@@ -196,13 +208,13 @@ def _connect_once(self, topic, pub_uri):
 
 
 @functools.wraps(_publisher_update)
-def _note_update(self, caller_id, topic, publishers):
+def _note_update(self: Any, caller_id: str, topic: Any, publishers: Any) -> Any:
     if isinstance(topic, str) and isinstance(publishers, list):
         _update_connections(topic, [uri for uri in publishers if isinstance(uri, str)])
     return _publisher_update(self, caller_id, topic, publishers)
 
 
-def _update_connections(topic, publishers):
+def _update_connections(topic: str, publishers: list[str]) -> None:
     """Sets flags of a topic's connections by the master's newest list of its publishers."""
     subscription = get_topic_manager().get_subscriber_impl(topic)
     for connection in subscription.connections if subscription else ():
@@ -216,7 +228,14 @@ def _update_connections(topic, publishers):
 
 
 @functools.wraps(_receive)
-def _receive_and_reconnect(conn, dest_addr, dest_port, pub_uri, receive_cb, resolved_topic_name):
+def _receive_and_reconnect(
+    conn: Any,
+    dest_addr: str,
+    dest_port: int,
+    pub_uri: str,
+    receive_cb: Any,
+    resolved_topic_name: str,
+) -> None:
     start = time.monotonic()
     try:
         _receive(conn, dest_addr, dest_port, pub_uri, receive_cb, resolved_topic_name)
@@ -229,7 +248,7 @@ def _receive_and_reconnect(conn, dest_addr, dest_port, pub_uri, receive_cb, reso
             _handle_end(subscription, conn, pub_uri, worked)
 
 
-def _handle_end(subscription, connection, uri, worked):
+def _handle_end(subscription: Any, connection: Any, uri: str, worked: bool) -> None:
     """Reconnects a subscription to a publisher whose connection has ended."""
     if connection in subscription.connections:  # rospy has abandoned it and left it in the list
         connection.done = False

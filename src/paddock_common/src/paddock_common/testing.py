@@ -10,16 +10,20 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterable, Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any, TypeVar
 
 from paddock_common.master import ERRORS, proxy
 
 FIRST, LAST = 20000, 32000  # below the kernel's ephemeral ports
 POLL_PERIOD = 0.005  # [s]
+T = TypeVar("T")
 _servers = itertools.count()  # number of X servers that this process has started
 
 
-def free_port():
+def free_port() -> int:
     """Returns an unused TCP port outside the range that the kernel assigns."""
     for port in random.sample(range(FIRST, LAST), 100):
         with socket.socket() as probe:
@@ -32,18 +36,18 @@ def free_port():
 
 
 class _Page(BaseHTTPRequestHandler):
-    def do_POST(self):
+    def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))
         self.send_response(200)
         self.end_headers()
         self.wfile.write(b"<html><p>hello<br></html>")
 
-    def log_message(self, *_):
+    def log_message(self, *_: object) -> None:
         pass
 
 
 @contextlib.contextmanager
-def web_page():
+def web_page() -> Iterator[str]:
     """Yields the address of a server that responds to XML-RPC calls with a web page."""
     with HTTPServer(("127.0.0.1", 0), _Page) as server:
         thread = threading.Thread(target=server.serve_forever)
@@ -55,7 +59,7 @@ def web_page():
             thread.join()
 
 
-def start_x_server(size):
+def start_x_server(size: str) -> tuple[subprocess.Popen[bytes], str]:
     """Starts an Xvfb on a display that no other process of this machine uses.
 
     Servers that choose a display number themselves (-displayfd alone) remove each other's sockets
@@ -65,7 +69,7 @@ def start_x_server(size):
         size: WIDTHxHEIGHT [px].
 
     Returns:
-        Its subprocess.Popen, the name of the display.
+        Its process, the name of the display.
     """
     display = f":{1000 + (8 * os.getpid() + next(_servers)) % 50000}"
     screen = ("-screen", "0", f"{size}x24")
@@ -84,7 +88,7 @@ def start_x_server(size):
     return process, f":{number}"
 
 
-def is_running(pid):
+def is_running(pid: int) -> bool:
     """Returns whether a process runs; a zombie does not."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
@@ -93,7 +97,7 @@ def is_running(pid):
         return False
 
 
-def wait_ended(pid, limit):
+def wait_ended(pid: int, limit: float) -> None:
     """Waits until a process has exited.
 
     Args:
@@ -109,7 +113,7 @@ def wait_ended(pid, limit):
         time.sleep(POLL_PERIOD)
 
 
-def pid_from_killed(code):
+def pid_from_killed(code: str) -> int:
     """Runs Python code that prints a process id, kills it, and returns that id.
 
     Args:
@@ -122,16 +126,17 @@ def pid_from_killed(code):
         env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
     )
     with parent:
+        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         parent.kill()
     return pid
 
 
-def stop_session(process, limit):
+def stop_session(process: subprocess.Popen[Any], limit: float) -> None:
     """Stops a process and its session as Ctrl-C does; kills it if it does not exit.
 
     Args:
-        process: subprocess.Popen with start_new_session=True.
+        process: Started with start_new_session=True.
         limit: Wall time from SIGINT to SIGKILL [s].
 
     Raises:
@@ -144,7 +149,8 @@ def stop_session(process, limit):
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-        name = os.path.basename(process.args[0])
+        command: Any = process.args
+        name = os.path.basename(command[0])
         raise AssertionError(f"{name} did not end within {limit:g} s") from None
 
 
@@ -197,7 +203,7 @@ slow(rospy.topics._TopicManager, "close_all", 0.3)
 
 
 @contextlib.contextmanager
-def ros_master():
+def ros_master() -> Iterator[dict[str, str]]:
     """Runs a ROS master on a free port of this machine's loopback.
 
     Yields:
@@ -225,11 +231,10 @@ def ros_master():
         master.wait()
 
 
-def wait_for(condition, label, limit=LIMIT):
+def wait_for(condition: Callable[[], T], label: str, limit: float = LIMIT) -> T:
     """Waits until a condition is true and returns its value.
 
     Args:
-        condition: Function without arguments.
         label: Name of the condition in the error message.
         limit: Longest wait in wall time [s].
 
@@ -243,7 +248,7 @@ def wait_for(condition, label, limit=LIMIT):
     return value
 
 
-def call(uri, name, *arguments):
+def call(uri: str, name: str, *arguments: Any) -> Any:
     """Returns the result of an XML-RPC method of a master or a node, or None without a response."""
     try:
         with proxy(uri, CALL_LIMIT) as server:
@@ -253,7 +258,7 @@ def call(uri, name, *arguments):
     return value if code == 1 else None
 
 
-def connected(environment, node):
+def connected(environment: dict[str, str], node: str) -> set[str] | None:
     """Returns the topics that a node receives, or None while there is no such node.
 
     Args:
@@ -266,12 +271,12 @@ def connected(environment, node):
 
 
 @contextlib.contextmanager
-def flood(environment, topics, *values):
+def flood(environment: dict[str, str], topics: dict[str, str], *values: str) -> Iterator[None]:
     """Publishes on topics some hundred times a second.
 
     Args:
         environment: As yielded by ros_master.
-        topics: Dict of topic -> type.
+        topics: Topic -> message type.
         values: "field=expression" of messages that have the field.
     """
     named = ",".join(f"{topic}={name}" for topic, name in topics.items())
@@ -287,12 +292,14 @@ def flood(environment, topics, *values):
 
 
 @contextlib.contextmanager
-def running(environment, command, **options):
+def running(
+    environment: dict[str, str], command: list[str], **options: Any
+) -> Iterator[subprocess.Popen[str]]:
     """Runs a node; kills it at the end if it still runs.
 
     Args:
         environment: As yielded by ros_master.
-        command: List of arguments.
+        command: Its program and arguments.
         options: Options of subprocess.Popen.
     """
     process = subprocess.Popen(
@@ -310,24 +317,24 @@ def running(environment, command, **options):
         process.communicate()
 
 
-def slow_close(folder, environment):
+def slow_close(folder: Path, environment: dict[str, str]) -> dict[str, str]:
     """Returns the environment of nodes with a delay between closing topics and their shutdown.
 
     Args:
-        folder: pathlib.Path to write to.
+        folder: Folder to write to.
         environment: As yielded by ros_master.
     """
     (folder / "sitecustomize.py").write_text(SLOW_CLOSE)
     return with_path(environment, folder)
 
 
-def with_path(environment, folder):
+def with_path(environment: dict[str, str], folder: Path) -> dict[str, str]:
     """Returns the environment of Python processes that import modules from a folder first."""
     paths = [str(folder), *filter(None, [environment.get("PYTHONPATH")])]
     return dict(environment, PYTHONPATH=os.pathsep.join(paths))
 
 
-def executable(package, name):
+def executable(package: str, name: str) -> str:
     """Returns the path of a node's executable, without the delay of rosrun (0.3 s)."""
     import roslib.packages
 
@@ -335,13 +342,20 @@ def executable(package, name):
     return path
 
 
-def assert_clean_exit(environment, node, command, topics, number=signal.SIGINT, **options):
+def assert_clean_exit(
+    environment: dict[str, str],
+    node: str,
+    command: list[str],
+    topics: Iterable[str],
+    number: int = signal.SIGINT,
+    **options: Any,
+) -> None:
     """Stops a node during a flood of messages: it must print no error.
 
     Args:
         environment: As yielded by ros_master, in which the flood runs.
         node: Name of the node with a slash.
-        command: List of arguments that starts it.
+        command: Program and arguments that start it.
         topics: Topics that it has to receive before it is stopped.
         number: Number of the signal.
         options: Options of subprocess.Popen.
@@ -350,7 +364,7 @@ def assert_clean_exit(environment, node, command, topics, number=signal.SIGINT, 
         AssertionError: It prints an error, or does not exit.
     """
 
-    def is_receiving():
+    def is_receiving() -> bool:
         received = connected(environment, node)
         return process.poll() is not None or (received is not None and received >= set(topics))
 

@@ -1,26 +1,35 @@
 """Waits in wall time: for conditions, services, and messages to be sent."""
 
 import time
+from collections.abc import Callable
+from typing import TypeVar
 
 import rosgraph
 import rospy
 
 POLL_PERIOD = 0.05  # [s]
+T = TypeVar("T")
 
 
 class WaitTimeout(Exception):
     """The condition did not become true in time."""
 
 
-def wait_until(check, timeout, label, poll_period=POLL_PERIOD, is_shutdown=None):
+def wait_until(
+    check: Callable[[], T],
+    timeout: float | None,
+    label: str,
+    poll_period: float = POLL_PERIOD,
+    is_shutdown: Callable[[], bool] | None = None,
+) -> T:
     """Polls until a check holds.
 
     Args:
-        check: callable; a true value ends the wait and is returned.
+        check: a true value ends the wait and is returned.
         timeout: wall-clock limit [s]; None waits without limit.
         label: name of the condition in the error message.
         poll_period: wall-clock time between two checks [s].
-        is_shutdown: callable; whether a shutdown was requested; None: rospy.is_shutdown.
+        is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
     Returns:
         The value of check.
@@ -41,13 +50,15 @@ def wait_until(check, timeout, label, poll_period=POLL_PERIOD, is_shutdown=None)
     raise rospy.ROSInterruptException(f"shut down while waiting for {label}")
 
 
-def wait_for_service(name, timeout, is_shutdown=None):
+def wait_for_service(
+    name: str, timeout: float, is_shutdown: Callable[[], bool] | None = None
+) -> None:
     """Waits until a service is advertised and responds to a probe.
 
     Args:
         name: service name, resolved against this node's namespace.
         timeout: wall-clock limit [s].
-        is_shutdown: callable; whether a shutdown was requested; None: rospy.is_shutdown.
+        is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
     Raises:
         WaitTimeout: the time limit was exceeded.
@@ -57,7 +68,7 @@ def wait_for_service(name, timeout, is_shutdown=None):
     master = rosgraph.Master(rospy.get_name())
     start = time.monotonic()
 
-    def _registered():
+    def _registered() -> str | None:
         try:
             return master.lookupService(resolved)
         except (rosgraph.MasterException, OSError):
@@ -80,13 +91,12 @@ MARGIN = 0.15  # [s] for messages that a thread has taken from its queue and not
 PERIOD = 0.005  # [s]
 
 
-def flush(*publishers, limit=LIMIT):
+def flush(*publishers: rospy.Publisher, limit: float = LIMIT) -> bool:
     """Waits until rospy's threads have sent the published messages.
 
     On a busy machine they start late, and messages still queued when a node exits are dropped.
 
     Args:
-        publishers: rospy.Publisher.
         limit: Longest wait [s].
 
     Returns:
@@ -101,6 +111,6 @@ def flush(*publishers, limit=LIMIT):
     return True
 
 
-def _is_queued(publisher):
+def _is_queued(publisher: rospy.Publisher) -> bool:
     connections = list(getattr(getattr(publisher, "impl", None), "connections", ()))
     return any(getattr(connection, "_queue", ()) for connection in connections)

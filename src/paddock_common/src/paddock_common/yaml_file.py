@@ -2,24 +2,24 @@
 
 import os
 import reprlib
+from typing import Any
 
-import yaml
+import yaml  # type: ignore[import]
 
 MAX_SIZE = 10_000_000  # [bytes] of a file
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 3, 200, 200
 
 
-def formatted(value):
+def formatted(value: object) -> str:
     """Returns a value as text for a message: short, even if it is nested endlessly."""
     return _SHORT.repr(value)
 
 
-def parse(text, name):
+def parse(text: str | bytes, name: str) -> Any:
     """Returns the content of a YAML text: plain values, no objects.
 
     Args:
-        text: str or bytes.
         name: Name of the file in messages.
 
     Raises:
@@ -36,7 +36,7 @@ def parse(text, name):
         raise ValueError(f"{name} is no YAML: {' '.join(str(error).split())}") from None
 
 
-def read(path):
+def read(path: str) -> Any:
     """Returns the content of a YAML file, see parse().
 
     Raises:

@@ -1,8 +1,10 @@
 """The lane of a track: its centreline through the points, its edges, and its checks."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import curves
 from track_model.spec import TrackError, TrackSpec
@@ -19,18 +21,18 @@ class Lane:
         origin: (x, y, yaw) of the start frame in the track file's frame [m], [rad].
     """
 
-    curve: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
+    curve: npt.NDArray[Any]
+    left: npt.NDArray[Any]
+    right: npt.NDArray[Any]
     closed: bool
-    origin: tuple
+    origin: tuple[float, float, float]
 
     @property
     def length(self) -> float:
         """Length of the centreline [m]."""
         return curves.length(self.curve, self.closed)
 
-    def edge(self, side: float, inset: float = 0.0) -> np.ndarray:
+    def edge(self, side: float, inset: float = 0.0) -> npt.NDArray[Any]:
         """Edge of the lane (N, 2): side +1 the left one, -1 the right; inset [m] inwards."""
         distance = (self.left if side > 0 else self.right) - inset
         return self.curve + side * distance[:, None] * curves.left_normals(self.curve, self.closed)
@@ -73,11 +75,17 @@ def lane(spec: TrackSpec) -> Lane:
         sides[:, 0],
         sides[:, 1],
         spec.closed,
-        (*map(float, curve[0]), float(np.arctan2(direction[1], direction[0]))),
+        (
+            float(curve[0, 0]),
+            float(curve[0, 1]),
+            float(np.arctan2(direction[1], direction[0])),
+        ),
     )
 
 
-def _check_lane(spec: TrackSpec, curve: np.ndarray, coarse: np.ndarray, sides: np.ndarray) -> None:
+def _check_lane(
+    spec: TrackSpec, curve: npt.NDArray[Any], coarse: npt.NDArray[Any], sides: npt.NDArray[Any]
+) -> None:
     bends = curves.radii(curve, spec.closed)
     inside = np.where(bends > 0, sides[:, 0], sides[:, 1])
     margin = np.abs(bends) - inside
@@ -101,6 +109,6 @@ def _check_lane(spec: TrackSpec, curve: np.ndarray, coarse: np.ndarray, sides: n
         )
 
 
-def centreline(spec: TrackSpec) -> np.ndarray:
+def centreline(spec: TrackSpec) -> npt.NDArray[Any]:
     """Return the sampled centreline (N, 2) [m] in the start frame: Lane.curve."""
     return lane(spec).curve

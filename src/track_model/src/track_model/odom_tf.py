@@ -2,22 +2,23 @@
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import transform_of
 from paddock_common.nodes import run
 from std_msgs.msg import Header
 
 
-def to_transform(odometry, parent="", child=""):
+def to_transform(odometry: Odometry, parent: str = "", child: str = "") -> TransformStamped:
     """Convert an odometry message to its transform.
 
     Args:
-        odometry: nav_msgs/Odometry; pose of child_frame_id in header.frame_id.
+        odometry: pose of child_frame_id in header.frame_id.
         parent: Frame that replaces the message's frame_id, if not empty.
         child: Frame that replaces the message's child_frame_id, if not empty.
 
     Returns:
-        geometry_msgs/TransformStamped with the message's stamp.
+        The transform with the message's stamp.
 
     Raises:
         ValueError: Neither the message nor the argument names a frame.
@@ -41,14 +42,14 @@ def to_transform(odometry, parent="", child=""):
 class OdomTf:
     """Node: subscribes `odom`, broadcasts each new pose once on /tf."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._parent = rospy.get_param("~parent_frame", "")
         self._child = rospy.get_param("~child_frame", "base_link")
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._last_stamp = None
         self._subscriber = rospy.Subscriber("odom", Odometry, self._receive, queue_size=10)
 
-    def _receive(self, odometry):
+    def _receive(self, odometry: Odometry) -> None:
         # tf2 warns about a transform sent twice with the same stamp.
         if odometry.header.stamp == self._last_stamp:
             return
@@ -59,6 +60,6 @@ class OdomTf:
             rospy.logerr_once("odom_tf: %s", error)
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down."""
     run("odom_tf", OdomTf)

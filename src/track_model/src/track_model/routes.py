@@ -1,19 +1,23 @@
 """Routes of other projects as tracks: DeepRacer .npy files and F1TENTH centreline .csv files."""
 
 import io
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import spec as track_spec
-from track_model.spec import TrackError
+from track_model.spec import TrackError, TrackSpec
 
 MAX_COORDINATE = 500.0  # [m]
 MERGE_DISTANCE = 1e-3  # points closer than this are merged [m]
 CLOSING_GAP = 4.0  # a route whose ends are closer than this many median spacings is closed
 MIN_WIDTH = 0.2  # of a lane [m]
+# Points (N, 2), distances to the left and to the right edge (N,) [m].
+Columns = tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
 
 
-def parse(content, path):
+def parse(content: bytes, path: str) -> TrackSpec:
     """Convert a route file to a TrackSpec; borders, colors and walls have a track file's defaults.
 
     A .npy contains N x 6: centre, inner and outer edge points (DeepRacer's route files; the last
@@ -59,7 +63,7 @@ def parse(content, path):
     )
 
 
-def _read_npy(content, path):
+def _read_npy(content: bytes, path: str) -> npt.NDArray[Any]:
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
     except Exception as error:  # pylint: disable=broad-except  # a header may contain anything
@@ -84,7 +88,7 @@ def _read_npy(content, path):
     return _checked(array.astype(float), path)
 
 
-def _read_csv(content, path):
+def _read_csv(content: bytes, path: str) -> npt.NDArray[Any]:
     try:
         lines = content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -118,7 +122,7 @@ def _read_csv(content, path):
     return _checked(np.array(rows), path)
 
 
-def _is_number(text):
+def _is_number(text: str) -> bool:
     try:
         float(text)
         return True
@@ -126,7 +130,7 @@ def _is_number(text):
         return False
 
 
-def _checked(array, path):
+def _checked(array: npt.NDArray[Any], path: str) -> npt.NDArray[Any]:
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
         row, column = bad[0]
@@ -139,7 +143,7 @@ def _checked(array, path):
     return array
 
 
-def _deepracer(array, path):
+def _deepracer(array: npt.NDArray[Any], path: str) -> Columns:
     """Return points and distances to the left and right edge."""
     centre, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
     to_inner, to_outer = (np.linalg.norm(edge - centre, axis=1) for edge in (inner, outer))
@@ -151,11 +155,13 @@ def _deepracer(array, path):
     return (centre, to_inner, to_outer) if side > 0 else (centre, to_outer, to_inner)
 
 
-def _f1tenth(array, _path):
+def _f1tenth(array: npt.NDArray[Any], _path: str) -> Columns:
     return array[:, 0:2], array[:, 3], array[:, 2]
 
 
-def _distinct(points, sides, path):
+def _distinct(
+    points: npt.NDArray[Any], sides: npt.NDArray[Any], path: str
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], bool]:
     """Drop repeated points; also return whether the route is closed."""
     indices = [0]
     for index in range(1, len(points)):

@@ -56,9 +56,6 @@ def load(path: str, content: bytes | None = None) -> TrackSpec:
         path: The file.
         content: Its bytes, if they were read already.
 
-    Returns:
-        TrackSpec.
-
     Raises:
         TrackError: It cannot be read or is not valid.
     """

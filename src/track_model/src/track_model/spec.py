@@ -2,8 +2,9 @@
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
-DEFAULTS = {
+DEFAULTS: dict[str, Any] = {
     "width": 0.76,
     "border_width": 0.03,
     "centre_line_width": 0.025,
@@ -16,14 +17,14 @@ DEFAULTS = {
     "closed": True,
     "description": "",
 }
-COLORS = {
+COLORS: dict[str, tuple[int, ...]] = {
     "asphalt": (52, 53, 56),
     "border": (242, 242, 240),
     "centre_line": (245, 140, 20),
     "grass": (52, 122, 58),
     "wall": (190, 190, 195),
 }
-WALLS = {"enabled": False, "height": 0.25, "thickness": 0.03, "gap": 0.15}
+WALLS: dict[str, Any] = {"enabled": False, "height": 0.25, "thickness": 0.03, "gap": 0.15}
 
 
 class TrackError(ValueError):
@@ -59,10 +60,10 @@ class TrackSpec:
     path: str
     name: str
     description: str
-    points: tuple
+    points: tuple[tuple[float, ...], ...]
     closed: bool
     width: float
-    sides: tuple
+    sides: tuple[tuple[float, ...], ...]
     border_width: float
     centre_line_width: float
     dash_length: float
@@ -71,7 +72,7 @@ class TrackSpec:
     start_distance: float
     start_line: bool
     seed: int
-    colors: dict
+    colors: dict[str, tuple[int, ...]]
     walls: WallSpec
     imported: bool = False
 

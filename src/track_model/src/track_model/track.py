@@ -2,8 +2,9 @@
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
+import numpy.typing as npt
 
 from track_model import curves, geometry, source, spec
 from track_model.files import cache, writer
@@ -19,7 +20,7 @@ class Track:
         centreline: (N, 2) evenly spaced curve [m], the first point is the origin.
         closed: Whether it is a circuit.
         width: Lane, outer edge to outer edge of the borders, at the widest point [m].
-        lane: geometry.Lane: the centreline with the distances to both edges.
+        lane: The centreline with the distances to both edges.
         inner, outer: (N, 2) edges of the lane [m], first the shorter one.
         length: Length of the centreline [m].
         extent: (xmin, xmax, ymin, ymax) of the texture [m].
@@ -29,14 +30,14 @@ class Track:
     """
 
     name: str
-    centreline: np.ndarray
+    centreline: npt.NDArray[Any]
     closed: bool
     width: float
     lane: geometry.Lane
-    inner: np.ndarray
-    outer: np.ndarray
+    inner: npt.NDArray[Any]
+    outer: npt.NDArray[Any]
     length: float
-    extent: tuple
+    extent: tuple[float, float, float, float]
     texture: str
     directory: str
     spec: spec.TrackSpec
@@ -47,9 +48,6 @@ def load_track(name_or_path: str) -> Track:
 
     Args:
         name_or_path: default, easy, medium, hard, or the path of a YAML, .npy or .csv file.
-
-    Returns:
-        Track.
 
     Raises:
         TrackError: There is no such track, or its file is not valid.

@@ -60,7 +60,7 @@ def _typed(path: str, item: str, value: Any, default: Any) -> Any:
     return value
 
 
-def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict:
+def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise TrackError(
             path,
@@ -100,7 +100,7 @@ def _points(path: str, data: Any, closed: bool) -> Points:
     return tuple(points)
 
 
-def _width(path: str, data: dict, points: Points) -> Sequence[float]:
+def _width(path: str, data: dict[str, Any], points: Points) -> Sequence[float]:
     """Return the lane's widths, one per point, from one number or a list of them."""
     width = data.get("width", DEFAULTS["width"])
     if not isinstance(width, list):
@@ -150,9 +150,6 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
     Args:
         text: YAML.
         path: File name for messages; its stem is the track's name.
-
-    Returns:
-        TrackSpec.
 
     Raises:
         TrackError: It is not valid.

@@ -10,7 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 MESH, BOX = "geometry/mesh/uri", "geometry/box/size"
 
 
-def track_markers(description, frame):
+def track_markers(description: str, frame: str) -> MarkerArray:
     """Converts the visuals of a track's SDF.
 
     Args:
@@ -19,7 +19,7 @@ def track_markers(description, frame):
         frame: Frame of the markers.
 
     Returns:
-        visualization_msgs/MarkerArray, one marker per visual.
+        One marker per visual.
 
     Raises:
         ValueError: The description is not XML, or has nothing visible.
@@ -40,16 +40,18 @@ def track_markers(description, frame):
     return markers
 
 
-def _marker(visual):
+def _marker(visual: ElementTree.Element) -> Marker | None:
     """Returns the Marker of a visual without header, or None if it is neither mesh nor box."""
     marker = Marker(action=Marker.ADD, ns="track", frame_locked=True)
     x, y, z, _roll, _pitch, yaw = _numbers(visual.findtext("pose"), (0.0,) * 6)
     marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
     marker.pose.orientation = quaternion_of(yaw)
+    size: tuple[float, ...]
+    color: tuple[float, ...]
     if uri := (visual.findtext(MESH) or "").strip():
         marker.type, marker.mesh_resource = Marker.MESH_RESOURCE, uri
         marker.mesh_use_embedded_materials = True
-        size, color = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)  # all 0: the mesh's colors
+        size, color = (1.0,) * 3, (0.0,) * 4  # all 0: the mesh's colors
     elif box := visual.findtext(BOX):
         marker.type, size = Marker.CUBE, _numbers(box)
         color = _numbers(visual.findtext("material/diffuse"), (0.6, 0.6, 0.6, 1.0))
@@ -60,7 +62,7 @@ def _marker(visual):
     return marker
 
 
-def _numbers(text, default=None):
+def _numbers(text: str | None, default: tuple[float, ...] = ()) -> tuple[float, ...]:
     """Returns the numbers of an element's text; `default` if there is no such element."""
     return default if text is None else tuple(map(float, text.split()))
 
@@ -72,7 +74,7 @@ class TrackMarkers:
         ValueError: `track_description` is missing or has no track.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         description = rospy.get_param("track_description", "")
         if not description:
             raise ValueError("track_description is not set; spawn_track.launch sets it")
@@ -81,6 +83,6 @@ class TrackMarkers:
         self._publisher.publish(track_markers(description, frame))
 
 
-def main():
+def main() -> None:
     """Runs the node until ROS shuts down."""
     run("track_markers", TrackMarkers)

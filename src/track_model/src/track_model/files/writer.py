@@ -2,13 +2,20 @@
 
 import os
 import pathlib
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from track_model import geometry
 from track_model.curves import left_normals, tangents
+from track_model.geometry import Lane
 from track_model.region import lane_area, rings
+from track_model.spec import TrackSpec
+
+Extent = tuple[float, float, float, float]  # xmin, xmax, ymin, ymax [m]
 
 RESOLUTION = 0.005  # [m/px], coarser if the image would be larger than MAX_PIXELS
 MAX_PIXELS = 2048  # per side; tracks coarser than COARSE at this size get LARGE_PIXELS
@@ -18,21 +25,21 @@ MARGIN = 0.5  # grass beyond the outermost border [m]
 SHIFT = 4  # fractional bits of OpenCV's polygon corners
 
 
-def extent(lane):
+def extent(lane: Lane) -> Extent:
     """Return (xmin, xmax, ymin, ymax) [m] of the image of a lane."""
     distance = max(lane.left.max(), lane.right.max()) + MARGIN
     low, high = lane.curve.min(axis=0) - distance, lane.curve.max(axis=0) + distance
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
-def resolution(area):
+def resolution(area: Extent) -> float:
     """Return the size of a pixel [m] for an extent."""
     side = max(area[1] - area[0], area[3] - area[2])
     pixels = MAX_PIXELS if side / MAX_PIXELS <= COARSE else LARGE_PIXELS
     return max(RESOLUTION, side / pixels)
 
 
-def whole_pixels(area):
+def whole_pixels(area: Extent) -> tuple[Extent, tuple[int, int]]:
     """Return (extent widened to the right and downwards to whole pixels, (rows, columns)).
 
     The number of columns is a multiple of four: OpenGL expects rows of a texture to be aligned to
@@ -46,7 +53,7 @@ def whole_pixels(area):
     return (area[0], area[0] + columns * pixel, area[3] - rows * pixel, area[3]), (rows, columns)
 
 
-def to_pixels(points, area):
+def to_pixels(points: npt.ArrayLike, area: Extent) -> npt.NDArray[Any]:
     """Convert ground points to pixel positions: x to the right, y up, (0, 0) the top left corner.
 
     Args:
@@ -60,7 +67,12 @@ def to_pixels(points, area):
     return np.stack([points[:, 0] - area[0], area[3] - points[:, 1]], axis=1) / resolution(area)
 
 
-def _fill(image, polygons, area, color):
+def _fill(
+    image: npt.NDArray[Any],
+    polygons: Iterable[npt.NDArray[Any]],
+    area: Extent,
+    color: tuple[int, ...],
+) -> None:
     # OpenCV's integer corner positions are pixel centres, hence the half.
     corners = [
         np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
@@ -69,11 +81,13 @@ def _fill(image, polygons, area, color):
     cv2.fillPoly(image, corners, color, cv2.LINE_AA, SHIFT)
 
 
-def _strip(curve, normals, low, high):
+def _strip(
+    curve: npt.NDArray[Any], normals: npt.NDArray[Any], low: float, high: float
+) -> npt.NDArray[Any]:
     return np.vstack([curve + low * normals, (curve + high * normals)[::-1]])
 
 
-def dashes(lane, spec):
+def dashes(lane: Lane, spec: TrackSpec) -> Iterator[npt.NDArray[Any]]:
     """Yield the centre line's dashes as (M, 2) parts of the curve, evenly distributed."""
     length = lane.length
     period = spec.dash_length + spec.dash_gap
@@ -86,7 +100,7 @@ def dashes(lane, spec):
         yield np.stack([np.interp(at, along, line[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def cross_lines(lane, spec):
+def cross_lines(lane: Lane, spec: TrackSpec) -> Iterator[npt.NDArray[Any]]:
     """Yield the corners (4, 2) of the lines across the lane: start, and finish if it is open."""
     across, ahead = (f(lane.curve, lane.closed) for f in (left_normals, tangents))
     for k in (0,) if lane.closed else (0, -1):
@@ -96,7 +110,9 @@ def cross_lines(lane, spec):
         yield np.array([right - half, left - half, left + half, right + half])
 
 
-def _noise(shape, generator, cell, strength):
+def _noise(
+    shape: tuple[int, int], generator: np.random.Generator, cell: int, strength: float
+) -> npt.NDArray[Any]:
     small = generator.standard_normal((shape[0] // cell + 2, shape[1] // cell + 2))
     large = cv2.resize(
         small.astype(np.float32), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
@@ -104,12 +120,8 @@ def _noise(shape, generator, cell, strength):
     return large * strength
 
 
-def render(lane, spec):
+def render(lane: Lane, spec: TrackSpec) -> tuple[npt.NDArray[Any], Extent]:
     """Render the ground from above.
-
-    Args:
-        lane: geometry.Lane.
-        spec: TrackSpec.
 
     Returns:
         (image (H, W, 3) uint8 BGR, extent (xmin, xmax, ymin, ymax) [m]); north (+y) is up.
@@ -171,7 +183,7 @@ WORLD = """<?xml version="1.0"?>
 """
 
 
-def ground_obj(area):
+def ground_obj(area: Extent) -> str:
     """Return the OBJ text of the ground: the image in the centre, eight plain tiles around it.
 
     Args:
@@ -180,7 +192,7 @@ def ground_obj(area):
     xs = (area[0] - SURROUNDINGS, area[0], area[1], area[1] + SURROUNDINGS)
     ys = (area[2] - SURROUNDINGS, area[2], area[3], area[3] + SURROUNDINGS)
     lines = ["mtllib track.mtl", "o track", "usemtl track", "vn 0 0 1", "vt 0.002 0.002"]
-    faces = []
+    faces: list[str] = []
     for i in range(3):
         for j in range(3):
             corners = (
@@ -201,7 +213,7 @@ def ground_obj(area):
     return "\n".join(lines + faces) + "\n"
 
 
-def wall_boxes(lane, spec):
+def wall_boxes(lane: Lane, spec: TrackSpec) -> Iterator[tuple[float, float, float, float]]:
     """Yield (x, y, yaw, length) of wall boxes along both borders [m], [rad]."""
     distance = spec.walls.gap + spec.walls.thickness / 2.0
     for side, sides in ((-1.0, lane.right), (1.0, lane.left)):
@@ -226,7 +238,7 @@ def wall_boxes(lane, spec):
             )
 
 
-def model_sdf(lane, spec, directory):
+def model_sdf(lane: Lane, spec: TrackSpec, directory: str) -> str:
     """Return the `<model name="track">` element; mesh URIs point into a directory."""
     text = '  <model name="track">\n    <static>true</static>\n'
     uri = pathlib.Path(directory, "track.obj").as_uri()
@@ -256,12 +268,12 @@ def model_sdf(lane, spec, directory):
     return text + "  </model>\n"
 
 
-def preview(image, area):
+def preview(image: npt.NDArray[Any], area: Extent) -> npt.NDArray[Any]:
     """Return the image at 1000 px with the start frame's axes and a 1 m scale."""
     scale = 1000.0 / max(image.shape[:2])
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
-    def at(x, y):
+    def at(x: float, y: float) -> tuple[int, int]:
         column, row = to_pixels(np.array([(x, y)]), area)[0] * scale
         return int(round(column)), int(round(row))
 
@@ -282,11 +294,11 @@ def preview(image, area):
     return small
 
 
-def write(spec, directory, final):
+def write(spec: TrackSpec, directory: str, final: str) -> None:
     """Write all files of a track.
 
     Args:
-        spec: TrackSpec.
+        spec: The track.
         directory: Existing folder to write into.
         final: Absolute path of the final folder, for the URIs.
 

@@ -1,23 +1,22 @@
 """A track for the referee: projections onto its centreline, poses, curvatures."""
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import curves
+from track_model.geometry import Lane
 from track_model.region import Inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched [m]
 
 
 class Course:
-    """Arc length and lateral distance on a lane.
+    """Arc length and lateral distance on a lane."""
 
-    Args:
-        lane: geometry.Lane.
-    """
-
-    def __init__(self, lane):
+    def __init__(self, lane: Lane) -> None:
         self.lane = lane
         self.closed, self.length = lane.closed, lane.length
         self._ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
@@ -26,7 +25,7 @@ class Course:
         self._along = np.concatenate(([0.0], np.cumsum(self._lengths)))
         self.contains = Inside(lane_area(lane))
 
-    def project(self, x, y, near=None):
+    def project(self, x: float, y: float, near: float | None = None) -> tuple[float, float]:
         """Project a point onto the centreline.
 
         Args:
@@ -71,7 +70,7 @@ class Course:
             float(np.copysign(gap[best], left)),
         )
 
-    def difference(self, s, before):
+    def difference(self, s: float, before: float) -> float:
         """Return the signed distance [m] between two arc lengths, in the shorter direction."""
         distance = s - before
         return (
@@ -80,7 +79,7 @@ class Course:
             else distance
         )
 
-    def pose(self, s):
+    def pose(self, s: float) -> tuple[float, float, float]:
         """Return (x, y, yaw) of the centreline at an arc length [m]."""
         at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
         k = min(int(np.searchsorted(self._along, at, side="right")) - 1, len(self._chords) - 1)
@@ -91,7 +90,7 @@ class Course:
         direction = a + (at - self._along[k]) / self._lengths[k] * (b - a)
         return float(x), float(y), float(np.arctan2(direction[1], direction[0]))
 
-    def curvature(self, s):
+    def curvature(self, s: float) -> float:
         """Return the centreline's curvature [1/m] at an arc length, positive to the left."""
         before, after = self.pose(s - 0.05), self.pose(s + 0.05)
         change = (after[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
@@ -105,7 +104,6 @@ class Projector:
     """Projects arrays of points onto a Course near a known arc length, with the same results.
 
     Args:
-        course: the Course.
         window: arc length around the known one that is searched [m].
 
     Attributes:
@@ -114,7 +112,7 @@ class Projector:
             everywhere, else None.
     """
 
-    def __init__(self, course, window=WINDOW):
+    def __init__(self, course: Course, window: float = WINDOW) -> None:
         self.course = course
         self.closed, self.length = course.closed, course.length
         lane = course.lane
@@ -151,16 +149,18 @@ class Projector:
         columns = (*ends[:-1].T, *chords.T, lengths, low, high, along[:-1])
         self._chord_rows = list(zip(*(column.tolist() for column in columns)))
 
-    def _padded(self, row):
+    def _padded(self, row: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """A row of the chords, on a circuit extended by a window at both ends."""
         if not self.closed:
             return row
         return np.concatenate((row[-self._window_count :], row, row[: self._window_count]))
 
-    def _padded_points(self, rows):
+    def _padded_points(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return np.concatenate((rows, rows[:, :1]), axis=1) if self.closed else rows
 
-    def project(self, points, near=None):
+    def project(
+        self, points: npt.ArrayLike, near: float | None = None
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Project points onto the centreline.
 
         Args:
@@ -186,7 +186,7 @@ class Projector:
             np.copysign(np.sqrt(gap[row, best]), side),
         )
 
-    def project_point(self, x, y, near):
+    def project_point(self, x: float, y: float, near: float) -> tuple[float, float]:
         """Project one point near a known arc length, as project(), but faster for a single one.
 
         Args:
@@ -199,7 +199,7 @@ class Projector:
         start, stop = self._window(near)
         dx, dy = self._xs[start:stop] - x, self._ys[start:stop] - y
         first = start + int((dx * dx + dy * dy).argmin())
-        best = None
+        best: Any = None
         for k in (first - 1, first):  # the chords that meet in the nearest point
             if not self.closed and not 0 <= k < self._count:
                 continue
@@ -214,12 +214,12 @@ class Projector:
         gap, s, side = best
         return s, math.copysign(math.sqrt(gap), side)
 
-    def point_curvature(self, s):
+    def point_curvature(self, s: float) -> float:
         """Curvature [1/m] of the point nearest to an arc length [m], positive to the left."""
         at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
         return self._curvature_list[int(at + 0.5)]
 
-    def _window(self, near):
+    def _window(self, near: float | None) -> tuple[int, int]:
         """First and last (excluded) column of the rows to search."""
         if near is None:
             return (
@@ -235,7 +235,7 @@ class Projector:
             1, min(self._count, centre + self._window_count)
         )
 
-    def sides(self, s):
+    def sides(self, s: Any) -> Any:
         """Distances (left, right) [m] from the centreline to the lane's edges at arc lengths.
 
         Args:
@@ -249,39 +249,39 @@ class Projector:
         k, fraction = self._chord_at(s)
         return self._sides[:, k] + fraction * (self._sides[:, k + 1] - self._sides[:, k])
 
-    def heading(self, s):
+    def heading(self, s: float) -> float:
         """Direction [rad] of the centreline at an arc length [m], within -pi to pi."""
         at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
         k = min(int(at), self._count - 1)
         yaw = self._yaws[k]
         return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
 
-    def pose(self, s):
+    def pose(self, s: float) -> tuple[float, float, float]:
         """(x, y, yaw) of the centreline at an arc length [m], as Course.pose."""
         k, fraction = self._chord_at(s)
         x, y = self._ends[k] + fraction * (self._ends[k + 1] - self._ends[k])
         return float(x), float(y), self.heading(s)
 
-    def curvature(self, s):
+    def curvature(self, s: Any) -> Any:
         """Curvatures [1/m], positive to the left, at arc lengths (N,) [m]."""
         k, fraction = self._chord_at(s)
         return self._curvature[k] + fraction * (self._curvature[k + 1] - self._curvature[k])
 
-    def _chord_at(self, s):
+    def _chord_at(self, s: Any) -> tuple[Any, Any]:
         """Index of the chord at arc lengths, and the fraction along it (0 to 1)."""
         at = np.asarray(s) % self.length if self.closed else np.clip(s, 0.0, self.length)
         at = at / self._step
         k = np.minimum(at.astype(int), self._count - 1)
         return k, at - k
 
-    def _curvatures(self):
+    def _curvatures(self) -> npt.NDArray[Any]:
         """Curvature at each point, from the directions HALF_SPAN before and after it."""
         at = np.arange(self._count + 1) * self._step
         return (self._unwrapped(at + HALF_SPAN) - self._unwrapped(at - HALF_SPAN)) / (
             2.0 * HALF_SPAN
         )
 
-    def _unwrapped(self, s):
+    def _unwrapped(self, s: npt.NDArray[Any]) -> npt.NDArray[Any]:
         if not self.closed:
             return np.interp(s, np.arange(self._count + 1) * self._step, self._yaw)
         laps = np.floor(s / self.length)

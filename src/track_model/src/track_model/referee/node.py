@@ -5,6 +5,8 @@ import csv
 import math
 import os
 import threading
+from collections.abc import Callable
+from typing import Any, TextIO
 
 import rospy
 from gazebo_msgs.msg import ModelState
@@ -14,21 +16,25 @@ from nav_msgs.msg import Odometry, Path
 from paddock_common.geometry import quaternion_of, yaw_of
 from paddock_common.nodes import run
 from paddock_common.settings import read
-from std_srvs.srv import Trigger, TriggerResponse
+from shapely.geometry import Polygon
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from visualization_msgs.msg import Marker
 
 from track_model.files import writer as files
+from track_model.geometry import Lane
 from track_model.msg import LapStatus
 from track_model.referee.course import Course
-from track_model.referee.referee import Car, Referee, Rules, wall_polygons
+from track_model.referee.referee import Car, Referee, Rules, Status, wall_polygons
 from track_model.track import load_track
 
 SPACING = 0.05  # of the driven path's poses [m]
 MAX_POSES = 4000  # of the driven path
+Pose = tuple[float, float, float]  # x, y [m], yaw [rad]
 RATE = 5.0  # of path and text [Hz] of simulated time
 
 
-def pose_stamped(x, y, yaw):
+def pose_stamped(x: float, y: float, yaw: float) -> PoseStamped:
     """Return a PoseStamped on the ground without header."""
     pose = PoseStamped()
     pose.pose.position.x, pose.pose.position.y = x, y
@@ -36,7 +42,7 @@ def pose_stamped(x, y, yaw):
     return pose
 
 
-def lane_marker(lane, frame):
+def lane_marker(lane: Lane, frame: str) -> Marker:
     """Return the lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
     marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns="lane")
     marker.header.frame_id = frame
@@ -57,11 +63,10 @@ class Display:
     and `~text`.
 
     Args:
-        lane: geometry.Lane.
         frame: frame of the track.
     """
 
-    def __init__(self, lane, frame):
+    def __init__(self, lane: Lane, frame: str) -> None:
         self._frame = frame
         self._lock = threading.Lock()
         self._driven = Path()
@@ -81,13 +86,13 @@ class Display:
             line.poses.append(pose_stamped(float(point[0]), float(point[1]), yaw))
         self._centreline.publish(line)
 
-    def clear(self):
+    def clear(self) -> None:
         """Start a new driven path."""
         with self._lock:
             self._driven.poses = []
             self._due = 0.0
 
-    def update(self, stamp, pose, status):
+    def update(self, stamp: rospy.Time, pose: Pose, status: Status) -> None:
         """Update with the car's newest (x, y, yaw) and the referee's Status."""
         now = stamp.to_sec()
         with self._lock:
@@ -107,7 +112,7 @@ class Display:
             self._path.publish(self._driven)
         self._text.publish(self._marker(stamp, pose, status))
 
-    def _marker(self, stamp, pose, status):
+    def _marker(self, stamp: rospy.Time, pose: Pose, status: Status) -> Marker:
         marker = Marker(type=Marker.TEXT_VIEW_FACING, action=Marker.ADD, ns="referee")
         marker.header.stamp, marker.header.frame_id = stamp, self._frame
         marker.pose.position.x, marker.pose.position.y = pose[0], pose[1]
@@ -156,8 +161,9 @@ class Log:
         OSError: it cannot be opened.
     """
 
-    def __init__(self, path, on_error=lambda text: None):
-        self._stream = self._writer = None
+    def __init__(self, path: str, on_error: Callable[[str], object] = lambda text: None) -> None:
+        self._stream: TextIO | None = None
+        self._writer: Any = None
         self._path, self._on_error = path, on_error
         if path:
             os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
@@ -165,13 +171,13 @@ class Log:
             self._writer = csv.writer(self._stream)
             self._writer.writerow(COLUMNS)
 
-    def add(self, pose, status, events):
+    def add(self, pose: Pose, status: Status, events: list[str]) -> None:
         """Write one row.
 
         Args:
             pose: (x, y, yaw) [m], [rad].
-            status: referee.Status; wheels_off becomes letters such as FL (front left).
-            events: list of event names.
+            status: its wheels_off becomes letters such as FL (front left).
+            events: names of the events.
         """
         if self._writer is None:
             return
@@ -197,18 +203,19 @@ class Log:
             ],
         )
 
-    def close(self):
+    def close(self) -> None:
         """Finish the file."""
         if self._stream is not None:
             self._try(self._stream.close)
             self._stream = self._writer = None
 
-    def _try(self, write, *arguments):
+    def _try(self, write: Callable[..., object], *arguments: Any) -> None:
         """Write; an error stops the log and is reported once."""
         try:
             write(*arguments)
         except OSError as error:
-            stream, self._stream, self._writer = self._stream, None, None
+            stream: Any = self._stream
+            self._stream = self._writer = None
             with contextlib.suppress(OSError):
                 stream.close()  # what is buffered cannot be written either
             self._on_error(f"{self._path} cannot be written: {error.strerror}; it stops here")
@@ -225,10 +232,10 @@ class RefereeNode:
         OSError: the CSV file cannot be written.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         track = load_track(str(rospy.get_param("~track", "default")))
         rules, car = read(Rules, rospy.get_param), read(Car, rospy.get_param)
-        walls = ()
+        walls: list[Polygon] = []
         if track.spec.walls.enabled:
             walls = wall_polygons(
                 files.wall_boxes(track.lane, track.spec), track.spec.walls.thickness
@@ -246,7 +253,7 @@ class RefereeNode:
         rospy.on_shutdown(self._log.close)
         rospy.Subscriber("odom", Odometry, self._receive, queue_size=200)
 
-    def _receive(self, message):
+    def _receive(self, message: Odometry) -> None:
         position, twist = message.pose.pose.position, message.twist.twist
         pose = (position.x, position.y, yaw_of(message.pose.pose.orientation))
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
@@ -267,7 +274,7 @@ class RefereeNode:
         if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
             threading.Thread(target=self._reset_car, daemon=True).start()
 
-    def _publish(self, header, status):
+    def _publish(self, header: Header, status: Status) -> None:
         message = LapStatus(
             **{name: getattr(status, name) for name in LapStatus.__slots__ if name != "header"}
         )
@@ -275,7 +282,7 @@ class RefereeNode:
         self._status.publish(message)
 
     @staticmethod
-    def _log_event(event, status):
+    def _log_event(event: str, status: Status) -> None:
         if event == "lap":
             rospy.loginfo(
                 "lap %d: %.3f s, penalties %g s", status.laps, status.last_lap_time, status.penalty
@@ -285,7 +292,7 @@ class RefereeNode:
         else:
             rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
-    def _put_back(self):
+    def _put_back(self) -> str:
         """Put the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
@@ -299,22 +306,22 @@ class RefereeNode:
             return f"no response from {self._move.resolved_name}: {error}"
         return "" if response.success else response.status_message
 
-    def _reset_car(self):
+    def _reset_car(self) -> None:
         error = self._put_back()
         if error:
             rospy.logerr("referee: the car is not put back: %s", error)
 
-    def _on_put_back(self, _):
+    def _on_put_back(self, _: TriggerRequest) -> TriggerResponse:
         error = self._put_back()
         return TriggerResponse(success=not error, message=error or "put on the centreline")
 
-    def _on_restart(self, _):
+    def _on_restart(self, _: TriggerRequest) -> TriggerResponse:
         with self._lock:
             self._referee.restart()
         self._display.clear()
         return TriggerResponse(success=True, message="laps and penalties are 0")
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down."""
     run("referee", RefereeNode, (ValueError, OSError))

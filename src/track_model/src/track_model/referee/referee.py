@@ -1,13 +1,18 @@
 """The referee: rules, laps, penalties."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from paddock_common.settings import check, choice, flag, number
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 from shapely.prepared import prep
+
+from track_model.referee.course import Course
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ class Rules:
     standing_start: float = number(0.2, min=0.0, unit="m")
     auto_reset: bool = flag(False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
 
@@ -59,11 +64,11 @@ class Car:
     tail: float = number(-0.13, unit="m")
     half_width: float = number(0.0945, unit="m")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
     @property
-    def wheels(self):
+    def wheels(self) -> tuple[tuple[float, float], ...]:
         """((x, y), ...) of front left, front right, rear left, rear right."""
         return (
             (self.front, self.front_half_track),
@@ -73,7 +78,7 @@ class Car:
         )
 
     @property
-    def corners(self):
+    def corners(self) -> tuple[tuple[float, float], ...]:
         """((x, y), ...) of the outline, counter-clockwise."""
         return (
             (self.nose, self.half_width),
@@ -103,14 +108,16 @@ class Status:
     best_lap_time: float = 0.0
     penalty: float = 0.0
     running: bool = False
-    wheels_off: tuple = (False,) * 4
+    wheels_off: tuple[bool, ...] = (False,) * 4
     off_track: bool = False
     wrong_way: bool = False
     stuck: bool = False
     crashed: bool = False
 
 
-def wall_polygons(boxes, thickness):
+def wall_polygons(
+    boxes: Iterable[tuple[float, float, float, float]], thickness: float
+) -> list[Polygon]:
     """Return shapely polygons of wall boxes (x, y, yaw, length) [m], [rad]."""
     polygons = []
     for x, y, yaw, length in boxes:
@@ -128,28 +135,35 @@ class Referee:
     """Evaluates one car on one course.
 
     Args:
-        course: Course.
-        walls: shapely polygons of the obstacles.
-        rules, car: Rules and Car.
+        walls: polygons of the obstacles.
     """
 
-    def __init__(self, course, walls=(), rules=Rules(), car=Car()):
+    def __init__(
+        self,
+        course: Course,
+        walls: Iterable[Polygon] = (),
+        rules: Rules = Rules(),
+        car: Car = Car(),
+    ) -> None:
         self.course, self.rules, self.car = course, rules, car
-        walls = list(walls)
-        self._walls = prep(unary_union(walls)) if walls else None
+        obstacles = list(walls)
+        self._walls = prep(unary_union(obstacles)) if obstacles else None
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart the run, as after a reset of the simulation."""
         self.status = Status()
-        self._previous = None  # (time, x, y, arc length)
+        self._previous: tuple[float, float, float, float] | None = None  # time, x, y, arc length
         self._waiting_at_start = False
-        self._lap_start = None  # time [s]
+        self._lap_start: float | None = None  # time [s]
         self._distance = self._max_distance = 0.0  # along the course since the first start [m]
         self._lap_offset = 0.0  # part of it before this lap
-        self._stuck_since = self._stuck_distance = None
+        self._stuck_since: float | None = None
+        self._stuck_distance = 0.0
 
-    def update(self, time, x, y, yaw, speed):
+    def update(
+        self, time: float, x: float, y: float, yaw: float, speed: float
+    ) -> tuple[Status, list[str]]:
         """Update with the car's ground truth.
 
         Args:
@@ -160,7 +174,7 @@ class Referee:
         Returns:
             (Status, list of events: 'start', 'lap', 'off_track', 'crash', 'wrong_way', 'stuck').
         """
-        events = []
+        events: list[str] = []
         s, lateral = self._locate(time, x, y, speed, events)
         rotation = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = ~self.course.contains(np.array(self.car.wheels) @ rotation.T + (x, y))
@@ -189,7 +203,7 @@ class Referee:
             distance=self._distance,
             progress=self._progress() if running else 0.0,
             running=running,
-            lap_time=time - self._lap_start if running else 0.0,
+            lap_time=0.0 if self._lap_start is None else time - self._lap_start,
             penalty=penalty,
             wheels_off=tuple(map(bool, wheels)),
             off_track=off,
@@ -199,7 +213,9 @@ class Referee:
         )
         return self.status, events
 
-    def _locate(self, time, x, y, speed, events):
+    def _locate(
+        self, time: float, x: float, y: float, speed: float, events: list[str]
+    ) -> tuple[float, float]:
         """Project the car onto the course and update its distance; starts and finishes laps.
 
         Returns:
@@ -222,13 +238,16 @@ class Referee:
         self._previous = (time, x, y, s)
         return s, lateral
 
-    def _progress(self):
+    def _progress(self) -> float:
         return max(
             0.0, min(100.0, 100.0 * (self._distance - self._lap_offset) / self.course.length)
         )
 
-    def _move(self, time, x, y, s, speed, events):
+    def _move(
+        self, time: float, x: float, y: float, s: float, speed: float, events: list[str]
+    ) -> None:
         """Update the progress since the last pose; starts and finishes laps."""
+        assert self._previous is not None
         before_time, before_x, before_y, before = self._previous
         step = self.course.difference(s, before)
         self._waiting_at_start &= 0.0 <= s < self.rules.standing_start
@@ -250,7 +269,7 @@ class Referee:
         if self._lap_start is not None:
             self._distance += step
 
-    def _cross(self, time, events):
+    def _cross(self, time: float, events: list[str]) -> None:
         if self._lap_start is None:
             self._start(time, events)
         # reversing over the line and crossing it again does not count
@@ -258,7 +277,17 @@ class Referee:
             self._finish(time, events)
             self._lap_start, self._lap_offset = time, self._distance
 
-    def _crossing(self, s, before_time, before_x, before_y, time, x, y, step):
+    def _crossing(
+        self,
+        s: float,
+        before_time: float,
+        before_x: float,
+        before_y: float,
+        time: float,
+        x: float,
+        y: float,
+        step: float,
+    ) -> float | None:
         """Return the time [s] at which the line at arc length s was crossed forwards, or None."""
         if not 0.0 < step < 0.5:
             return None
@@ -270,13 +299,14 @@ class Referee:
             return None
         return before_time + (time - before_time) * old / (old - new)
 
-    def _start(self, time, events):
+    def _start(self, time: float, events: list[str]) -> None:
         self._lap_start = time
         self._distance = self._max_distance = self._lap_offset = 0.0
         self._waiting_at_start = False
         events.append("start")
 
-    def _finish(self, time, events):
+    def _finish(self, time: float, events: list[str]) -> None:
+        assert self._lap_start is not None
         lap = time - self._lap_start
         best = self.status.best_lap_time
         self.status = replace(
@@ -287,10 +317,10 @@ class Referee:
         )
         events.append("lap")
 
-    def _touches(self, corners):
+    def _touches(self, corners: npt.NDArray[Any]) -> bool:
         return self._walls is not None and self._walls.intersects(Polygon(corners))
 
-    def _check_progress(self, time):
+    def _check_progress(self, time: float) -> tuple[bool, bool]:
         """Return (wrong way, stuck) from the progress along the course."""
         if self._lap_start is None:
             self._stuck_since = None
@@ -304,6 +334,6 @@ class Referee:
             self._stuck_since, self._stuck_distance = time, self._distance
         return bool(wrong), bool(time - self._stuck_since >= self.rules.stuck_time)
 
-    def put_back_pose(self):
+    def put_back_pose(self) -> tuple[float, float, float]:
         """Return (x, y, yaw) on the centreline at the car's current arc length."""
         return self.course.pose(self.status.arc_length)
