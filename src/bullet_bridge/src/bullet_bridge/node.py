@@ -1,8 +1,10 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from typing import Any
 
 import rospy
 from bullet_sim.errors import SimError
@@ -71,11 +73,11 @@ class Config:
     gui: bool = flag(False)
     headless: bool = flag(False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, prefix="parameter ")
 
 
-def parse_config(get):
+def parse_config(get: Callable[[str, Any], Any]) -> Config:
     """Config from a function get(name, default).
 
     Raises:
@@ -91,7 +93,7 @@ def parse_config(get):
     )
 
 
-def start_relay():
+def start_relay() -> Relay | None:
     """The Relay, or None if it does not start."""
     try:
         return Relay()
@@ -100,13 +102,13 @@ def start_relay():
         return None
 
 
-def end(reason):
+def end(reason: str) -> None:
     """End the node with a reason, from any thread."""
     rospy.logfatal("%s", reason)
     rospy.signal_shutdown(reason)
 
 
-def main():
+def main() -> int:
     """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
     bear_failures()
@@ -126,7 +128,7 @@ def main():
     return 1 if master.reason else 0
 
 
-def make_server(parts):
+def make_server(parts: ExitStack) -> Server:
     """Make everything that the node's parameters ask for.
 
     Args:
@@ -175,12 +177,12 @@ def make_server(parts):
     return server
 
 
-def quality_of(config):
+def quality_of(config: Config) -> Quality:
     """Quality of the OpenGL renderer."""
     return Quality(config.shadows, config.antialias)
 
 
-def make_cameras(world, config):
+def make_cameras(world: World, config: Config) -> Cameras:
     """The Cameras, with labels where they are asked for."""
     wait = config.lockstep or config.every_picture
     cameras = Cameras(config.renderer, wait, quality_of(config), lambda: world.scene)

@@ -3,16 +3,21 @@
 import logging
 import os
 import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import rospkg
 import rospy
 from bullet_sim.description.warnings import grouped
-from bullet_sim.description.world import empty_world
+from bullet_sim.description.world import WorldDescription, empty_world
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.xml_reader import parse
 from catkin_pkg.package import InvalidPackage
+
+if TYPE_CHECKING:
+    from bullet_sim.world import World
 
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
 SCHEMES = ("package", "model", "file")
@@ -47,17 +52,18 @@ class Resolver:
     of the world file and that of its package. Below each, SUFFIXES are tried, too.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._packages = rospkg.RosPack()
-        self._models = self._resources = None
-        self._world = ()
+        self._models: list[str] | None = None
+        self._resources: list[str] | None = None
+        self._world: tuple[str, ...] = ()
 
-    def set_world(self, path):
+    def set_world(self, path: str) -> None:
         """Look beside a world file, too: in its folder and in that of its package."""
         folder = os.path.dirname(os.path.abspath(path))
         self._world = (folder, *_package_above(folder))
 
-    def __call__(self, uri):
+    def __call__(self, uri: str) -> str:
         """Absolute path of a URI's file, or of a name without a scheme.
 
         Raises:
@@ -77,7 +83,7 @@ class Resolver:
             return self._model(rest)
         raise ValueError(f"scheme '{scheme}' is not one of {', '.join(SCHEMES)}")
 
-    def world(self, path):
+    def world(self, path: str) -> str:
         """Path of a world file.
 
         Raises:
@@ -93,7 +99,7 @@ class Resolver:
                     return found
         raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")
 
-    def _in_package(self, rest):
+    def _in_package(self, rest: str) -> str:
         name, _, path = rest.partition("/")
         try:
             folder = self._packages.get_path(name)
@@ -105,7 +111,7 @@ class Resolver:
         path = os.path.join(folder, path)
         return _sdf_file(path) or path
 
-    def _file(self, path):
+    def _file(self, path: str) -> str:
         """A file's path; a relative one that is nowhere is an error."""
         if os.path.isabs(path):
             return _sdf_file(path) or (path if os.path.exists(path) else self._moved(path))
@@ -116,7 +122,7 @@ class Resolver:
             raise ValueError(f"'{path}' is in none of {self._shown()}")
         return found
 
-    def _moved(self, path):
+    def _moved(self, path: str) -> str:
         """A path of another machine, as saved worlds have them: in a package of this machine.
 
         Returns:
@@ -126,6 +132,7 @@ class Resolver:
         parts = path.split("/")
         for number, part in enumerate(parts[:-1]):
             rest = "/".join(parts[number + 1 :])
+            found: str | None
             if part in self._packages.list():
                 found = os.path.join(self._packages.get_path(part), rest)
             elif parts[number - 1 : number + 1] == [".gazebo", "models"]:
@@ -136,7 +143,7 @@ class Resolver:
                 return found
         return path
 
-    def _model(self, rest):
+    def _model(self, rest: str) -> str:
         found = self._search(rest)
         if found is not None:
             return found
@@ -147,7 +154,7 @@ class Resolver:
         except rospkg.ResourceNotFound as error:
             raise ValueError(f"model '{rest}' is in none of {self._shown()}") from error
 
-    def _search(self, path, resources_first=False):
+    def _search(self, path: str, resources_first: bool = False) -> str | None:
         """First file, model or else folder below the resource paths and SUFFIXES, or None."""
         groups = [self._model_paths(), self._all_resources()]
         folders = [
@@ -165,10 +172,10 @@ class Resolver:
                 return model
         return found[0] if found else None
 
-    def _shown(self):
+    def _shown(self) -> str:
         return ", ".join((*self._model_paths(), *self._all_resources())) or "(no folder)"
 
-    def _model_paths(self):
+    def _model_paths(self) -> list[str]:
         if self._models is None:
             folders = _listed("GAZEBO_MODEL_PATH")
             folders += exported_folders(self._packages, "gazebo_model_path")
@@ -176,7 +183,7 @@ class Resolver:
             self._models = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
         return self._models
 
-    def _all_resources(self):
+    def _all_resources(self) -> list[str]:
         if self._resources is None:
             folders = _listed("GAZEBO_RESOURCE_PATH")
             try:
@@ -184,15 +191,15 @@ class Resolver:
             except rospkg.ResourceNotFound:
                 pass  # its worlds are not here then
             folders += exported_folders(self._packages, "gazebo_media_path")
-            self._resources = list(dict.fromkeys(map(os.path.expanduser, folders)))
+            self._resources = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
         return [*self._resources, *self._world]
 
 
-def _listed(variable):
+def _listed(variable: str) -> list[str]:
     return [folder for folder in os.environ.get(variable, "").split(":") if folder]
 
 
-def _package_above(folder):
+def _package_above(folder: str) -> tuple[str, ...]:
     """(folder of the package that a folder is in,), or () where it is in none."""
     while folder != os.path.dirname(folder):
         if os.path.isfile(os.path.join(folder, "package.xml")):
@@ -201,7 +208,7 @@ def _package_above(folder):
     return ()
 
 
-def exported_folders(packages, key):
+def exported_folders(packages: rospkg.RosPack, key: str) -> list[str]:
     """Folders that packages name in their <export><gazebo_ros KEY="..."/>, in order.
 
     Args:
@@ -225,7 +232,7 @@ def exported_folders(packages, key):
     return folders
 
 
-def is_in_manifest(word, folder):
+def is_in_manifest(word: str, folder: str) -> bool:
     """Whether a word is anywhere in the manifest of a package's folder, the one rospkg reads."""
     for name in ("manifest.xml", "package.xml"):
         try:
@@ -236,9 +243,9 @@ def is_in_manifest(word, folder):
     return False
 
 
-def _sdf_file(folder):
+def _sdf_file(folder: str) -> str | None:
     """The SDF file of a model's folder: the newest that its model.config names, or model.sdf."""
-    names = [((), "model.sdf")]
+    names: list[tuple[tuple[int, ...], str]] = [((), "model.sdf")]
     try:
         path = os.path.join(folder, "model.config")
         config = parse(read_file(path, "file", MAX_TEXT), path)
@@ -256,7 +263,7 @@ def _sdf_file(folder):
 _details = logging.getLogger("bullet_bridge.resolve")  # goes to the node's log file alone
 
 
-def log_warnings(warnings, model=""):
+def log_warnings(warnings: Sequence[str], model: str = "") -> None:
     """Log one line a cause; the single sentences go to the node's log file.
 
     Args:
@@ -271,15 +278,14 @@ def log_warnings(warnings, model=""):
             _details.info("%s", _with_name(warning, model))
 
 
-def _with_name(line, model):
+def _with_name(line: str, model: str) -> str:
     return f"model '{model}': {line}" if model and f"'{model}'" not in line else line
 
 
-def load_world(world, path, resolve):
+def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription | None:
     """Load a world file; one that cannot be had is an error in the log, and the empty world loads.
 
     Args:
-        world: of the core.
         path: of the file, as Gazebo takes it (see Resolver.world); empty: nothing is loaded.
         resolve: Resolver; looks beside the world's file from now on.
 
@@ -293,7 +299,7 @@ def load_world(world, path, resolve):
     return described
 
 
-def _described(path, resolve):
+def _described(path: str, resolve: Resolver) -> WorldDescription:
     try:
         found = resolve.world(path)
         text = read_file(found, "world file", MAX_TEXT)

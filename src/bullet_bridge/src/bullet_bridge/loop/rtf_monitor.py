@@ -2,6 +2,8 @@
 
 import math
 import time
+from collections.abc import Callable
+from typing import Any
 
 import rospy
 
@@ -12,7 +14,7 @@ MOSTLY = 0.5  # share of the rest of the time that makes others the reason
 BUSY = 0.85  # share of a processor beyond which the simulation thread is the bottleneck
 
 
-def thread_times():
+def thread_times() -> tuple[float, float]:
     """Times of the calling thread [s]: on a processor, and ready for one that others had."""
     try:
         with open("/proc/thread-self/schedstat", encoding="ascii") as file:
@@ -32,17 +34,22 @@ class Slowness:
     """
 
     def __init__(
-        self, warn=rospy.logwarn, info=rospy.loginfo, now=time.monotonic, times=thread_times
-    ):
+        self,
+        warn: Callable[[str], None] = rospy.logwarn,
+        info: Callable[[str], None] = rospy.loginfo,
+        now: Callable[[], float] = time.monotonic,
+        times: Callable[[], tuple[float, float]] = thread_times,
+    ) -> None:
         self._warn, self._info, self._now, self._times = warn, info, now, times
         self._said, self._slow = -math.inf, False
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Begin anew, as after a pause or another pace."""
-        self._count, self._mark = 0, None
+        self._count = 0
+        self._mark: Any = None  # start [s], times then, sum of the measured factors
 
-    def measured(self, factor, wanted, time_step):
+    def measured(self, factor: float, wanted: float, time_step: float) -> None:
         """Take a measurement.
 
         Args:
@@ -74,7 +81,7 @@ class Slowness:
             self._info(f"real-time factor {factor:.2f}: the pace is kept again")
         self.restart()
 
-    def _words(self, wanted, time_step):
+    def _words(self, wanted: float, time_step: float) -> str:
         begin, before, simulated = self._mark
         wall = max(self._now() - begin, 1e-9)
         share, waited = ((now - then) / wall for now, then in zip(self._times(), before))

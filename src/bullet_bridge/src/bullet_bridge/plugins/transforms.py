@@ -2,15 +2,19 @@
 
 import math
 import threading
+from typing import TYPE_CHECKING, Any
 
 from bullet_sim.plugins.drives import JointTransformsSpec, RootTransformSpec
-from bullet_sim.pose import Pose, multiply
+from bullet_sim.pose import Pose, Quat, Vec3, multiply
 from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedTransforms
 from bullet_bridge.transport.publishing import publisher
+
+if TYPE_CHECKING:
+    from bullet_sim.description.model import Joint
 
 
 class FixedTransforms:
@@ -19,11 +23,12 @@ class FixedTransforms:
     A publisher keeps its last message only; the one here lives as long as there are transforms.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._publisher, self._of = None, {}
+        self._publisher: Any = None
+        self._of: dict[object, list[Any]] = {}
 
-    def put(self, owner, transforms):
+    def put(self, owner: object, transforms: list[Any]) -> None:
         """Publishes an owner's transforms (list of TransformStamped), too; none: forgets him."""
         with self._lock:
             self._of.pop(owner, None)
@@ -50,7 +55,7 @@ class JointTransformsSensor(Sensor):
     message = TFMessage
     reports = False  # others publish on /tf, too
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         model = self.model
         joints = model.description.joints.values()
@@ -66,11 +71,11 @@ class JointTransformsSensor(Sensor):
         ]
         _fixed.put(self, self._fixed)
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         positions = self.model.joints.positions_of(self._names)
         self._packed.send(time, list(map(joint_pose, self._moving, positions)))
 
-    def close(self):
+    def close(self) -> None:
         super().close()
         _fixed.put(self, [])
 
@@ -82,16 +87,16 @@ class RootTransformSensor(Sensor):
     message = TFMessage
     reports = False
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._packed = PackedTransforms(self.pub, [(spec.frame_id, spec.link)])
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])
 
 
-def joint_pose(joint, value):
+def joint_pose(joint: "Joint", value: float) -> tuple[Vec3, Quat]:
     """The child link's frame in the parent link's.
 
     Args:

@@ -7,22 +7,29 @@ a view takes well under a millisecond.
 import os
 import sys
 import threading
+from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.child import Child
 from bullet_sim.errors import SimError
-from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.request import DEFAULT, Quality
 from bullet_sim.sensors.views import Observer
 from std_srvs.srv import Trigger, TriggerResponse
 
-from bullet_bridge.loop.jobs import Ended
+from bullet_bridge.loop.jobs import Ended, JobQueue
+
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.server import Server
 
 COMMAND = (sys.executable, "-m", "bullet_viewer.main")
 CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end
 
 
-def missing_display(environment=os.environ):
+def missing_display(environment: Mapping[str, str] = os.environ) -> str:
     """The reason why no window can open, in one sentence; empty: it can."""
     if any(environment.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
         return ""
@@ -33,40 +40,48 @@ class ViewerLink:
     """Opens the viewer and answers its requests. If it crashes, the simulation goes on.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world: of the core.
         server: Server, for pause, step and reset.
         renderer: auto, gl or tiny.
         command: of the viewer process; socket, renderer and the Quality's values are appended.
         quality: Quality of the OpenGL renderer.
     """
 
-    def __init__(self, jobs, world, server, renderer, command=COMMAND, quality=DEFAULT):
+    def __init__(
+        self,
+        jobs: JobQueue,
+        world: "World",
+        server: "Server",
+        renderer: str,
+        command: Sequence[str] = COMMAND,
+        quality: Quality = DEFAULT,
+    ) -> None:
         self._jobs, self._world, self._server = jobs, world, server
         self._command = tuple(command)
         self._drawing = (renderer, quality.shadows, quality.antialias)
         self._opening = threading.Lock()
-        self._child = self._thread = self._connection = None
+        self._child: Any = None
+        self._thread: Any = None
+        self._connection: Any = None
         self._closing = False
 
-    def advertise(self):
+    def advertise(self) -> None:
         """Advertise the service that opens the viewer."""
         rospy.Service("~open_viewer", Trigger, self._handle)
 
-    def _handle(self, _):
+    def _handle(self, _: Any) -> TriggerResponse:
         problem = self.open()
         return TriggerResponse(success=not problem, message=problem or "the viewer is open")
 
     @property
-    def process(self):
+    def process(self) -> Any:
         """The newest viewer's subprocess.Popen, or None."""
         return self._child and self._child.process
 
-    def is_open(self):
+    def is_open(self) -> bool:
         """Whether a viewer is running."""
         return self._thread is not None and self._thread.is_alive()
 
-    def open(self):
+    def open(self) -> str:
         """Start the viewer unless it runs.
 
         Returns:
@@ -80,7 +95,7 @@ class ViewerLink:
             rospy.logwarn("no viewer: %s; the simulation goes on without", problem)
         return problem
 
-    def _start(self):
+    def _start(self) -> str:
         try:
             self._child = Child("the viewer", self._command, self._drawing)
         except OSError as error:
@@ -90,7 +105,7 @@ class ViewerLink:
         self._thread.start()
         return ""
 
-    def _serve(self):
+    def _serve(self) -> None:
         """Answer requests until the viewer or the simulation ends."""
         observer = Observer(self._world)
         try:
@@ -109,7 +124,7 @@ class ViewerLink:
             rospy.logwarn("%s; the simulation goes on", self._child.ending("QStandardPaths"))
         self._child.close()
 
-    def _execute(self, observer, request, *arguments):
+    def _execute(self, observer: Observer, request: str, *arguments: Any) -> Any:
         """Execute a request; returns the response or None.
 
         Raises:
@@ -131,13 +146,13 @@ class ViewerLink:
         except (SimError, TimeoutError) as error:
             return ("error", str(error))
 
-    def _step(self, count):
+    def _step(self, count: int) -> None:
         """Pause and begin so many physics steps."""
         if not self._server.paused:
             self._server.set_paused(True)
         self._server.begin_steps(count)
 
-    def close(self):
+    def close(self) -> None:
         """End the viewer."""
         self._closing = True
         if self.is_open():

@@ -1,11 +1,13 @@
 """Services about lights: read, change and delete those of the world."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from bullet_sim.description.world import Light
+from bullet_sim.description.world import RGB, Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs.srv import (
@@ -20,6 +22,11 @@ from std_msgs.msg import ColorRGBA
 
 from bullet_bridge.services.handlers import service_handler
 
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -28,12 +35,12 @@ class LightServices:
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
         show: function without arguments, called after a change (simulation thread).
     """
 
-    def __init__(self, prefix, world, jobs, show):
+    def __init__(
+        self, prefix: str, world: "World", jobs: "JobQueue", show: Callable[[], None]
+    ) -> None:
         self._world, self._jobs, self._show = world, jobs, show
         for name, kind, work in (
             ("get_light_properties", GetLightProperties, self._get),
@@ -42,7 +49,7 @@ class LightServices:
         ):
             rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
 
-    def _light(self, name):
+    def _light(self, name: str) -> Light:
         lights = self._world.scene.lights
         found = next((light for light in lights if light.name == name), None)
         if found is None:
@@ -50,7 +57,7 @@ class LightServices:
             raise WorldError(f"light '{name}' does not exist; lights are {names}")
         return found
 
-    def _get(self, request):
+    def _get(self, request: Any) -> GetLightPropertiesResponse:
         light = self._jobs.call(lambda: self._light(request.light_name))
         return GetLightPropertiesResponse(
             diffuse=ColorRGBA(*light.diffuse, 1.0),
@@ -59,15 +66,15 @@ class LightServices:
             attenuation_quadratic=light.quadratic,
         )
 
-    def _set(self, request):
+    def _set(self, request: Any) -> SetLightPropertiesResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda old: changed(old, request)))
         return SetLightPropertiesResponse()
 
-    def _delete(self, request):
+    def _delete(self, request: Any) -> DeleteLightResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
         return DeleteLightResponse()
 
-    def _change(self, name, change):
+    def _change(self, name: str, change: Callable[[Light], Light | None]) -> None:
         """Replace a light by what `change` makes of it; None: delete it."""
         light = self._light(name)
         new = change(light)
@@ -79,7 +86,7 @@ class LightServices:
         self._show()
 
 
-def changed(light, request):
+def changed(light: Light, request: Any) -> Light:
     """A Light as a SetLightProperties request wants it.
 
     A direction of length zero leaves the light's own, an orientation of length zero counts as none.
@@ -98,18 +105,22 @@ def changed(light, request):
         raise WorldError(f"direction of light '{light.name}' is {tuple(direction)}, must be finite")
     if length > 1e-9:
         direction = pose.normalised().matrix @ (direction / length)
+    x, y, z = direction.tolist()
+    constant, linear, quadratic = (
+        _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
+        for name in ("constant", "linear", "quadratic")
+    )
     return Light(
         light.name,
         light.kind,
         pose.position,
-        tuple(direction.tolist()) if length > 1e-9 else light.direction,
+        (x, y, z) if length > 1e-9 else light.direction,
         _color(request.diffuse, f"diffuse of light '{light.name}'"),
         _color(request.specular, f"specular of light '{light.name}'"),
         light.reach,
-        *[
-            _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
-            for name in ("constant", "linear", "quadratic")
-        ],
+        constant,
+        linear,
+        quadratic,
         light.inner,
         light.outer,
         light.falloff,
@@ -117,14 +128,15 @@ def changed(light, request):
     )
 
 
-def _color(color, what):
+def _color(color: Any, what: str) -> RGB:
     values = (color.r, color.g, color.b)
     if not all(math.isfinite(value) and value >= 0.0 for value in values):
         raise WorldError(f"{what} is {values}, must be finite and 0 or more")
-    return tuple(min(1.0, value) for value in values)
+    red, green, blue = (min(1.0, value) for value in values)
+    return red, green, blue
 
 
-def _not_negative(value, name, light):
+def _not_negative(value: float, name: str, light: Light) -> float:
     if not (math.isfinite(value) and value >= 0.0):
         raise WorldError(f"{name} of light '{light.name}' is {value}, must be finite and 0 or more")
     return float(value)

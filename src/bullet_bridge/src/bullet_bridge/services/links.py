@@ -1,11 +1,13 @@
 """Services about links and joints: state, properties, wrenches and efforts."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
-from bullet_sim.pose import PLACEABLE
+from bullet_sim.pose import PLACEABLE, Array, Pose
 from gazebo_msgs.msg import LinkState
 from gazebo_msgs.srv import (
     ApplyBodyWrench,
@@ -35,18 +37,22 @@ from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_joint
 from bullet_bridge.services.handlers import empty_service_handler, service_handler, topic_callback
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.received import Arrivals
+
 
 class LinkServices:
     """Reading, placing, changing and pushing links.
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
         arrivals: Arrivals, which count the messages.
     """
 
-    def __init__(self, prefix, world, jobs, arrivals):
+    def __init__(self, prefix: str, world: "World", jobs: "JobQueue", arrivals: "Arrivals") -> None:
         self._world, self._jobs = world, jobs
         for name, kind, work in (
             ("get_link_state", GetLinkState, self._get_state),
@@ -63,8 +69,8 @@ class LinkServices:
         )
         arrivals.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
-    def _get_state(self, request):
-        def work():
+    def _get_state(self, request: Any) -> GetLinkStateResponse:
+        def work() -> tuple[Pose, Array, Array]:
             model, link = find_link(self._world, request.link_name)
             frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
@@ -80,11 +86,11 @@ class LinkServices:
             status_message="got the state",
         )
 
-    def _set_state(self, state):
+    def _set_state(self, state: LinkState) -> SetLinkStateResponse:
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, state.link_name)
             index, offset = model.link_in_body(link)
             if index >= 0:
@@ -108,8 +114,8 @@ class LinkServices:
         self._jobs.call(work)
         return SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
 
-    def _get_properties(self, request):
-        def work():
+    def _get_properties(self, request: Any) -> GetLinkPropertiesResponse:
+        def work() -> tuple[float, Array, Array]:
             return changes.link_properties(*find_link(self._world, request.link_name))
 
         mass, centre, inertia = self._jobs.call(work)
@@ -129,14 +135,14 @@ class LinkServices:
             status_message="got the properties",
         )
 
-    def _set_properties(self, request):
+    def _set_properties(self, request: Any) -> SetLinkPropertiesResponse:
         inertia = [
             [request.ixx, request.ixy, request.ixz],
             [request.ixy, request.iyy, request.iyz],
             [request.ixz, request.iyz, request.izz],
         ]
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, request.link_name)
             changes.set_link_properties(
                 model,
@@ -150,7 +156,7 @@ class LinkServices:
         self._jobs.call(work)
         return SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
 
-    def _push(self, request):
+    def _push(self, request: Any) -> ApplyBodyWrenchResponse:
         """Wrench of a request, turned into world axes about the centre of mass.
 
         As in gazebo_ros, the force acts at the body's centre of mass; reference_point and, for
@@ -159,7 +165,7 @@ class LinkServices:
         force, torque = vector(request.wrench.force), vector(request.wrench.torque)
         torque = torque + np.cross(vector(request.reference_point), force)
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, request.body_name, "body")
             turned, moment = force, torque
             if request.reference_frame not in WORLD_FRAMES:
@@ -185,7 +191,7 @@ class LinkServices:
         self._jobs.call(work)
         return ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
 
-    def _clear(self, request):
+    def _clear(self, request: Any) -> None:
         try:
             self._jobs.call(
                 lambda: self._world.forces.clear_link(
@@ -210,11 +216,9 @@ class JointServices:
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
     """
 
-    def __init__(self, prefix, world, jobs):
+    def __init__(self, prefix: str, world: "World", jobs: "JobQueue") -> None:
         self._world, self._jobs = world, jobs
         for name, kind, work in (
             ("get_joint_properties", GetJointProperties, self._get_properties),
@@ -228,8 +232,8 @@ class JointServices:
             empty_service_handler(self._clear, JointRequestResponse),
         )
 
-    def _get_properties(self, request):
-        def work():
+    def _get_properties(self, request: Any) -> GetJointPropertiesResponse:
+        def work() -> GetJointPropertiesResponse:
             model, joint = find_joint(self._world, request.joint_name)
             response = GetJointPropertiesResponse(type=TYPES[model.description.joints[joint].kind])
             if joint in model.joints.names:
@@ -244,7 +248,7 @@ class JointServices:
         response.status_message = "got the properties"
         return response
 
-    def _set_properties(self, request):
+    def _set_properties(self, request: Any) -> SetJointPropertiesResponse:
         config = request.ode_joint_config
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
@@ -266,7 +270,7 @@ class JointServices:
                 f"{', '.join(CHANGEABLE)}"
             )
 
-        def work():
+        def work() -> None:
             model, joint = find_joint(self._world, request.joint_name)
             if "loStop" in given or "hiStop" in given:
                 changes.set_joint_stops(
@@ -280,8 +284,8 @@ class JointServices:
             status_message=f"changed {', '.join(given)} of '{request.joint_name}'"
         )
 
-    def _drive(self, request):
-        def work():
+    def _drive(self, request: Any) -> ApplyJointEffortResponse:
+        def work() -> float:
             model, joint = find_joint(self._world, request.joint_name)
             return self._world.forces.apply_effort(
                 model,
@@ -301,7 +305,7 @@ class JointServices:
             text += f", clipped to {effort:g}, the limit of its description"
         return ApplyJointEffortResponse(status_message=text)
 
-    def _clear(self, request):
+    def _clear(self, request: Any) -> None:
         try:
             self._jobs.call(
                 lambda: self._world.forces.clear_joint(*find_joint(self._world, request.joint_name))

@@ -1,6 +1,7 @@
 """Watching the ROS master: without it nobody finds the simulation any more."""
 
 import time
+from collections.abc import Callable
 
 import rosgraph
 import rospy
@@ -11,7 +12,7 @@ SILENCE = 5.0  # [s] without an answer after which it is said
 GONE = 3.0  # [s] for which nobody has listened on the master's port, after which it has ended
 
 
-def master_pid(uri):
+def master_pid(uri: str) -> int:
     """Process id of the master.
 
     Raises:
@@ -39,13 +40,20 @@ class MasterWatch:
         reason: why the simulation has to end; '' as long as it need not.
     """
 
-    def __init__(self, end, uri=None, warn=rospy.logwarn, identity=master_pid, now=time.monotonic):
+    def __init__(
+        self,
+        end: Callable[[str], None],
+        uri: str | None = None,
+        warn: Callable[[str], None] = rospy.logwarn,
+        identity: Callable[[str], int] = master_pid,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._end, self._warn = end, warn
         self._said, self.reason = False, ""
         uri = uri or rosgraph.get_master_uri()
         self.monitor = MasterMonitor(uri, identity, self._judge, now)
 
-    def _judge(self):
+    def _judge(self) -> None:
         uri = self.monitor.uri
         if self.monitor.replaced:
             self._end_with(
@@ -62,7 +70,7 @@ class MasterWatch:
                 else f"the ROS master at {uri} answers again"
             )
 
-    def _end_with(self, reason):
+    def _end_with(self, reason: str) -> None:
         self.reason = reason
         self.monitor.close()
         self._end(f"{reason}: the simulation ends")
