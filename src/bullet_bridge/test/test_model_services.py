@@ -23,7 +23,7 @@ class FakeRobots:
     """Stands in for Robots; connect fails when it is properties to."""
 
     def __init__(self):
-        self.names, self.fault, self.closed, self.arrivals = [], None, [], self
+        self.names, self.fault, self.closed, self.received = [], None, [], self
 
     def subscribe(self, *_):
         """No messages."""

@@ -19,7 +19,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
-from fake_impl import FakeArrivals, Topic, fake_publishers, plugin_of
+from fake_impl import FakeReceivedCounts, Topic, fake_publishers, plugin_of
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import robots
@@ -153,7 +153,7 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     logged = []
     monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
     parts = []
-    robots.Robots(None, world, None, 0, FakeArrivals())._add_plugin(bot, 0, spec, parts)
+    robots.Robots(None, world, None, 0, FakeReceivedCounts())._add_plugin(bot, 0, spec, parts)
     assert parts == []
     assert [topic.closed for topic in made] == [True]
     assert len(logged) == 1 and "/scan is left out" in logged[0]
@@ -278,12 +278,12 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
         str,
     )
     assert cart.description.warnings == []
-    arrivals = FakeArrivals()
-    output = plugin_of(world, cart, cart.description.sensors[0], arrivals=arrivals)
-    assert arrivals.topic == "/n/cmd_vel" and output.is_wanted()
+    received = FakeReceivedCounts()
+    output = plugin_of(world, cart, cart.description.sensors[0], received=received)
+    assert received.topic == "/n/cmd_vel" and output.is_wanted()
     command = Twist()
     command.linear.x, command.angular.z = 0.3, 0.5
-    arrivals.take(command)
+    received.take(command)
     for _ in range(100):
         world.step(20)
         output.update(world.time, 0.0)
@@ -296,7 +296,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
     command.linear.x = math.nan
-    arrivals.take(command)
+    received.take(command)
     world.step(20)
     output.update(world.time, 0.0)
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)

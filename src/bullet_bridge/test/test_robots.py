@@ -246,11 +246,11 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
 
 
 def test_a_restart_drops_the_counts_of_commands(rig):
-    rig.robots.arrivals.add("/cmd")
-    rig.robots.arrivals.count("/cmd")
+    rig.robots.received.add("/cmd")
+    rig.robots.received.count("/cmd")
     rig.robots.restart()
     with pytest.raises(TimeoutError, match="/cmd: 0 of 1"):
-        rig.robots.arrivals.take({"/cmd": 1}, 0.0)
+        rig.robots.received.take({"/cmd": 1}, 0.0)
 
 
 def test_failures_of_pictures_are_returned(rig):
@@ -262,7 +262,7 @@ class Control:
 
     during_init = None
 
-    def __init__(self, _jobs, _world, model, namespace, _arrivals):
+    def __init__(self, _jobs, _world, model, namespace, _received):
         self.model, self.namespace, self.closed, self.closed_here = model, namespace, False, False
         during_init, Control.during_init = Control.during_init, None
         if during_init is not None:

@@ -19,7 +19,7 @@ from paddock_common.settings import check, choice, flag, number, read, text
 from bullet_bridge.extensions import Extensions
 from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Server
 from bullet_bridge.plugins.cameras import Cameras
 from bullet_bridge.plugins.viewer_link import ViewerLink
@@ -156,15 +156,15 @@ def make_server(parts: ExitStack) -> Server:
     rospy.on_shutdown(jobs.close)
     cameras = make_cameras(world, config)
     parts.callback(cameras.close)
-    arrivals = Arrivals()
-    robots = Robots(jobs, world, cameras, config.seed, arrivals, extensions)
+    received = ReceivedCounts()
+    robots = Robots(jobs, world, cameras, config.seed, received, extensions)
     own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
     clock = SimClock(config.clock_rate, world.time_step, own=own_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
     StatisticsService(jobs, server)
     DescribeService(jobs, world, robots, described)
-    StepService(jobs, server, arrivals, config.step_timeout)
+    StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
     parts.callback(viewer.close)

@@ -12,7 +12,7 @@ from bullet_sim.plugins.custom import CustomSpec
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, make_plugin
 from bullet_bridge.resolve import log_warnings
 
@@ -32,7 +32,7 @@ class Robots:
 
     Args:
         seed: base of all noise seeds.
-        arrivals: Arrivals, which count the commands.
+        received: ReceivedCounts of the commands.
         extensions: Extensions, which have the classes of users' own plugins.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
@@ -45,11 +45,11 @@ class Robots:
         world: "World",
         cameras: "Cameras",
         seed: int,
-        arrivals: Arrivals | None = None,
+        received: ReceivedCounts | None = None,
         extensions: Any = None,
     ) -> None:
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
-        self.arrivals, self.extensions = arrivals or Arrivals(), extensions
+        self.received, self.extensions = received or ReceivedCounts(), extensions
         self._claims: dict[str, Model] = {}  # by control namespace
         self._claiming = threading.Lock()
         self._controls: dict[str, RobotControl] = {}
@@ -104,7 +104,7 @@ class Robots:
     def _add_plugin(self, model: "Model", number: int, spec: Any, parts: list[ModelPlugin]) -> None:
         """Append one of a model's plugins to a list; one that fails is left out."""
         seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
-        context = PluginContext(self._world, model, spec, seed, self.arrivals, self._cameras)
+        context = PluginContext(self._world, model, spec, seed, self.received, self._cameras)
         own = isinstance(spec, CustomSpec)
         try:
             parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
@@ -137,7 +137,7 @@ class Robots:
             )
             return None
         try:
-            return RobotControl(self._jobs, self._world, model, namespace, self.arrivals)
+            return RobotControl(self._jobs, self._world, model, namespace, self.received)
         except rospy.ServiceException as error:
             self._release(model)
             rospy.logerr("model '%s' has no controllers: %s", model.name, error)
@@ -296,7 +296,7 @@ class Robots:
         for of_model in self._plugins.values():
             for plugin in of_model:
                 plugin.reset(self._world.time)
-        self.arrivals.clear()  # the commands are dropped
+        self.received.clear()  # the commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()

@@ -16,7 +16,7 @@ from bullet_bridge.control.services import ControllerServices
 from bullet_bridge.control.topics import Topics, topics_of
 from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
 from bullet_bridge.loop.jobs import Ended, JobQueue
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class RobotControl:
 
     Args:
         namespace: e.g. '/racecar'.
-        arrivals: Arrivals, which count the commands.
+        received: ReceivedCounts of the commands.
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
@@ -44,12 +44,12 @@ class RobotControl:
         world: "World",
         model: "Model",
         namespace: str,
-        arrivals: Arrivals | None = None,
+        received: ReceivedCounts | None = None,
     ) -> None:
         self._jobs = jobs
         self.world, self.model, self.manager = world, model, model.manager
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
-        self.arrivals = arrivals or Arrivals()
+        self.received = received or ReceivedCounts()
         self._commands: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._topics: dict[str, Topics] = {}

@@ -145,7 +145,7 @@ class Topics:
     """Topics of one controller. The base class has none.
 
     Args:
-        robot: RobotControl: namespace, world, model, manager, arrivals, buffer_command.
+        robot: RobotControl: namespace, world, model, manager, received, buffer_command.
         controller: Controller.
 
     Attributes:
@@ -237,7 +237,7 @@ class Commands(Topics):
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
-        self._subscriber = robot.arrivals.subscribe(
+        self._subscriber = robot.received.subscribe(
             f"{self.name}/{self.topic}", self._kind(), self._on_command, tcp_nodelay=True
         )
         self._endpoints.append(self._subscriber)
@@ -340,7 +340,7 @@ class FourWheelDrive(Drive):
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._endpoints.append(
-            robot.arrivals.subscribe(
+            robot.received.subscribe(
                 f"{self.name}/cmd_four_wheel_steering", FourWheelSteering, self._on_angles
             )
         )

@@ -18,7 +18,7 @@ CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when run
 CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
 
 
-class Thinning:
+class ClockThrottle:
     """Skips due times of a clock at the present speed of the simulation.
 
     Args:

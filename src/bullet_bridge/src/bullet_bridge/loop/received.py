@@ -14,7 +14,7 @@ import rospy
 Taken = tuple[int, dict[str, dict[Any, int]]]  # number of clears, the counts
 
 
-class Arrivals:
+class ReceivedCounts:
     """Messages received on each subscribed topic since the last requested step.
 
     A message on a topic with several subscribers counts when all of them have received it.
@@ -95,12 +95,12 @@ class Arrivals:
             return sorted(self._counts)
 
     def take(
-        self, wanted: Mapping[str, int], timeout: float, now: Callable[[], float] = time.monotonic
+        self, required: Mapping[str, int], timeout: float, now: Callable[[], float] = time.monotonic
     ) -> Taken:
         """Wait until every topic has enough messages, then count all topics from 0 again.
 
         Args:
-            wanted: mapping of resolved topic -> least number of messages.
+            required: resolved topic -> minimum number of messages.
             timeout: wall time [s].
 
         Returns:
@@ -108,19 +108,19 @@ class Arrivals:
 
         Raises:
             ValueError: a topic is not subscribed here.
-            TimeoutError: too few messages; the counts stay, so that a second try may succeed.
+            TimeoutError: too few messages; the counts are unchanged, so that another call may succeed.
         """
         deadline = now() + timeout
         with self._changed:
             while True:
-                for topic in wanted:
+                for topic in required:
                     if topic not in self._counts:
                         known = ", ".join(sorted(self._counts)) or "(none)"
                         raise ValueError(
                             f"topic '{topic}' is not subscribed by the simulation; "
                             f"topics are {known}"
                         )
-                missing = [topic for topic in wanted if self._received(topic) < wanted[topic]]
+                missing = [topic for topic in required if self._received(topic) < required[topic]]
                 if not missing:
                     taken = self._clears, self._counts
                     self._start_again()
@@ -130,7 +130,7 @@ class Arrivals:
                     raise TimeoutError(
                         f"not all commands came within {timeout:g} s: "
                         + ", ".join(
-                            f"{topic}: {self._received(topic)} of {wanted[topic]}"
+                            f"{topic}: {self._received(topic)} of {required[topic]}"
                             for topic in missing
                         )
                     )
@@ -142,23 +142,23 @@ class _Counted:
 
     def __init__(
         self,
-        arrivals: Arrivals,
+        counts: ReceivedCounts,
         topic: str,
         kind: type,
         callback: Callable[[Any], None],
         options: dict[str, Any],
     ) -> None:
-        self._arrivals, self._topic = arrivals, rospy.resolve_name(topic)
-        arrivals.add(self._topic, self)
+        self._counts, self._topic = counts, rospy.resolve_name(topic)
+        counts.add(self._topic, self)
 
         def counted(message: Any) -> None:
             callback(message)
-            arrivals.count(self._topic, self)
+            counts.count(self._topic, self)
 
         try:
             self._subscriber = rospy.Subscriber(topic, kind, counted, **options)
         except BaseException:
-            arrivals.remove(self._topic, self)
+            counts.remove(self._topic, self)
             raise
 
     def get_num_connections(self) -> int:
@@ -168,4 +168,4 @@ class _Counted:
     def unregister(self) -> None:
         """End the subscription."""
         self._subscriber.unregister()
-        self._arrivals.remove(self._topic, self)
+        self._counts.remove(self._topic, self)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import rospy
 from bullet_sim.errors import WorldError
 
-from bullet_bridge.loop.clock import Pace, SimClock, Thinning
-from bullet_bridge.loop.rtf_monitor import Slowness
+from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
+from bullet_bridge.loop.rtf_monitor import RealTimeFactorMonitor
 
 if TYPE_CHECKING:
     from bullet_sim.world import World, WorldState
@@ -149,10 +149,10 @@ class Server:
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic = config.monotonic_clock
         self._relay = relay
-        self._slowness = Slowness(now=now)
+        self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
-        self._thinning = Thinning(self._clock, now, world.step_count)
+        self._throttle = ClockThrottle(self._clock, now, world.step_count)
         self._requests = StepRequests(world, robots, self._settle)
         self._reporters: list[Reporter] = []
         self._set_batches()
@@ -161,7 +161,7 @@ class Server:
     def _set_batches(self) -> None:
         step = self._world.time_step
         self._free_batch = max(1, round(FREE_BATCH / step))
-        self._thinning.set_batch(self._free_batch, step)
+        self._throttle.set_batch(self._free_batch, step)
         self._batch = (
             max(1, round(self._pace.factor * PACED_BATCH / step))
             if self._pace.factor
@@ -192,7 +192,7 @@ class Server:
         return values
 
     def _measured(self, factor: float) -> None:
-        self._slowness.measured(factor, self._pace.factor, self._world.time_step)
+        self._rtf_monitor.measured(factor, self._pace.factor, self._world.time_step)
 
     def set_pace(self, factor: float) -> None:
         """Change the real time factor (simulation thread)."""
@@ -217,7 +217,7 @@ class Server:
 
     def _anchor(self) -> None:
         """Measure the pace from now on."""
-        self._slowness.restart()
+        self._rtf_monitor.restart()
         self._pace.anchor(self._world.time)
 
     def run(self) -> None:
@@ -249,41 +249,41 @@ class Server:
         else:
             wait = min(self._pace.delay(self._world.time), IDLE_WAIT)
             if wait == 0:
-                self.advance(self._batch, thin=self._pace.factor == 0)
+                self.advance(self._batch, throttle=self._pace.factor == 0)
                 return
         if self._jobs.run_pending(wait=wait):
             self._robots.refresh()
 
-    def advance(self, limit: int, thin: bool = False) -> None:
+    def advance(self, limit: int, throttle: bool = False) -> None:
         """Commands in, physics steps until something is due or `limit` is reached, results out.
 
         Args:
             limit: most physics steps.
-            thin: skip messages on /clock, see Thinning.
+            throttle: skip messages on /clock, see ClockThrottle.
         """
         world, robots = self._world, self._robots
         if world.sort_before_start():
             robots.refresh()
         robots.apply_commands()
         due = robots.next_due()
-        if not (thin and self._thinning.waits):
+        if not (throttle and self._throttle.waits):
             due = min(due, self._clock.next)
         for reporter in self._reporters:
             due = min(due, reporter.next_due())
         world.step(max(1, min(limit, due - world.step_count)))
         if self._relay is None:
-            self._publish(thin)
+            self._publish(throttle)
             return
         self._relay.begin_batch()
         try:
-            self._publish(thin)
+            self._publish(throttle)
         finally:
             self._relay.end_batch()
 
-    def _publish(self, thin: bool) -> None:
+    def _publish(self, throttle: bool) -> None:
         step, time = self._world.step_count, self._world.time
-        if self._clock.publish_due(step, time) and thin:
-            self._thinning.skip(step)
+        if self._clock.publish_due(step, time) and throttle:
+            self._throttle.skip(step)
         self._robots.publish(step, time)
         for reporter in self._reporters:
             reporter.publish(step, time)

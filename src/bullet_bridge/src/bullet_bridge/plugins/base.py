@@ -39,7 +39,7 @@ class PluginContext:
     Attributes:
         spec: what the model's file says about it.
         seed: of its noise.
-        arrivals: Arrivals, which count the messages that it receives.
+        received: ReceivedCounts of the messages that it receives.
         cameras: Cameras, which have images rendered.
     """
 
@@ -47,7 +47,7 @@ class PluginContext:
     model: "Model"
     spec: Any
     seed: int = 0
-    arrivals: Any = None
+    received: Any = None
     cameras: Any = None
 
 
@@ -127,7 +127,7 @@ class ModelPlugin(Component):
 
     def subscribe(self, topic: str, message: type, callback: Callable[[Any], None]) -> Any:
         """Subscribe to a topic until the plugin is closed; `callback` gets each message."""
-        made = self.context.arrivals.subscribe(topic, message, callback)
+        made = self.context.received.subscribe(topic, message, callback)
         note_endpoint(made)
         self._endpoints.append(made)
         return made

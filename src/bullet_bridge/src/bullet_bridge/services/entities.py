@@ -8,7 +8,7 @@ import numpy as np
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Array, Pose
 
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -42,7 +42,7 @@ class Frame:
 class ConnectedModels(Protocol):
     """What services use of bullet_bridge.robots.Robots."""
 
-    arrivals: Arrivals
+    received: ReceivedCounts
     extensions: Any
 
     def connect(self, model: "Model", namespace: str = "") -> None:

@@ -39,7 +39,7 @@ class GazeboServices:
         server.add_reporter(StateTopics(prefix, world, states_rate))
         server.add_reporter(PerformanceTopic(prefix, world, robots.sensor_counts))
         ModelServices(prefix, world, jobs, robots, resolve)
-        LinkServices(prefix, world, jobs, robots.arrivals)
+        LinkServices(prefix, world, jobs, robots.received)
         JointServices(prefix, world, jobs)
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)

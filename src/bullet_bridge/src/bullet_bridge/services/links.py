@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from bullet_sim.world import World
 
     from bullet_bridge.loop.jobs import JobQueue
-    from bullet_bridge.loop.received import Arrivals
+    from bullet_bridge.loop.received import ReceivedCounts
 
 
 class LinkServices:
@@ -49,10 +49,12 @@ class LinkServices:
 
     Args:
         prefix: of the service names.
-        arrivals: Arrivals, which count the messages.
+        received: ReceivedCounts of the messages.
     """
 
-    def __init__(self, prefix: str, world: "World", jobs: "JobQueue", arrivals: "Arrivals") -> None:
+    def __init__(
+        self, prefix: str, world: "World", jobs: "JobQueue", received: "ReceivedCounts"
+    ) -> None:
         self._world, self._jobs = world, jobs
         for name, kind, work in (
             ("get_link_state", GetLinkState, self._get_state),
@@ -67,7 +69,7 @@ class LinkServices:
             BodyRequest,
             empty_service_handler(self._clear, BodyRequestResponse),
         )
-        arrivals.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
+        received.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
     def _get_state(self, request: Any) -> GetLinkStateResponse:
         def work() -> tuple[Pose, Array, Array]:

@@ -100,7 +100,7 @@ class ModelServices:
             ("get_model_properties", GetModelProperties, self._get_properties),
         ):
             rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
-        robots.arrivals.subscribe(
+        robots.received.subscribe(
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bullet_sim.world import World
 
     from bullet_bridge.loop.jobs import JobQueue
-    from bullet_bridge.loop.received import Arrivals, Taken
+    from bullet_bridge.loop.received import ReceivedCounts, Taken
     from bullet_bridge.loop.server import Server, Steps
     from bullet_bridge.services.entities import ConnectedModels
 
@@ -165,23 +165,23 @@ class StepService:
     """Waits for commands, makes steps, responds when all due messages are published.
 
     Args:
-        arrivals: Arrivals of the command topics.
+        received: ReceivedCounts of the command topics.
         timeout: wall time [s] to wait for commands.
     """
 
     def __init__(
-        self, jobs: "JobQueue", server: "Server", arrivals: "Arrivals", timeout: float
+        self, jobs: "JobQueue", server: "Server", received: "ReceivedCounts", timeout: float
     ) -> None:
-        self._jobs, self._server, self._arrivals = jobs, server, arrivals
+        self._jobs, self._server, self._received = jobs, server, received
         self._timeout = timeout
         self._service = rospy.Service("~step", Step, self.handle)
 
     def handle(self, request: Any) -> StepResponse:
         """Handle a Step request."""
         try:
-            wanted = self._wanted(request)
+            required = self._required(request)
             self._jobs.call(self._check)
-            steps = self._begin(request.n, self._arrivals.take(wanted, self._timeout))
+            steps = self._begin(request.n, self._received.take(required, self._timeout))
         except (ValueError, TimeoutError) as error:  # SimError is a ValueError
             rospy.logerr("step: %s", error)
             return StepResponse(False, str(error))
@@ -197,7 +197,7 @@ class StepService:
         try:
             return self._jobs.call(lambda: self._server.begin_steps(count))
         except (ValueError, TimeoutError):
-            self._arrivals.restore(taken)
+            self._received.restore(taken)
             raise
 
     def _check(self) -> None:
@@ -205,7 +205,7 @@ class StepService:
             raise ValueError("the simulation runs; pause it before stepping")
 
     @staticmethod
-    def _wanted(request: Any) -> dict[str, int]:
+    def _required(request: Any) -> dict[str, int]:
         if request.n < 1:
             raise ValueError("n is 0, must be at least 1 physics step")
         if len(request.topics) != len(request.counts):
@@ -213,15 +213,15 @@ class StepService:
                 f"{len(request.topics)} topics and {len(request.counts)} counts are "
                 "given, must be as many"
             )
-        wanted = {}
+        required = {}
         for topic, count in zip(request.topics, request.counts):
             if not topic:
                 raise ValueError("a topic without a name is given")
             name = rospy.resolve_name("/" + topic.lstrip("/"))
-            if name in wanted:
+            if name in required:
                 raise ValueError(f"topic '{name}' is given twice")
-            wanted[name] = count
-        return wanted
+            required[name] = count
+        return required
 
 
 class StatisticsService:
