@@ -73,7 +73,7 @@ class Handle:
 
 
 class Actions:
-    """Stands in for ActionTopics: says at once."""
+    """Stands in for ActionTopics: calls immediately."""
 
     made = {}
 
@@ -86,7 +86,7 @@ class Actions:
         """Always."""
         return True
 
-    def say(self, call, *arguments):
+    def post(self, call, *arguments):
         """At once."""
         call(*arguments)
 

@@ -38,7 +38,7 @@ def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
 
 
 def test_timeout_when_nobody_runs_the_jobs():
-    with pytest.raises(TimeoutError, match="did not answer within 0.02 s"):
+    with pytest.raises(TimeoutError, match="did not respond within 0.02 s"):
         JobQueue().call(lambda: None, timeout=0.02)
 
 

@@ -122,9 +122,9 @@ def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
     assert np.isfinite(cloud).tolist() == [False, False, True, False]
     for name in topics:
         topics[name].subscribers = 0
-    assert not output.is_wanted()
+    assert not output.needs_update()
     topics["/d"].subscribers = 1
-    assert output.is_wanted()
+    assert output.needs_update()
     output.close()
     assert all(topic.closed for topic in topics.values())
 
@@ -156,7 +156,7 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     robots.Robots(None, world, None, 0, FakeReceivedCounts())._add_plugin(bot, 0, spec, parts)
     assert parts == []
     assert [topic.closed for topic in made] == [True]
-    assert len(logged) == 1 and "/scan is left out" in logged[0]
+    assert len(logged) == 1 and "/scan is skipped" in logged[0]
 
 
 def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
@@ -280,7 +280,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     assert cart.description.warnings == []
     received = FakeReceivedCounts()
     output = plugin_of(world, cart, cart.description.sensors[0], received=received)
-    assert received.topic == "/n/cmd_vel" and output.is_wanted()
+    assert received.topic == "/n/cmd_vel" and output.needs_update()
     command = Twist()
     command.linear.x, command.angular.z = 0.3, 0.5
     received.take(command)

@@ -91,9 +91,9 @@ def test_impossible_values_change_nothing(properties, wanted, reason):
 def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics_tuning.as_config(properties.read())
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
-    assert physics_tuning.wanted_changes(dict(before), before) == {}
+    assert physics_tuning.requested_changes(dict(before), before) == {}
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9)
-    assert physics_tuning.wanted_changes(config, before) == {
+    assert physics_tuning.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),
         "iterations": 7,
     }

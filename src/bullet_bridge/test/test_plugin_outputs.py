@@ -136,7 +136,7 @@ def test_magnetic(topics, world, cart, field_message):
 def test_planar_move(topics, world, cart, monkeypatch):
     received = FakeReceivedCounts()
     output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart, received)
-    assert received.topic == "/cmd_vel" and output.is_wanted()
+    assert received.topic == "/cmd_vel" and output.needs_update()
     command = Twist()
     command.linear.x, command.linear.y, command.angular.z = 0.4, 0.2, 0.0
     received.take(command)

@@ -29,11 +29,11 @@ class Part:
         if spec.rate < 0:
             raise OverflowError("too large")
         self.world, self.model, self.spec, self.seed = world, context.model, spec, context.seed
-        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.is_wanted)
+        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.needs_update)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
         self.updated, self.error = 0.0, None
 
-    def is_wanted(self):
+    def needs_update(self):
         """As set."""
         return self.subscribed
 
@@ -180,16 +180,16 @@ def test_models_come_and_go(rig):
     assert rig.made[1].times == pytest.approx([0.04, 0.06, 0.08, 0.1])
 
 
-def test_a_sensor_that_cannot_work_is_left_out(rig):
+def test_a_sensor_that_cannot_work_is_skipped(rig):
     rig.model("a", None, 50)
     assert rig.run(20) == [20] and len(rig.made) == 1
-    assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
+    assert rig.errors == ["model 'a': sensor on /topic is skipped: bad sensor"]
 
 
-def test_a_number_out_of_range_leaves_out_the_sensor_alone(rig):
+def test_a_number_out_of_range_skips_the_sensor_alone(rig):
     rig.model("a", -1, 50)
     assert len(rig.made) == 1 and rig.robots.next_due() == 20
-    assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
+    assert rig.errors == ["model 'a': sensor on /topic is skipped: too large"]
 
 
 @pytest.mark.parametrize("error", [OSError("no master"), KeyboardInterrupt()])

@@ -259,7 +259,7 @@ def test_steps_are_refused_while_it_runs_or_steps_already():
     "interrupt, reason",
     [
         (lambda server: server.reset(True), "was reset"),
-        (lambda server: server.set_paused(False), "set going"),
+        (lambda server: server.set_paused(False), "resumed"),
         (lambda server: server.set_paused(True), "paused"),
     ],
 )
@@ -343,7 +343,7 @@ def test_the_process_time_is_the_published_time(monkeypatch):
     assert [time.to_sec() for time in own] == [1.25] == published
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_initialized", True)
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_current", None)
-    clock_module.set_own_time(own[0])
+    clock_module.set_process_time(own[0])
     assert clock_module.rospy.get_time() == 1.25
 
 

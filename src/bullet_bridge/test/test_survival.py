@@ -200,7 +200,7 @@ def test_a_gain_that_is_no_number_is_refused(tuned, name):
     assert tuned.taken == [PidGains(3.0, 0.5, 0.1, -1.0, 1.0)]
     assert tuned.parameters == before
     assert tuned.logged == [
-        f"/bot/arm/pid: {name} is nan, must be a finite number; the gains stay as they are"
+        f"/bot/arm/pid: {name} is nan, must be a finite number; the gains are unchanged"
     ]
     assert tuned.ask(p=4.0)["p"] == 4.0 and tuned.taken[-1].p == 4.0
 

@@ -107,7 +107,7 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
     for step, expected in ((1, 0.3), (50, 0.3), (101, -0.4)):
         output.update(step * 0.001, 0.0)
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
-    assert not output.is_wanted()
+    assert not output.needs_update()
     errors = []
     monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))

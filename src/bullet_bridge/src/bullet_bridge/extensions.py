@@ -1,4 +1,4 @@
-"""Controllers, plugins and sensors of users' own packages, found by <export> in their package.xml.
+"""Controllers, plugins and sensors of users' packages, declared by <export> in their package.xml.
 
     <export>
       <bullet_bridge controller="my_robot/BangBang" class="my_robot.controllers:BangBang"/>
@@ -63,18 +63,18 @@ class Extension:
             SimError: names package.xml, class and reason.
         """
         module, _, name = self.target.partition(":")
-        what = f"{self.manifest} names class '{self.target}' for {self.kind} '{self.name}'"
+        label = f"{self.manifest} names class '{self.target}' for {self.kind} '{self.name}'"
         try:
-            found = getattr(importlib.import_module(module), name)
-        except Exception as error:  # whatever a user's module does
-            raise SimError(f"{what}, which cannot be imported: {_shown(error)}") from error
+            loaded = getattr(importlib.import_module(module), name)
+        except Exception as error:  # any error of a user's module
+            raise SimError(f"{label}, which cannot be imported: {_formatted(error)}") from error
         base = BASES[self.kind]
-        if not (isinstance(found, type) and issubclass(found, base)):
-            raise SimError(f"{what}, which is no subclass of {base.__module__}.{base.__name__}")
-        return found
+        if not (isinstance(loaded, type) and issubclass(loaded, base)):
+            raise SimError(f"{label}, which is no subclass of {base.__module__}.{base.__name__}")
+        return loaded
 
 
-def _shown(error: Exception) -> str:
+def _formatted(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
@@ -87,10 +87,10 @@ class Extensions:
 
     def __init__(self, packages: rospkg.RosPack | None = None) -> None:
         self._packages = packages
-        self._found: dict[tuple[str, str], Extension] | None = None
+        self._entries: dict[tuple[str, str], Extension] | None = None
 
     def enter(self) -> None:
-        """Have the simulator find them where nothing is built in."""
+        """Make them available to the simulator, after what is built in."""
         CONTROLLERS.add_source(self.controller, lambda: self.names("controller"))
         PLUGINS.add_source(
             lambda name: custom_plugin if self.get("plugin", name) else None,
@@ -99,13 +99,13 @@ class Extensions:
         SENSOR_PLUGINS.add_source(self._sensor_reader, lambda: self.names("sensor"))
 
     def all(self) -> dict[tuple[str, str], Extension]:
-        """All Extensions by (kind, name); what is wrong with a line is logged, once."""
-        if self._found is None:
+        """All Extensions by (kind, name); errors of a line are logged, once."""
+        if self._entries is None:
             entries: dict[tuple[str, str], Extension] = {}
-            self._found = entries
+            self._entries = entries
             for extension in self._read():
                 self._add(entries, extension)
-        return self._found
+        return self._entries
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of the extensions of a kind."""
@@ -119,7 +119,7 @@ class Extensions:
         """Class of a controller type, or None.
 
         Raises:
-            ControllerError: its class cannot be had.
+            ControllerError: its class cannot be loaded.
         """
         extension = self.get("controller", name)
         if extension is None:
@@ -133,7 +133,7 @@ class Extensions:
         """Class of a CustomSpec.
 
         Raises:
-            SimError: it cannot be had.
+            SimError: it cannot be loaded.
         """
         return self.of(spec).load()
 
@@ -189,7 +189,7 @@ def _extension(attributes: Mapping[str, str], package: str, manifest: str) -> Ex
     """Extension of an <export>'s line.
 
     Raises:
-        ModelError: names what is wrong with it.
+        ModelError: names the error.
     """
     kinds = [kind for kind in BASES if kind in attributes]
     target = attributes.get("class", "")

@@ -17,7 +17,7 @@ from paddock_common.process import end_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.extensions import Extensions
-from bullet_bridge.loop.clock import SimClock, set_own_time
+from bullet_bridge.loop.clock import SimClock, set_process_time
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Server
@@ -42,8 +42,8 @@ class Config:
         paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
         world_pace: no real_time_factor is given; that of the world file counts.
-        lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
-        every_picture: wait for each due picture, without lockstep, too; time slows down instead.
+        lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
+        every_picture: wait for each due image, without lockstep, too; time slows down instead.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -98,7 +98,7 @@ def start_relay() -> Relay | None:
     try:
         return Relay()
     except OSError as error:
-        rospy.logwarn("the relay does not start: %s; the bridge sends by itself", error)
+        rospy.logwarn("the relay does not start: %s; the bridge sends directly", error)
         return None
 
 
@@ -112,7 +112,7 @@ def main() -> int:
     """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
     bear_failures()
-    # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
+    # A subscription to its /clock would cost a socket and a thread: SimClock sets the time.
     nodes.init_interruptible("gazebo", disable_rostime=True)
     end_with_roslaunch()
     master = MasterWatch(end)
@@ -129,10 +129,10 @@ def main() -> int:
 
 
 def make_server(parts: ExitStack) -> Server:
-    """Make everything that the node's parameters ask for.
+    """Make everything that the node's parameters request.
 
     Args:
-        parts: ExitStack that closes it, the last made first.
+        parts: ExitStack that closes it, in reverse order.
 
     Returns:
         Server, ready to run.
@@ -158,8 +158,8 @@ def make_server(parts: ExitStack) -> Server:
     parts.callback(cameras.close)
     received = ReceivedCounts()
     robots = Robots(jobs, world, cameras, config.seed, received, extensions)
-    own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
-    clock = SimClock(config.clock_rate, world.time_step, own=own_time)
+    set_time = set_process_time if is_true(rospy.get_param("/use_sim_time", False)) else None
+    clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
     StatisticsService(jobs, server)
@@ -183,7 +183,7 @@ def quality_of(config: Config) -> Quality:
 
 
 def make_cameras(world: World, config: Config) -> Cameras:
-    """The Cameras, with labels where they are asked for."""
+    """The Cameras, with labels where they are requested."""
     wait = config.lockstep or config.every_picture
     cameras = Cameras(config.renderer, wait, quality_of(config), lambda: world.scene)
     if config.labels:

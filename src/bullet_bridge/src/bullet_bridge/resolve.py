@@ -1,4 +1,4 @@
-"""Files of worlds and models: looked for where Gazebo looks, read, their warnings logged."""
+"""Files of worlds and models: searched in Gazebo's folders, read, their warnings logged."""
 
 import logging
 import os
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
 SCHEMES = ("package", "model", "file")
-# Worlds that Gazebo brings and the stand-in gazebo_ros does not: the empty world stands for them.
+# Worlds that Gazebo provides and the stand-in gazebo_ros does not: the empty world replaces them.
 GAZEBO_WORLDS = (
     "cafe",
     "camera",
@@ -59,7 +59,7 @@ class Resolver:
         self._world: tuple[str, ...] = ()
 
     def set_world(self, path: str) -> None:
-        """Look beside a world file, too: in its folder and in that of its package."""
+        """Search next to a world file, too: in its folder and in that of its package."""
         folder = os.path.dirname(os.path.abspath(path))
         self._world = (folder, *_package_above(folder))
 
@@ -67,11 +67,11 @@ class Resolver:
         """Absolute path of a URI's file, or of a name without a scheme.
 
         Raises:
-            ValueError: nothing is found; names the file and the folders searched.
+            ValueError: there is no such file; names the file and the folders searched.
         """
         uri = uri.strip()
-        scheme, mark, rest = uri.partition("://")
-        if not mark:
+        scheme, separator, rest = uri.partition("://")
+        if not separator:
             scheme, rest = "file", uri
         if not rest:
             raise ValueError("it is empty: a file needs package://, model://, file:// or a path")
@@ -87,27 +87,27 @@ class Resolver:
         """Path of a world file.
 
         Raises:
-            ValueError: it is nowhere; names all places.
+            ValueError: it does not exist; names all folders.
         """
         path = path.partition("://")[2] if path.startswith("file://") else path.strip()
         if os.path.isabs(path) or os.path.isfile(path):
             return path
-        places = [os.getcwd(), *self._all_resources()]
-        for place in places:
-            for found in (os.path.join(place, path), os.path.join(place, "worlds", path)):
-                if os.path.isfile(found):
-                    return found
-        raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")
+        folders = [os.getcwd(), *self._all_resources()]
+        for folder in folders:
+            for candidate in (os.path.join(folder, path), os.path.join(folder, "worlds", path)):
+                if os.path.isfile(candidate):
+                    return candidate
+        raise ValueError(f"world file '{path}' is in none of {', '.join(folders)}")
 
     def _in_package(self, rest: str) -> str:
         name, _, path = rest.partition("/")
         try:
             folder = self._packages.get_path(name)
         except rospkg.ResourceNotFound as error:
-            found = self._search(rest)  # Gazebo takes package:// for model://
-            if found is None:
+            match = self._search(rest)  # Gazebo takes package:// for model://
+            if match is None:
                 raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
-            return found
+            return match
         path = os.path.join(folder, path)
         return _sdf_file(path) or path
 
@@ -115,12 +115,12 @@ class Resolver:
         """A file's path; a relative one that is nowhere is an error."""
         if os.path.isabs(path):
             return _sdf_file(path) or (path if os.path.exists(path) else self._moved(path))
-        found = self._search(path, resources_first=True)
-        if found is None and os.path.exists(path):
-            found = _sdf_file(path) or os.path.abspath(path)
-        if found is None:
-            raise ValueError(f"'{path}' is in none of {self._shown()}")
-        return found
+        match = self._search(path, resources_first=True)
+        if match is None and os.path.exists(path):
+            match = _sdf_file(path) or os.path.abspath(path)
+        if match is None:
+            raise ValueError(f"'{path}' is in none of {self._folders()}")
+        return match
 
     def _moved(self, path: str) -> str:
         """A path of another machine, as saved worlds have them: in a package of this machine.
@@ -132,27 +132,27 @@ class Resolver:
         parts = path.split("/")
         for number, part in enumerate(parts[:-1]):
             rest = "/".join(parts[number + 1 :])
-            found: str | None
+            match: str | None
             if part in self._packages.list():
-                found = os.path.join(self._packages.get_path(part), rest)
+                match = os.path.join(self._packages.get_path(part), rest)
             elif parts[number - 1 : number + 1] == [".gazebo", "models"]:
-                found = self._search(rest)
+                match = self._search(rest)
             else:
                 continue
-            if found is not None and os.path.exists(found):
-                return found
+            if match is not None and os.path.exists(match):
+                return match
         return path
 
     def _model(self, rest: str) -> str:
-        found = self._search(rest)
-        if found is not None:
-            return found
+        match = self._search(rest)
+        if match is not None:
+            return match
         name, _, path = rest.partition("/")
         try:
             path = os.path.join(self._packages.get_path(name), path)
             return _sdf_file(path) or path
         except rospkg.ResourceNotFound as error:
-            raise ValueError(f"model '{rest}' is in none of {self._shown()}") from error
+            raise ValueError(f"model '{rest}' is in none of {self._folders()}") from error
 
     def _search(self, path: str, resources_first: bool = False) -> str | None:
         """First file, model or else folder below the resource paths and SUFFIXES, or None."""
@@ -163,16 +163,16 @@ class Resolver:
             for folder in group
             for suffix in SUFFIXES
         ]
-        found = [folder for folder in folders if os.path.exists(folder)]
-        for place in found:
-            if os.path.isfile(place):
-                return place
-            model = _sdf_file(place)
+        matches = [folder for folder in folders if os.path.exists(folder)]
+        for match in matches:
+            if os.path.isfile(match):
+                return match
+            model = _sdf_file(match)
             if model is not None:
                 return model
-        return found[0] if found else None
+        return matches[0] if matches else None
 
-    def _shown(self) -> str:
+    def _folders(self) -> str:
         return ", ".join((*self._model_paths(), *self._all_resources())) or "(no folder)"
 
     def _model_paths(self) -> list[str]:
@@ -232,12 +232,12 @@ def exported_folders(packages: rospkg.RosPack, key: str) -> list[str]:
     return folders
 
 
-def is_in_manifest(word: str, folder: str) -> bool:
-    """Whether a word is anywhere in the manifest of a package's folder, the one rospkg reads."""
+def is_in_manifest(text: str, folder: str) -> bool:
+    """Whether a text is anywhere in the manifest of a package's folder, the one rospkg reads."""
     for name in ("manifest.xml", "package.xml"):
         try:
             with open(os.path.join(folder, name), "rb") as file:
-                return word.encode() in file.read()
+                return text.encode() in file.read()
         except OSError:
             continue
     return False
@@ -256,15 +256,15 @@ def _sdf_file(folder: str) -> str | None:
             version = tuple(map(int, re.findall(r"\d{1,9}", element.get("version") or "")))
             names.append((version, (element.text or "").strip()))
     names.sort(key=lambda entry: entry[0])  # of one version the last counts
-    found = [os.path.join(folder, name) for _, name in names if name]
-    return next((path for path in reversed(found) if os.path.isfile(path)), None)
+    files = [os.path.join(folder, name) for _, name in names if name]
+    return next((path for path in reversed(files) if os.path.isfile(path)), None)
 
 
 _details = logging.getLogger("bullet_bridge.resolve")  # goes to the node's log file alone
 
 
 def log_warnings(warnings: Sequence[str], model: str = "") -> None:
-    """Log one line a cause; the single sentences go to the node's log file.
+    """Log one line a cause; the single messages go to the node's log file.
 
     Args:
         warnings: ReadWarnings.
@@ -283,11 +283,11 @@ def _with_name(line: str, model: str) -> str:
 
 
 def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription | None:
-    """Load a world file; one that cannot be had is an error in the log, and the empty world loads.
+    """Load a world file; if that fails, log an error and load the empty world.
 
     Args:
         path: of the file, as Gazebo takes it (see Resolver.world); empty: nothing is loaded.
-        resolve: Resolver; looks beside the world's file from now on.
+        resolve: Resolver; searches next to the world file from now on.
 
     Returns:
         The WorldDescription, or None for no path.
@@ -301,16 +301,16 @@ def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription
 
 def _described(path: str, resolve: Resolver) -> WorldDescription:
     try:
-        found = resolve.world(path)
-        text = read_file(found, "world file", MAX_TEXT)
-        resolve.set_world(found)
-        return parse_world(text, resolve, found)
+        file = resolve.world(path)
+        text = read_file(file, "world file", MAX_TEXT)
+        resolve.set_world(file)
+        return parse_world(text, resolve, file)
     except ValueError as error:
         problem = error
     name, ending = os.path.splitext(os.path.basename(path))
     if name in GAZEBO_WORLDS and ending == ".world" and not os.path.isabs(path):
         rospy.logwarn(
-            "world '%s' is one of Gazebo's own, which is not part of this stand-in; the empty "
+            "world '%s' is one of Gazebo's, which is not part of this stand-in; the empty "
             "world takes its place",
             path,
         )

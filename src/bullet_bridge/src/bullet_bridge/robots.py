@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from bullet_bridge.plugins.cameras import Cameras
 
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
-CHECK_GAP = 0.005  # [s] ... and least wall time between them
+CHECK_GAP = 0.005  # [s] ... and minimum wall time between them
 
 
 class Robots:
@@ -33,10 +33,10 @@ class Robots:
     Args:
         seed: base of all noise seeds.
         received: ReceivedCounts of the commands.
-        extensions: Extensions, which have the classes of users' own plugins.
+        extensions: Extensions, which have users' plugin classes.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
-    one number; `refresh` updates them after jobs.
+    one index; `refresh` updates them after jobs.
     """
 
     def __init__(
@@ -92,8 +92,8 @@ class Robots:
 
         registered = False
         try:
-            for number, spec in enumerate(model.description.sensors):
-                self._add_plugin(model, number, spec, parts)
+            for index, spec in enumerate(model.description.sensors):
+                self._add_plugin(model, index, spec, parts)
             control = self._make_control(model, namespace)
             controls += [control] if control is not None else []
             registered = run(register)  # False: the model was deleted in the meantime
@@ -101,20 +101,20 @@ class Robots:
             if not registered:
                 self._close(model, [*controls, *parts])
 
-    def _add_plugin(self, model: "Model", number: int, spec: Any, parts: list[ModelPlugin]) -> None:
-        """Append one of a model's plugins to a list; one that fails is left out."""
-        seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
+    def _add_plugin(self, model: "Model", index: int, spec: Any, parts: list[ModelPlugin]) -> None:
+        """Append one of a model's plugins to a list; one that fails is skipped."""
+        seed = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode())
         context = PluginContext(self._world, model, spec, seed, self.received, self._cameras)
-        own = isinstance(spec, CustomSpec)
+        custom = isinstance(spec, CustomSpec)
         try:
-            parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
+            parts.append(make_plugin(context, self.extensions.plugin(spec) if custom else None))
         except (ValueError, ArithmeticError) as error:
-            rospy.logerr("model '%s': sensor on %s is left out: %s", model.name, spec.topic, error)
+            rospy.logerr("model '%s': sensor on %s is skipped: %s", model.name, spec.topic, error)
         except Exception:
-            if not own:
+            if not custom:
                 raise
             rospy.logerr(
-                "model '%s': %s, and is left out, since it has raised an exception:\n%s",
+                "model '%s': %s, and is skipped, since it has raised an exception:\n%s",
                 model.name,
                 self.extensions.of(spec),
                 traceback.format_exc().rstrip(),
@@ -238,12 +238,12 @@ class Robots:
         self._update_next()
 
     @staticmethod
-    def _cannot_publish(what: str, error: Exception) -> None:
+    def _cannot_publish(label: str, error: Exception) -> None:
         """Log that a state that is NaN or infinite cannot be published."""
-        rospy.logerr_throttle(5.0, f"{what}: cannot be published: {error}")
+        rospy.logerr_throttle(5.0, f"{label}: cannot be published: {error}")
 
     def _fail(self, plugin: ModelPlugin) -> None:
-        """Switch a plugin off that has raised an exception; the simulation goes on."""
+        """Switch a plugin off that has raised an exception; the simulation continues."""
         rospy.logerr(
             "%s: is switched off, since it has raised an exception:\n%s",
             _label(plugin),
@@ -265,11 +265,11 @@ class Robots:
         }
 
     def take_failures(self) -> list[str]:
-        """Sentences about due messages that could not be made since the last call."""
+        """Messages about due outputs that could not be made since the last call."""
         return self._cameras.take_failures()
 
     def show_scene(self) -> None:
-        """Let the images show the world's present lights."""
+        """Show the world's present lights in the images."""
         self._cameras.set_sources(self._world.sources())
 
     def save_state(self) -> tuple[list[Any], list[Any]]:
@@ -304,5 +304,5 @@ class Robots:
 
 def _label(plugin: ModelPlugin) -> str:
     """Name of a plugin in messages."""
-    kind = "plugin" if plugin.always else "sensor"
-    return f"model '{plugin.model.name}', {kind} on {plugin.spec.topic}"
+    role = "plugin" if plugin.always else "sensor"
+    return f"model '{plugin.model.name}', {role} on {plugin.spec.topic}"

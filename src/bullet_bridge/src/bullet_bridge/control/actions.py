@@ -1,8 +1,8 @@
 """Actions of controllers: follow_joint_trajectory and gripper_cmd.
 
 Action servers of controllers. actionlib's server holds a lock while it calls back, and a callback
-waits for the simulation thread. So that thread never calls the server: what it has to say goes
-through a queue to a thread that does.
+waits for the simulation thread. So that thread never calls the server: its calls go
+through a queue to a thread that makes them.
 """
 
 import queue
@@ -52,14 +52,14 @@ class _Server(actionlib.ActionServer):
             self.status_timer.shutdown()
 
 
-class Pursuit(Topics):
-    """Topics with an action, and the goal that the controller pursues."""
+class GoalTopics(Topics):
+    """Topics with an action, and the goal that the controller executes."""
 
     def _serve(self, name: str, action: type) -> None:
         """Start the action of a name in the controller's namespace; _on_goal gets its goals."""
-        self._handle: Any = None  # of the goal that is pursued
+        self._handle: Any = None  # of the active goal
         self._goal: Any = None
-        self._id: str | None = None  # asked of a handle, it would wait for the server's lock
+        self._id: str | None = None  # reading it from a handle would wait for the server's lock
         self._action = ActionTopics(f"{self.name}/{name}", action, self._on_goal, self._on_cancel)
         self._endpoints.append(self._action)
 
@@ -74,7 +74,7 @@ class Pursuit(Topics):
     def _accept(self, handle: Any, name: str, goal: Any) -> None:
         """Accept a goal (simulation thread, while the server waits for it)."""
         self._handle, self._goal, self._id = handle, goal, name
-        self._action.say(handle.set_accepted)
+        self._action.post(handle.set_accepted)
 
     def _on_cancel(self, handle: Any) -> None:
         name = handle.get_goal_id().id
@@ -96,7 +96,7 @@ class Pursuit(Topics):
             "aborted": handle.set_aborted,
             "canceled": handle.set_canceled,
         }[outcome]
-        self._action.say(finish, result)
+        self._action.post(finish, result)
 
 
 class ActionTopics:
@@ -116,37 +116,37 @@ class ActionTopics:
         on_goal: Callable[[Any], None],
         on_cancel: Callable[[Any], None],
     ) -> None:
-        self._orders: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._server = _Server(name, action, on_goal, on_cancel, auto_start=False)
         self._server.start()
         self._thread = threading.Thread(target=self._work, name=f"{name} results", daemon=True)
         self._thread.start()
 
     def has_subscribers(self) -> bool:
-        """Whether anybody hears feedback."""
+        """Whether feedback has subscribers."""
         return self._server.feedback_pub.get_num_connections() > 0
 
-    def say(self, call: Callable[..., Any], *arguments: Any) -> None:
-        """Have a method of a goal handle called soon, in order; returns at once."""
-        self._orders.put((call, arguments))
+    def post(self, call: Callable[..., Any], *arguments: Any) -> None:
+        """Have a method of a goal handle called soon, in order; does not block."""
+        self._calls.put((call, arguments))
 
     def _work(self) -> None:
         while True:
             try:
-                order = self._orders.get(timeout=STATUS_PERIOD)
+                entry = self._calls.get(timeout=STATUS_PERIOD)
             except queue.Empty:
-                order = self._server.publish_status_async, (None,)
-            if order is None:
+                entry = self._server.publish_status_async, (None,)
+            if entry is None:
                 return
-            call, arguments = order
+            call, arguments = entry
             try:
                 call(*arguments)
             except rospy.ROSException:
                 pass  # the topics were just unregistered
 
     def unregister(self) -> None:
-        """Say what is left to say, then end the topics."""
-        self._orders.put(None)
+        """Make the queued calls, then close the topics."""
+        self._calls.put(None)
         if threading.current_thread() is not self._thread:
             self._thread.join(2.0)
         self._server.stop()
@@ -181,7 +181,7 @@ def _point(motion: Motion) -> JointTrajectoryPoint:
 
 
 @ros_side(TrajectoryControl)
-class Trajectories(Pursuit, Commands):
+class Trajectories(GoalTopics, Commands):
     """trajectory_msgs/JointTrajectory on command, control_msgs/FollowJointTrajectory as action."""
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
@@ -196,7 +196,7 @@ class Trajectories(Pursuit, Commands):
         )
         self._query = rospy.Service(f"{self.name}/query_state", QueryTrajectoryState, self._planned)
 
-    def _kind(self) -> type:
+    def _message_type(self) -> type:
         return JointTrajectory
 
     def _on_command(self, message: Any) -> None:
@@ -218,7 +218,7 @@ class Trajectories(Pursuit, Commands):
         )
         try:
             self._robot.call(
-                lambda: self._pursue(handle, name, command_of(message.trajectory), goal)
+                lambda: self._execute(handle, name, command_of(message.trajectory), goal)
             )
         except (SimError, TimeoutError) as error:
             wrong = isinstance(error, JointsError)
@@ -227,13 +227,13 @@ class Trajectories(Pursuit, Commands):
             rospy.logerr("%s: goal is rejected: %s", self.name, error)
             handle.set_rejected(result, str(error))
 
-    def _pursue(self, handle: Any, name: str, command: Command, goal: Goal) -> None:
+    def _execute(self, handle: Any, name: str, command: Command, goal: Goal) -> None:
         """Check and accept a goal (simulation thread)."""
         self._check_running()
         self.controller.pursue(command, goal)
         self._accept(handle, name, goal)
 
-    # what is published ------------------------------------------------------------------------
+    # published topics ------------------------------------------------------------------------
     def _planned(self, request: Any) -> QueryTrajectoryStateResponse:
         try:
             motion = self._robot.call(lambda: self._motion_at(request.time.to_sec()))
@@ -262,7 +262,7 @@ class Trajectories(Pursuit, Commands):
         if state_due:
             self._state.publish(self._filled(JointTrajectoryControllerState(), time))
         if feedback_due and self._handle is not None:
-            self._action.say(
+            self._action.post(
                 self._handle.publish_feedback, self._filled(FollowJointTrajectoryFeedback(), time)
             )
 
@@ -274,12 +274,12 @@ class Trajectories(Pursuit, Commands):
 
     def close(self) -> None:
         """Unregister the topics and the service."""
-        self._query.shutdown("the controller is gone")
+        self._query.shutdown("the controller is unloaded")
         super().close()
 
 
 @ros_side(GripperControl)
-class Gripper(Pursuit):
+class Gripper(GoalTopics):
     """control_msgs/GripperCommand as action gripper_cmd."""
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
@@ -294,16 +294,16 @@ class Gripper(Pursuit):
             lambda outcome, grip: self._finish(handle, outcome, GripperCommandResult(**vars(grip))),
         )
         try:
-            self._robot.call(lambda: self._pursue(handle, name, goal))
+            self._robot.call(lambda: self._execute(handle, name, goal))
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: goal is rejected: %s", self.name, error)
             handle.set_rejected(GripperCommandResult(), str(error))
 
-    def _pursue(self, handle: Any, name: str, goal: GripperGoal) -> None:
+    def _execute(self, handle: Any, name: str, goal: GripperGoal) -> None:
         """Check and accept a goal (simulation thread)."""
         self._check_running()
-        fault = check_goal(goal.position, goal.max_effort)
-        if fault:
-            raise ControllerError(fault)
+        problem = check_goal(goal.position, goal.max_effort)
+        if problem:
+            raise ControllerError(problem)
         self.controller.pursue(goal)
         self._accept(handle, name, goal)

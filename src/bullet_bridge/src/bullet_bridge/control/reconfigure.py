@@ -39,7 +39,7 @@ def config_type(gains: PidGains) -> types.SimpleNamespace:
 
 
 def _checked(config: Mapping[str, Any]) -> PidGains:
-    """PidGains of a configuration; a NaN passes dynamic_reconfigure's own bounds.
+    """PidGains of a configuration; a NaN passes dynamic_reconfigure's bounds.
 
     Raises:
         ControllerError: a gain is no finite number.
@@ -47,7 +47,7 @@ def _checked(config: Mapping[str, Any]) -> PidGains:
     for name in NAMES:
         if not math.isfinite(config[name]):
             raise ControllerError(
-                f"{name} is {config[name]}, must be a finite number; the gains stay as they are"
+                f"{name} is {config[name]}, must be a finite number; the gains are unchanged"
             )
     return PidGains(**{name: config[name] for name in NAMES})
 
@@ -105,7 +105,7 @@ class PidTuning:
 
     def close(self) -> None:
         """Shut down the service and unregister the topics."""
-        self._server.set_service.shutdown("the PID is gone")
+        self._server.set_service.shutdown("the controller is unloaded")
         self._server.descr_topic.unregister()
         self._server.update_topic.unregister()
 

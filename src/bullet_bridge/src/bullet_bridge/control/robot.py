@@ -184,11 +184,11 @@ class RobotControl:
         return True
 
     def _tune(self, controller: Any) -> None:
-        """Let a controller's gains be changed by dynamic_reconfigure."""
+        """Make a controller's gains adjustable by dynamic_reconfigure."""
         config = controller.config
         if isinstance(config, PidConfig):
-            for pid, gains, place in zip(controller.pids, config.gains, config.gain_names):
-                namespace = f"{self.namespace}/{config.name}/{place}"
+            for pid, gains, path in zip(controller.pids, config.gains, config.gain_names):
+                namespace = f"{self.namespace}/{config.name}/{path}"
                 self._tunings.add(
                     config.name, namespace, gains, functools.partial(setattr, pid, "gains")
                 )
@@ -236,7 +236,7 @@ class RobotControl:
         try:
             return self._jobs.call(work)
         except Ended:
-            return None  # at the end of the simulation no reason is logged
+            return None  # while the simulation shuts down no reason is logged
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: %s", self.namespace, error)
             return None

@@ -49,7 +49,7 @@ class ControllerServices:
         self._do_load, self._do_unload = load, unload
         self._services = []
         try:
-            for name, kind, do in (
+            for name, service, handler in (
                 ("load_controller", LoadController, self._load),
                 ("unload_controller", UnloadController, self._unload),
                 ("switch_controller", SwitchController, self._switch),
@@ -58,7 +58,7 @@ class ControllerServices:
                 ("reload_controller_libraries", ReloadControllerLibraries, self._reload),
             ):
                 self._services.append(
-                    rospy.Service(f"{namespace}/controller_manager/{name}", kind, do)
+                    rospy.Service(f"{namespace}/controller_manager/{name}", service, handler)
                 )
         except BaseException:
             self.close()
@@ -82,17 +82,17 @@ class ControllerServices:
             for names in (request.start_controllers, request.stop_controllers)
         )
         strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
-        left_out = self._run_job(lambda: self._manager.switch(start, stop, strict))
-        if left_out is None:
+        skipped = self._run_job(lambda: self._manager.switch(start, stop, strict))
+        if skipped is None:
             return SwitchControllerResponse(ok=False)
-        for reason in left_out:
+        for reason in skipped:
             rospy.logwarn("%s: %s", self._namespace, reason)
         return SwitchControllerResponse(ok=True)
 
     def _list(self, _: Any) -> ListControllersResponse:
         response = ListControllersResponse()
-        for kind, config, state in self._run_job(self._manager.list) or []:
-            claims = config.claims or ((kind.interface, ()),)
+        for controller, config, state in self._run_job(self._manager.list) or []:
+            claims = config.claims or ((controller.interface, ()),)
             response.controller.append(
                 ControllerState(
                     name=config.name,

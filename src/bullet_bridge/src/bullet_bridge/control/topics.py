@@ -121,19 +121,19 @@ T = TypeVar("T", bound="Topics")
 ROS_SIDE: "dict[type[Controller], type[Topics]]" = {}
 
 
-def ros_side(*kinds: type[Controller]) -> Callable[[type[T]], type[T]]:
+def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
     """Decorator that enters Topics for classes of controllers."""
 
     def enter(topics: type[T]) -> type[T]:
-        ROS_SIDE.update(dict.fromkeys(kinds, topics))
+        ROS_SIDE.update(dict.fromkeys(controllers, topics))
         return topics
 
     return enter
 
 
 def topics_of(robot: "RobotControl", controller: Any) -> "Topics":
-    """The Topics of a Controller: those of its class, or of the nearest base that has some."""
-    return next(ROS_SIDE[kind] for kind in type(controller).__mro__ if kind in ROS_SIDE)(
+    """The Topics of a Controller: those of its class, or of the closest base that has some."""
+    return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
         robot, controller
     )
 
@@ -165,7 +165,7 @@ class Topics:
         )
 
     def _every_while(self, rate: float, has_subscribers: Callable[[], bool]) -> SubscribedSchedule:
-        """As _every, due while a function says so."""
+        """As _every, due while has_subscribers() is true."""
         world = self._robot.world
         schedule = SubscribedSchedule(
             min(rate, 1.0 / world.time_step),
@@ -176,8 +176,8 @@ class Topics:
         self.schedules.append(schedule)
         return schedule
 
-    def _publisher(self, topic: str, kind: type) -> rospy.Publisher:
-        made = publisher(topic, kind)
+    def _publisher(self, topic: str, message_type: type) -> rospy.Publisher:
+        made = publisher(topic, message_type)
         self._endpoints.append(made)
         return made
 
@@ -238,11 +238,11 @@ class Commands(Topics):
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._subscriber = robot.received.subscribe(
-            f"{self.name}/{self.topic}", self._kind(), self._on_command, tcp_nodelay=True
+            f"{self.name}/{self.topic}", self._message_type(), self._on_command, tcp_nodelay=True
         )
         self._endpoints.append(self._subscriber)
 
-    def _kind(self) -> type:
+    def _message_type(self) -> type:
         several = self.controller.group or len(self.config.joints) != 1
         return Float64MultiArray if several else Float64
 
@@ -266,8 +266,8 @@ class PidCommands(Commands):
             self._schedule = self._every(rate / STATE_EVERY, self._state)
         self._inner: list[tuple[SubscribedSchedule, int, Any]] = []
         config = self.config
-        for number, (wanted, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
-            if wanted:
+        for number, (published, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
+            if published:
                 states = self._publisher(f"{self.name}/{gains}/state", PidState)
                 self._inner.append((self._every(rate, states), number, states))
 
@@ -306,7 +306,7 @@ class Drive(Commands):
                 1.0 / robot.manager.control_period(robot.world.time_step), self._limited
             )
 
-    def _kind(self) -> type:
+    def _message_type(self) -> type:
         return Twist
 
     def _on_command(self, message: Any) -> None:
@@ -363,7 +363,7 @@ class FourWheelDrive(Drive):
 
 @ros_side(joint.SensorController)
 class Sensors(Topics):
-    """Each sensor of a kind on a topic of its own name in the robot's namespace.
+    """Each sensor of one type on a topic named after it, in the robot's namespace.
 
     A joint's sensor has the joint's name.
     """
@@ -371,13 +371,13 @@ class Sensors(Topics):
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._sensors, config = [], self.config
-        for found in robot.model.description.sensors:
-            if type(found) is not controller.sensor:
+        for spec in robot.model.description.sensors:
+            if type(spec) is not controller.sensor:
                 continue
-            name = getattr(found, "joint", found.name)
-            wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
+            name = getattr(spec, "joint", spec.name)
+            adapted = replace(spec, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
             seed = zlib.crc32(f"{config.name}/{name}".encode())
-            sensor = make_plugin(PluginContext(robot.world, robot.model, wanted, seed))
+            sensor = make_plugin(PluginContext(robot.world, robot.model, adapted, seed))
             self._sensors.append(sensor)
             self.schedules.append(sensor.schedule)
 

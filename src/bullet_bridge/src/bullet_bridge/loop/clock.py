@@ -14,8 +14,8 @@ from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedClock
 from bullet_bridge.transport.publishing import publisher
 
-CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when running free ...
-CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
+CLOCK_GAP = 0.002  # [s] minimum wall time between two messages on /clock when running free ...
+CLOCK_STRIDE = 0.05  # [s] ... and maximum simulated time
 
 
 class ClockThrottle:
@@ -23,7 +23,7 @@ class ClockThrottle:
 
     Args:
         now: function that gives wall time [s].
-        step: physics step at which it begins.
+        step: physics step at which it starts.
 
     Attributes:
         waits: whether messages are further apart than a batch; then the clock is published at the
@@ -32,7 +32,7 @@ class ClockThrottle:
 
     def __init__(self, clock: "SimClock", now: Callable[[], float], step: int) -> None:
         self._clock, self._now = clock, now
-        self._mark, self.waits = (now(), step), False
+        self._last, self.waits = (now(), step), False
         self._batch = self._stride = 1
 
     def set_batch(self, batch: int, time_step: float) -> None:
@@ -41,8 +41,8 @@ class ClockThrottle:
 
     def skip(self, step: int) -> None:
         """After a message: skip the due times that lie within CLOCK_GAP."""
-        now, (before, last_step) = self._now(), self._mark
-        self._mark = now, step
+        now, (before, last_step) = self._now(), self._last
+        self._last = now, step
         passed = max(now - before, 1e-6)
         steps = min(int((step - last_step) * CLOCK_GAP / passed), self._stride)
         self.waits = steps > self._batch
@@ -181,15 +181,15 @@ class Pace:
 
     def anchor(self, time: float) -> None:
         """Restart the pace: simulated time [s] is due now."""
-        self._wall_start = self._mark_wall = self._now()
-        self._sim_start = self._mark_sim = time
+        self._wall_start = self._window_wall = self._now()
+        self._sim_start = self._window_sim = time
 
     def delay(self, time: float) -> float:
         """Wall time [s] until the step that follows simulated time [s] is due; 0: it is due."""
         now = self._now()
-        if now - self._mark_wall >= WINDOW:
-            self._measured = (time - self._mark_sim) / (now - self._mark_wall)
-            self._mark_wall, self._mark_sim = now, time
+        if now - self._window_wall >= WINDOW:
+            self._measured = (time - self._window_sim) / (now - self._window_wall)
+            self._window_wall, self._window_sim = now, time
             if self._on_measured is not None:
                 self._on_measured(self._measured)
         if self.factor == 0:
@@ -212,9 +212,9 @@ class Pace:
         """
         late = sorted(self._late)
         pick = (
-            (lambda share: late[min(int(share * len(late)), len(late) - 1)])
+            (lambda fraction: late[min(int(fraction * len(late)), len(late) - 1)])
             if late
-            else lambda share: 0.0
+            else lambda fraction: 0.0
         )
         return {
             "lateness_p50": pick(0.5),
@@ -225,7 +225,7 @@ class Pace:
         }
 
 
-def set_own_time(now: rospy.Time) -> None:
+def set_process_time(now: rospy.Time) -> None:
     """Set rospy's time in this process, as a subscription to /clock would."""
     rospy.rostime._rostime_current = now
 
@@ -240,7 +240,7 @@ class SimClock:
         rate: messages per simulated second [Hz].
         time_step: physics step [s].
         send: function of a simulated time [s], instead of the topic /clock (tests).
-        own: function of a rospy.Time that sets the time of this process.
+        set_time: function of a rospy.Time that sets the time of this process.
     """
 
     def __init__(
@@ -248,9 +248,9 @@ class SimClock:
         rate: float,
         time_step: float,
         send: Callable[[float], None] | None = None,
-        own: Callable[[rospy.Time], None] | None = None,
+        set_time: Callable[[rospy.Time], None] | None = None,
     ) -> None:
-        self._own = own
+        self._set_time = set_time
         if send is None:
             send = PackedClock(publisher("/clock", Clock, latch=True)).send
         self._send = send
@@ -283,6 +283,6 @@ class SimClock:
 
     def publish(self, time: float) -> None:
         """Publish the time [s] now."""
-        if self._own is not None:
-            self._own(stamp(time))
+        if self._set_time is not None:
+            self._set_time(stamp(time))
         self._send(time)

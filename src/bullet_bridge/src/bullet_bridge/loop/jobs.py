@@ -57,7 +57,7 @@ class JobQueue:
             TimeoutError: the owner did not start it within `timeout` seconds of wall time; it is
                 cancelled then. A job that has started is waited for.
             Ended: the simulation has ended.
-            Exception: whatever the job raised.
+            Exception: what the job raised.
         """
         job = _Job(work)
         self._jobs.append(job)
@@ -73,7 +73,7 @@ class JobQueue:
             except ValueError:  # it has started
                 job.done.wait()
             else:
-                raise TimeoutError(f"the simulation did not answer within {timeout} s")
+                raise TimeoutError(f"the simulation did not respond within {timeout} s")
         if job.error is not None:
             raise job.error
         return job.result

@@ -27,20 +27,20 @@ class ReceivedCounts:
         self._clears = 0
 
     def subscribe(
-        self, topic: str, kind: type, callback: Callable[[Any], None], **options: Any
+        self, topic: str, message_type: type, callback: Callable[[Any], None], **options: Any
     ) -> "_Counted":
         """A rospy.Subscriber whose messages are counted once `callback` has returned.
 
         It has no queue size, so that no message of a burst is dropped and each one counts.
 
         Args:
-            topic, kind, callback: as for rospy.Subscriber.
+            topic, message_type, callback: as for rospy.Subscriber.
             options: of rospy.Subscriber.
 
         Returns:
             The subscriber; its unregister() also ends the counting.
         """
-        return _Counted(self, topic, kind, callback, options)
+        return _Counted(self, topic, message_type, callback, options)
 
     def add(self, topic: str, subscriber: Any = None) -> None:
         """Count a topic's messages for a subscriber (any key) from now on."""
@@ -108,7 +108,7 @@ class ReceivedCounts:
 
         Raises:
             ValueError: a topic is not subscribed here.
-            TimeoutError: too few messages; the counts are unchanged, so that another call may succeed.
+            TimeoutError: too few messages; the counts are unchanged, and another call may succeed.
         """
         deadline = now() + timeout
         with self._changed:
@@ -144,7 +144,7 @@ class _Counted:
         self,
         counts: ReceivedCounts,
         topic: str,
-        kind: type,
+        message_type: type,
         callback: Callable[[Any], None],
         options: dict[str, Any],
     ) -> None:
@@ -156,7 +156,7 @@ class _Counted:
             counts.count(self._topic, self)
 
         try:
-            self._subscriber = rospy.Subscriber(topic, kind, counted, **options)
+            self._subscriber = rospy.Subscriber(topic, message_type, counted, **options)
         except BaseException:
             counts.remove(self._topic, self)
             raise

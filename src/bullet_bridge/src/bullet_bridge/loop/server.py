@@ -97,15 +97,15 @@ class StepRequests:
         self.steps = Steps(count)
         return self.steps
 
-    def make(self, advance: Callable[[int], None], most: int) -> None:
+    def make(self, advance: Callable[[int], None], limit: int) -> None:
         """Make steps of the request, and end it after its last one.
 
         Args:
             advance: Server.advance.
-            most: steps at a time.
+            limit: maximum number of steps at a time.
         """
         steps, before = self.steps, self._world.step_count
-        advance(min(steps.left, most))
+        advance(min(steps.left, limit))
         steps.left -= self._world.step_count - before
         if steps.left <= 0:
             self.end("; ".join(self._robots.take_failures()))
@@ -185,7 +185,7 @@ class Server:
         return self._pace.factor
 
     def statistics(self) -> dict[str, float]:
-        """How well the pace is kept: see Pace.statistics; real_time_factor is 0 while paused."""
+        """As Pace.statistics; real_time_factor is 0 while paused."""
         values = self._pace.statistics()
         if self.paused:
             values["real_time_factor"] = 0.0
@@ -216,7 +216,7 @@ class Server:
         self._anchor()
 
     def _anchor(self) -> None:
-        """Measure the pace from now on."""
+        """Restart the measurement of the pace."""
         self._rtf_monitor.restart()
         self._pace.anchor(self._world.time)
 
@@ -230,7 +230,7 @@ class Server:
             try:
                 self.spin_once()
             except rospy.ROSException:
-                # A shutdown from another thread (rosnode kill, a master that is gone) closes the
+                # A shutdown from another thread (rosnode kill, a master that has exited) closes the
                 # topics while a batch is being published.
                 if not rospy.core.is_shutdown_requested():
                     raise
@@ -258,7 +258,7 @@ class Server:
         """Commands in, physics steps until something is due or `limit` is reached, results out.
 
         Args:
-            limit: most physics steps.
+            limit: maximum number of physics steps.
             throttle: skip messages on /clock, see ClockThrottle.
         """
         world, robots = self._world, self._robots
@@ -311,7 +311,7 @@ class Server:
         """
         if not paused and self.lockstep:
             raise WorldError("in lockstep time advances only by /gazebo/step")
-        self._requests.end("the simulation was paused or set going by another call")
+        self._requests.end("the simulation was paused or resumed by another call")
         self.paused = paused
         self._settle()
 
@@ -338,7 +338,7 @@ class Server:
         """Go back to a saved state, also of simulated time.
 
         Returns:
-            What is not as it was, one sentence, or ''.
+            What is not as it was, one line of text, or ''.
 
         Raises:
             WorldError: the models are others, or the clock is monotonic; nothing has changed then.
@@ -356,7 +356,7 @@ class Server:
         return note
 
     def _settle(self) -> None:
-        """Measure the pace anew; return when the time and all earlier messages are sent."""
+        """Restart measuring the pace; return when the time and all earlier messages are sent."""
         self._anchor()
         self._clock.publish(self._world.time)
         if self._relay is not None:

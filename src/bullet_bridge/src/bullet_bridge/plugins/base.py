@@ -1,4 +1,4 @@
-"""What models do and measure in ROS: the base of all plugins and sensors, also of users' own."""
+"""What models do and measure in ROS: the base of all plugins and sensors, also of users'."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ ROS_SIDE: "dict[type, type[ModelPlugin]]" = {}
 def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
     """Decorator that enters a ModelPlugin for classes of specifications."""
 
-    def enter(kind: type[P]) -> type[P]:
-        ROS_SIDE.update(dict.fromkeys(specs, kind))
-        return kind
+    def enter(plugin: type[P]) -> type[P]:
+        ROS_SIDE.update(dict.fromkeys(specs, plugin))
+        return plugin
 
     return enter
 
@@ -37,7 +37,7 @@ class PluginContext:
     """What a plugin gets when its model is connected.
 
     Attributes:
-        spec: what the model's file says about it.
+        spec: its entry in the model's file.
         seed: of its noise.
         received: ReceivedCounts of the messages that it receives.
         cameras: Cameras, which have images rendered.
@@ -51,15 +51,19 @@ class PluginContext:
     cameras: Any = None
 
 
-def make_plugin(context: PluginContext, kind: "type[ModelPlugin] | None" = None) -> "ModelPlugin":
+def make_plugin(
+    context: PluginContext, plugin_class: "type[ModelPlugin] | None" = None
+) -> "ModelPlugin":
     """The ModelPlugin of a specification, as after a reset; it leaves no topic if it fails.
 
     Args:
-        kind: its class; None: that of the specification's class, or of its nearest base.
+        plugin_class: None: that of the specification's class, or of its closest base.
     """
-    kind = kind or next(ROS_SIDE[spec] for spec in type(context.spec).__mro__ if spec in ROS_SIDE)
+    if plugin_class is None:
+        bases = type(context.spec).__mro__
+        plugin_class = next(ROS_SIDE[base] for base in bases if base in ROS_SIDE)
     with all_or_none():
-        plugin = kind(context)
+        plugin = plugin_class(context)
         plugin.reset(context.world.time)
     return plugin
 
@@ -95,7 +99,7 @@ class ModelPlugin(Component):
             rate,
             self.world.time_step,
             self.world.step_count,
-            self.is_wanted,
+            self.needs_update,
             lambda: self.start(self.world.time),
         )
         offset = Pose.from_xyz_rpy(*getattr(self.spec, "pose", ((0, 0, 0), (0, 0, 0))))
@@ -103,13 +107,13 @@ class ModelPlugin(Component):
         self.configure(getattr(self.spec, "xml", None))
 
     def configure(self, sdf: Any) -> None:
-        """Read the plugin's element and make its topics; for classes of users' own.
+        """Read the plugin's element and make its topics; for users' classes.
 
         Args:
             sdf: PluginXml; None for specifications that the simulator reads itself.
 
         Raises:
-            SimError: names what is wrong and what would be valid; the plugin is left out.
+            SimError: names the error and what would be valid; the plugin is skipped.
         """
 
     def publisher(self, topic: str, message: type, **options: Any) -> rospy.Publisher:
@@ -120,28 +124,30 @@ class ModelPlugin(Component):
             message: class of the messages.
             options: see transport.publishing.publisher.
         """
-        made = publisher(topic, message, **options)
-        self._publishers.append(made)
-        self._endpoints.append(made)
-        return made
+        endpoint = publisher(topic, message, **options)
+        self._publishers.append(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
 
     def subscribe(self, topic: str, message: type, callback: Callable[[Any], None]) -> Any:
         """Subscribe to a topic until the plugin is closed; `callback` gets each message."""
-        made = self.context.received.subscribe(topic, message, callback)
-        note_endpoint(made)
-        self._endpoints.append(made)
-        return made
+        endpoint = self.context.received.subscribe(topic, message, callback)
+        note_endpoint(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
         return self._publishers[0].type if self._publishers else ""
 
-    def is_wanted(self) -> bool:
+    def needs_update(self) -> bool:
         """Whether it is to be updated: always, or while a topic of it has subscribers."""
-        return self.always or any(made.get_num_connections() > 0 for made in self._publishers)
+        return self.always or any(
+            endpoint.get_num_connections() > 0 for endpoint in self._publishers
+        )
 
     def reset(self, time: float) -> None:
-        """Begin as configured: schedule, noise, start()."""
+        """Restart as configured: schedule, noise, start()."""
         self.schedule.restart(self.world.step_count)
         self.rng, self.updated = np.random.default_rng(self.context.seed), time
         self.start(time)

@@ -1,4 +1,4 @@
-"""Cameras and depth cameras: pictures asked of the renderer, published when they come."""
+"""Cameras and depth cameras: images requested from the renderer, published when they arrive."""
 
 import json
 import threading
@@ -33,7 +33,7 @@ class Cameras:
 
     Args:
         renderer: auto, gl or tiny.
-        wait: True: wait for each due picture, as in lockstep: none is left out, and the physics
+        wait: True: wait for each due image, as in lockstep: none is skipped, and the physics
             waits for the renderer.
         quality: Quality of the OpenGL renderer.
         scene: function without arguments that gives the world's Scene.
@@ -61,10 +61,10 @@ class Cameras:
         self._legend: Any = None
 
     def start(self) -> None:
-        """Begin to start the worker unless that was done; called outside the simulation thread.
+        """Start the worker unless that was done; called outside the simulation thread.
 
-        Where each picture is waited for this returns when the worker is up or has failed;
-        elsewhere at once, and pictures come when it is up.
+        Where each image is waited for this returns when the worker is up or has failed;
+        elsewhere immediately, and images come when it is up.
         """
         with self._starting:
             if self._starter is None:
@@ -85,7 +85,7 @@ class Cameras:
         try:
             chosen = self._client.start(self._renderer)
         except RenderError as error:
-            rospy.logerr("cameras stay dark: %s", error)
+            rospy.logerr("cameras publish no images: %s", error)
             return
         rospy.loginfo(
             "cameras are rendered by '%s' (%s)%s",
@@ -129,7 +129,7 @@ class Cameras:
                 self._client.set_sources(sources, self._scene())
 
     def restart(self) -> None:
-        """Discard pictures ordered before a reset: none is published once this has returned."""
+        """Discard images requested before a reset: none is published once this has returned."""
         client = self._client
         if client is not None:
             with self._publishing:
@@ -145,7 +145,7 @@ class Cameras:
         if not requests:
             return
         if not self._ready:
-            self._failures = ["there is no renderer, pictures are missing"]
+            self._failures = ["there is no renderer, images are missing"]
             return
         if not self._wait:
             self._client.submit(world.snapshot(), requests)
@@ -154,17 +154,17 @@ class Cameras:
             for frame in self._client.render_sync(world.snapshot(), requests):
                 self._publish(frame)
         except RenderError as error:
-            text = f"pictures at {world.time:.3f} s are missing: {error}"
+            text = f"images at {world.time:.3f} s are missing: {error}"
             rospy.logerr_throttle(5.0, text)
             self._failures = self._failures[-2:] + [text]
 
     def take_failures(self) -> list[str]:
-        """Failures in lockstep since the last call, at most three sentences."""
+        """Failures in lockstep since the last call, at most three messages."""
         failures, self._failures = self._failures, []
         return failures
 
     def _publish_late(self, frame: Frame) -> None:
-        """Publish a picture of the worker, unless there was a reset since it was ordered."""
+        """Publish an image of the worker, unless there was a reset since it was requested."""
         with self._publishing:
             if frame.epoch == self._client.epoch:
                 self._publish(frame)
@@ -180,7 +180,7 @@ class Cameras:
                 pass  # the topic was just unregistered
 
     def close(self) -> None:
-        """End the worker."""
+        """Shut the worker down."""
         self._ready = False
         if self._client is not None:
             self._client.close()
@@ -188,7 +188,7 @@ class Cameras:
 
 @ros_side(CameraSpec)
 class CameraSensor(Sensor):
-    """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
+    """sensor_msgs/Image and CameraInfo; images come from the render worker."""
 
     CACHE = ("_labels", "_label_sender")
     message = Image
@@ -225,11 +225,11 @@ class CameraSensor(Sensor):
 
     @property
     def request(self) -> CameraRequest:
-        """CameraRequest of the pictures that have subscribers."""
+        """CameraRequest of the images that have subscribers."""
         return replace(self._request, labels=True) if self._has_labels() else self._request
 
     def add_labels(self) -> None:
-        """Publish label images, too: labels/image_raw beside camera_info."""
+        """Publish label images, too: labels/image_raw next to camera_info."""
         namespace = self.spec.info_topic.rsplit("/", 1)[0]
         self._labels = self.publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
         self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
@@ -242,7 +242,7 @@ class CameraSensor(Sensor):
         self._label_sender.send(time, labels)
 
     def publish_frame(self, frame: Frame) -> None:
-        """Publish a finished picture and its camera_info with the snapshot's stamp."""
+        """Publish a finished image and its camera_info with the snapshot's stamp."""
         self._info_publisher.publish(self.info_message(frame.time))
         self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
 
@@ -258,7 +258,7 @@ class CameraSensor(Sensor):
         super().close()
 
 
-# PCL's layout of a point: x y z, 4 unused bytes, colour (blue, green, red, 0).
+# PCL's layout of a point: x y z, 4 unused bytes, color (blue, green, red, 0).
 _POINT = np.dtype(
     {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
 )
@@ -287,7 +287,7 @@ def depth_image(time: float, spec: Any, depth: Array) -> Image:
 
 
 def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> PointCloud2:
-    """sensor_msgs/PointCloud2, organised like the picture, in the optical frame.
+    """sensor_msgs/PointCloud2, organised like the image, in the optical frame.
 
     Args:
         depth: (H, W) float32 [m], NaN: unknown.
@@ -304,7 +304,7 @@ def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> P
 
 @ros_side(DepthCameraSpec)
 class DepthCameraSensor(CameraSensor):
-    """A colour camera's topics, depth pictures with their camera_info, and points."""
+    """A color camera's topics, depth images with their camera_info, and points."""
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -315,7 +315,7 @@ class DepthCameraSensor(CameraSensor):
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
     def publish_frame(self, frame: Frame) -> None:
-        """Publish a finished picture, its depths and its points with the snapshot's stamp."""
+        """Publish a finished image, its depths and its points with the snapshot's stamp."""
         super().publish_frame(frame)
         self._depth_info.publish(self.info_message(frame.time))
         deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))

@@ -80,8 +80,10 @@ class WheelDrivePlugin(ModelPlugin):
     def update(self, time: float, period: float) -> None:
         elapsed = 0.0 if self._before is None else time - self._before
         self._before = time
-        forward, turn = self._command
-        for wheels, speed in zip(self._wheels, self._drive.wheel_speeds(forward, turn, elapsed)):
+        forward, yaw_rate = self._command
+        for wheels, speed in zip(
+            self._wheels, self._drive.wheel_speeds(forward, yaw_rate, elapsed)
+        ):
             for joint in wheels:
                 self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
         if self.spec.from_wheels:
@@ -126,13 +128,13 @@ class WheelDrivePlugin(ModelPlugin):
 
 
 def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Returns a velocity command, or None, logged, where a number is not usable."""
+    """A velocity command, or None, logged, where a number is not usable."""
     if all(abs(value) <= MAX_COMMAND for value in values):
         return tuple(values)
     rospy.logerr_throttle(
         1.0,
         f"{topic}: command {tuple(values)}, must be finite numbers, at most {MAX_COMMAND:g} "
-        "either way; the last good one stays",
+        "either way; the last valid one is kept",
     )
     return None
 
@@ -194,11 +196,11 @@ class PlanarMovePlugin(ModelPlugin):
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
             self._command = (0.0, 0.0, 0.0)
         pose, linear, angular = self.model.link_state(self.spec.link)
-        x, y, turn = self._command
+        x, y, yaw_rate = self._command
         yaw = pose.rpy[2]
         c, s = math.cos(yaw), math.sin(yaw)
         self.world.engine.set_base_velocity(
-            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, turn)
+            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
         if self._due.due(self.world.step_count):
             self._publish(time, pose, linear, angular)
@@ -240,11 +242,11 @@ class HandOfGodPlugin(ModelPlugin):
         return buffer
 
     def _desired(self) -> Pose | None:
-        """Pose to pull to, or None, said once."""
+        """Pose to pull to, or None, logged once."""
         from tf2_ros import TransformException
 
         try:
-            found = self._buffer.lookup_transform(
+            transform = self._buffer.lookup_transform(
                 "world", f"{self.spec.frame}_desired", rospy.Time(0)
             ).transform
         except TransformException as error:
@@ -253,7 +255,7 @@ class HandOfGodPlugin(ModelPlugin):
             self._missing = True
             return None
         self._missing = False
-        p, q = found.translation, found.rotation
+        p, q = transform.translation, transform.rotation
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
     def update(self, time: float, period: float) -> None:
@@ -266,9 +268,11 @@ class HandOfGodPlugin(ModelPlugin):
         sign = -1.0 if w < 0.0 else 1.0
         sine = math.sqrt(x * x + y * y + z * z)
         half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
-        turn = sign * half * np.array((x, y, z))  # half the rotation vector, as upstream takes it
+        rotation = (
+            sign * half * np.array((x, y, z))
+        )  # half the rotation vector, as upstream takes it
         force = self.spec.linear * away - self._damping[0] * linear
-        torque = pose.matrix @ (self.spec.angular * turn) - self._damping[1] * angular
+        torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
         self.model.apply_wrench(self._index, force, torque)
         if self._actual.get_num_connections() > 0:
             actual = f"{self.spec.frame}_actual"
@@ -297,7 +301,7 @@ class JointPosesPlugin(ModelPlugin):
         super().reset(time)
         self._points, self._next = [], 0.0
 
-    def is_wanted(self) -> bool:
+    def needs_update(self) -> bool:
         """While there are points to come."""
         return bool(self._points)
 

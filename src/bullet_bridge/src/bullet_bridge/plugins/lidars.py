@@ -64,8 +64,8 @@ _POINT = np.dtype(
     }
 )
 _FIELDS = [
-    PointField(name=name, offset=offset, datatype=kind, count=1)
-    for name, offset, kind in (
+    PointField(name=name, offset=offset, datatype=datatype, count=1)
+    for name, offset, datatype in (
         ("x", 0, PointField.FLOAT32),
         ("y", 4, PointField.FLOAT32),
         ("z", 8, PointField.FLOAT32),
@@ -125,19 +125,19 @@ class BlockLaserSensor(RaysSensor):
 
 @ros_side(RangeSpec)
 class RangeSensor(RaysSensor):
-    """sensor_msgs/Range: the nearest hit, max_range where there is none."""
+    """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
     message, lidar = Range, LayeredLidar
 
     def measure(self, time: float) -> Range:
         spec, ranges = self.spec, self._scan()
-        nearest = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
+        minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         message = Range(
             radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
             field_of_view=spec.field_of_view,
             min_range=spec.range_min,
             max_range=spec.range_max,
-            range=nearest,
+            range=minimum,
         )
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = spec.frame_id

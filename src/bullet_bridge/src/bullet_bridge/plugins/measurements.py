@@ -188,17 +188,17 @@ class LinkForceSensor(Sensor):
 
 @ros_side(ContactSpec)
 class ContactSensor(Sensor):
-    """Contacts of the watched shapes, one state per pair of shapes; without contacts an empty list.
+    """Contacts of the monitored shapes, one state per pair of shapes; an empty list without any.
 
     As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
-    about its centre of mass; the sensor's shape comes first.
+    about its center of mass; the sensor's shape comes first.
     """
 
     message = ContactsState
 
     def __init__(self, context: PluginContext) -> None:
-        self._watched = watched_links(context.spec, context.model.description)
-        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._watched})
+        self._monitored = watched_links(context.spec, context.model.description)
+        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._monitored})
         super().__init__(context)
 
     def measure(self, time: float) -> ContactsState:
@@ -208,7 +208,7 @@ class ContactSensor(Sensor):
         for index in self._indices:
             for contact in self.world.engine.contacts(self.model.body, index):
                 mine, shape = self._named(self.model, index, contact.position)
-                if not self._is_watched(shape):
+                if not self._is_monitored(shape):
                     continue
                 other = self._other(contact)
                 pairs.setdefault((mine, other), (index, []))[1].append(contact)
@@ -216,9 +216,9 @@ class ContactSensor(Sensor):
             message.states.append(self._state(mine, other, index, contacts))
         return message
 
-    def _is_watched(self, shape: "Shape | None") -> bool:
+    def _is_monitored(self, shape: "Shape | None") -> bool:
         return shape is not None and (
-            (shape.link, shape.name) in self._watched or (shape.link, "") in self._watched
+            (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
         )
 
     @staticmethod
@@ -240,7 +240,7 @@ class ContactSensor(Sensor):
     def _state(self, mine: str, other: str, index: int, contacts: list[Any]) -> ContactState:
         engine, body = self.world.engine, self.model.body
         rotation = Pose(*self.model.frame_at(index)).matrix.T
-        centre = engine.link_centre(body, index)
+        center = engine.link_centre(body, index)
         state = ContactState(
             collision1_name=mine,
             collision2_name=other,
@@ -248,7 +248,7 @@ class ContactSensor(Sensor):
         )
         total = np.zeros(6)
         for contact in contacts:
-            torque = np.cross(contact.position - centre, contact.force)
+            torque = np.cross(contact.position - center, contact.force)
             wrench = np.concatenate([rotation @ contact.force, rotation @ torque])
             total += wrench
             state.wrenches.append(_wrench(wrench))

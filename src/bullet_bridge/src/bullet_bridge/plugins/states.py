@@ -56,8 +56,8 @@ class StateTopics:
     def __init__(self, prefix: str, world: "World", rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
-            (publisher(f"{prefix}/{name}", kind), read)
-            for name, kind, read in (
+            (publisher(f"{prefix}/{name}", message_type), read)
+            for name, message_type, read in (
                 ("model_states", ModelStates, model_states),
                 ("link_states", LinkStates, link_states),
             )

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class FixedTransforms:
-    """/tf_static of all models: latched, so that each message has to hold them all.
+    """/tf_static of all models: latched, so that each message has to contain them all.
 
-    A publisher keeps its last message only; the one here lives as long as there are transforms.
+    A publisher stores its last message only; this one exists as long as there are transforms.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class FixedTransforms:
         self._of: dict[object, list[Any]] = {}
 
     def put(self, owner: object, transforms: list[Any]) -> None:
-        """Publishes an owner's transforms (list of TransformStamped), too; none: forgets him."""
+        """Set an owner's transforms (TransformStamped; empty: remove them) and publish all."""
         with self._lock:
             self._of.pop(owner, None)
             if transforms:
@@ -112,8 +112,8 @@ def joint_pose(joint: "Joint", value: float) -> tuple[Vec3, Quat]:
         pose = pose * Pose((x * value, y * value, z * value))
     else:
         sine = math.sin(value / 2.0)
-        turn = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
-        pose = Pose(pose.position, multiply(pose.orientation, turn))
+        rotation = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
+        pose = Pose(pose.position, multiply(pose.orientation, rotation))
     if joint.anchor != Pose():
         pose = pose * joint.anchor.inverse()
     return pose.position, pose.orientation

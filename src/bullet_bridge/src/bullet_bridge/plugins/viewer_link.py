@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.server import Server
 
 COMMAND = (sys.executable, "-m", "bullet_viewer.main")
-CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end
+CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to exit
 
 
 def missing_display(environment: Mapping[str, str] = os.environ) -> str:
-    """The reason why no window can open, in one sentence; empty: it can."""
+    """The reason why no window can open, in one line; empty: it can."""
     if any(environment.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
         return ""
     return "there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set)"
 
 
 class ViewerLink:
-    """Opens the viewer and answers its requests. If it crashes, the simulation goes on.
+    """Opens the viewer and responds to its requests. If it crashes, the simulation continues.
 
     Args:
         server: Server, for pause, step and reset.
@@ -57,7 +57,7 @@ class ViewerLink:
     ) -> None:
         self._jobs, self._world, self._server = jobs, world, server
         self._command = tuple(command)
-        self._drawing = (renderer, quality.shadows, quality.antialias)
+        self._render_arguments = (renderer, quality.shadows, quality.antialias)
         self._opening = threading.Lock()
         self._child: Any = None
         self._thread: Any = None
@@ -92,12 +92,12 @@ class ViewerLink:
                 return ""
             problem = missing_display() or self._start()
         if problem:
-            rospy.logwarn("no viewer: %s; the simulation goes on without", problem)
+            rospy.logwarn("no viewer: %s; the simulation continues without", problem)
         return problem
 
     def _start(self) -> str:
         try:
-            self._child = Child("the viewer", self._command, self._drawing)
+            self._child = Child("the viewer", self._command, self._render_arguments)
         except OSError as error:
             return f"{self._command[0]} does not start: {error.strerror}"
         self._connection = Connection(os.dup(self._child.socket.fileno()))
@@ -106,7 +106,7 @@ class ViewerLink:
         return ""
 
     def _serve(self) -> None:
-        """Answer requests until the viewer or the simulation ends."""
+        """Respond to requests until the viewer or the simulation exits."""
         observer = Observer(self._world)
         try:
             while True:
@@ -121,7 +121,7 @@ class ViewerLink:
             self._child.shut_down()
         self._child.wait(CLOSE_TIMEOUT)
         if self.process.returncode and not self._closing and not rospy.is_shutdown():
-            rospy.logwarn("%s; the simulation goes on", self._child.ending("QStandardPaths"))
+            rospy.logwarn("%s; the simulation continues", self._child.ending("QStandardPaths"))
         self._child.close()
 
     def _execute(self, observer: Observer, request: str, *arguments: Any) -> Any:
@@ -147,13 +147,13 @@ class ViewerLink:
             return ("error", str(error))
 
     def _step(self, count: int) -> None:
-        """Pause and begin so many physics steps."""
+        """Pause and start so many physics steps."""
         if not self._server.paused:
             self._server.set_paused(True)
         self._server.begin_steps(count)
 
     def close(self) -> None:
-        """End the viewer."""
+        """Shut the viewer down."""
         self._closing = True
         if self.is_open():
             self._child.shut_down()  # the viewer exits, which ends the thread

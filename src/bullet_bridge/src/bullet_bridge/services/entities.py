@@ -30,7 +30,7 @@ class Frame:
     angular: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def inward(self, pose: Pose, linear: Array, angular: Array) -> tuple[Pose, Array, Array]:
-        """A pose and a velocity of the world as seen from this frame, along its axes."""
+        """A pose and a velocity of the world relative to this frame, along its axes."""
         rotation = self.pose.matrix.T
         return (
             self.pose.inverse() * pose,
@@ -76,19 +76,19 @@ def find_frame(world: "World", name: str) -> Frame:
     return Frame(*model.link_state(link))
 
 
-def find_link(world: "World", name: str, what: str = "link") -> "tuple[Model, str]":
+def find_link(world: "World", name: str, label: str = "link") -> "tuple[Model, str]":
     """(Model, link name) of MODEL::LINK or of a plain link name (the first model's that has it).
 
     Raises:
         WorldError: there is none; lists the links.
     """
-    found = _find(world, name, lambda model: model.link_names)
-    if found is None:
+    match = _find(world, name, lambda model: model.link_names)
+    if match is None:
         raise WorldError(
-            f"{what} '{name}' does not exist; "
+            f"{label} '{name}' does not exist; "
             f"{_known(world, lambda model: model.link_names, 'links')}"
         )
-    return found
+    return match
 
 
 def find_joint(world: "World", name: str) -> "tuple[Model, str]":
@@ -97,13 +97,13 @@ def find_joint(world: "World", name: str) -> "tuple[Model, str]":
     Raises:
         WorldError: there is none; lists the joints.
     """
-    found = _find(world, name, lambda model: model.description.joints)
-    if found is None:
+    match = _find(world, name, lambda model: model.description.joints)
+    if match is None:
         raise WorldError(
             f"joint '{name}' does not exist; "
             f"{_known(world, lambda model: model.description.joints, 'joints')}"
         )
-    return found
+    return match
 
 
 def _find(
@@ -119,7 +119,7 @@ def _find(
     return None
 
 
-def _known(world: "World", parts: "Callable[[Model], Iterable[str]]", kind: str) -> str:
+def _known(world: "World", parts: "Callable[[Model], Iterable[str]]", label: str) -> str:
     names = [f"{model.name}::{part}" for model in world.models.values() for part in parts(model)]
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return f"{kind} are {', '.join(names[:LISTED]) or '(none)'}{more}"
+    return f"{label} are {', '.join(names[:LISTED]) or '(none)'}{more}"

@@ -8,12 +8,12 @@ from bullet_sim.errors import SimError
 from std_srvs.srv import EmptyResponse
 
 
-def service_handler(work: Callable[[Any], Any], kind: Any) -> Callable[[Any], Any]:
+def service_handler(work: Callable[[Any], Any], service: Any) -> Callable[[Any], Any]:
     """Handler for a service with `success` and `status_message`.
 
     Args:
         work: function request -> response.
-        kind: service class.
+        service: its class.
 
     Returns:
         Function request -> response; an error is logged and becomes success=False with the text.
@@ -26,7 +26,7 @@ def service_handler(work: Callable[[Any], Any], kind: Any) -> Callable[[Any], An
             return response
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s", error)
-            return kind._response_class(success=False, status_message=str(error))
+            return service._response_class(success=False, status_message=str(error))
 
     return handle
 

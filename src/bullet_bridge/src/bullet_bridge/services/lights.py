@@ -42,20 +42,20 @@ class LightServices:
         self, prefix: str, world: "World", jobs: "JobQueue", show: Callable[[], None]
     ) -> None:
         self._world, self._jobs, self._show = world, jobs, show
-        for name, kind, work in (
+        for name, service, work in (
             ("get_light_properties", GetLightProperties, self._get),
             ("set_light_properties", SetLightProperties, self._set),
             ("delete_light", DeleteLight, self._delete),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
     def _light(self, name: str) -> Light:
         lights = self._world.scene.lights
-        found = next((light for light in lights if light.name == name), None)
-        if found is None:
+        light = next((light for light in lights if light.name == name), None)
+        if light is None:
             names = ", ".join(light.name for light in lights) or "(none)"
             raise WorldError(f"light '{name}' does not exist; lights are {names}")
-        return found
+        return light
 
     def _get(self, request: Any) -> GetLightPropertiesResponse:
         light = self._jobs.call(lambda: self._light(request.light_name))
@@ -87,19 +87,19 @@ class LightServices:
 
 
 def changed(light: Light, request: Any) -> Light:
-    """A Light as a SetLightProperties request wants it.
+    """A Light as a SetLightProperties request specifies it.
 
-    A direction of length zero leaves the light's own, an orientation of length zero counts as none.
+    A direction of length zero leaves it unchanged, an orientation of length zero counts as none.
 
     Raises:
         WorldError: a number is not finite, negative where it must not be, or out of bounds.
     """
-    place, turn, way = request.pose.position, request.pose.orientation, request.direction
-    given = (turn.x, turn.y, turn.z, turn.w)
-    pose = Pose((place.x, place.y, place.z), given if any(given) else LEVEL)
+    position, rotation, vector = request.pose.position, request.pose.orientation, request.direction
+    given = (rotation.x, rotation.y, rotation.z, rotation.w)
+    pose = Pose((position.x, position.y, position.z), given if any(given) else LEVEL)
     if not pose.is_placeable():
         raise WorldError(f"pose of light '{light.name}' is {pose.position}, {given}; {PLACEABLE}")
-    direction = np.array((way.x, way.y, way.z))
+    direction = np.array((vector.x, vector.y, vector.z))
     length = float(np.linalg.norm(direction))
     if not math.isfinite(length):
         raise WorldError(f"direction of light '{light.name}' is {tuple(direction)}, must be finite")
@@ -128,10 +128,10 @@ def changed(light: Light, request: Any) -> Light:
     )
 
 
-def _color(color: Any, what: str) -> RGB:
+def _color(color: Any, label: str) -> RGB:
     values = (color.r, color.g, color.b)
     if not all(math.isfinite(value) and value >= 0.0 for value in values):
-        raise WorldError(f"{what} is {values}, must be finite and 0 or more")
+        raise WorldError(f"{label} is {values}, must be finite and 0 or more")
     red, green, blue = (min(1.0, value) for value in values)
     return red, green, blue
 

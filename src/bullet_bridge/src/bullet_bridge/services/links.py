@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class LinkServices:
-    """Reading, placing, changing and pushing links.
+    """Services that read, move, change and push links.
 
     Args:
         prefix: of the service names.
@@ -56,14 +56,14 @@ class LinkServices:
         self, prefix: str, world: "World", jobs: "JobQueue", received: "ReceivedCounts"
     ) -> None:
         self._world, self._jobs = world, jobs
-        for name, kind, work in (
+        for name, service, work in (
             ("get_link_state", GetLinkState, self._get_state),
             ("set_link_state", SetLinkState, lambda request: self._set_state(request.link_state)),
             ("get_link_properties", GetLinkProperties, self._get_properties),
             ("set_link_properties", SetLinkProperties, self._set_properties),
             ("apply_body_wrench", ApplyBodyWrench, self._push),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_body_wrenches",
             BodyRequest,
@@ -97,8 +97,8 @@ class LinkServices:
             index, offset = model.link_in_body(link)
             if index >= 0:
                 raise ModelError(
-                    f"link '{state.link_name}' hangs on a joint and cannot be put anywhere; "
-                    f"place the model by '{model.name}::{model.description.root}', its joints "
+                    f"link '{state.link_name}' hangs on a joint and has no pose that can be set; "
+                    f"set the model's by '{model.name}::{model.description.root}', its joints "
                     "with set_model_configuration"
                 )
             frame = find_frame(self._world, state.reference_frame).pose
@@ -120,9 +120,9 @@ class LinkServices:
         def work() -> tuple[float, Array, Array]:
             return changes.link_properties(*find_link(self._world, request.link_name))
 
-        mass, centre, inertia = self._jobs.call(work)
+        mass, center, inertia = self._jobs.call(work)
         com = PoseMsg()
-        com.position.x, com.position.y, com.position.z = (float(c) for c in centre)
+        com.position.x, com.position.y, com.position.z = (float(c) for c in center)
         com.orientation.w = 1.0
         return GetLinkPropertiesResponse(
             com=com,
@@ -159,28 +159,28 @@ class LinkServices:
         return SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
 
     def _push(self, request: Any) -> ApplyBodyWrenchResponse:
-        """Wrench of a request, turned into world axes about the centre of mass.
+        """Wrench of a request, rotated into world axes about the center of mass.
 
-        As in gazebo_ros, the force acts at the body's centre of mass; reference_point and, for
-        an entity's frame, the way between the two origins add their torque.
+        As in gazebo_ros, the force acts at the body's center of mass; reference_point and, for
+        an entity's frame, the offset between the two origins add their torque.
         """
         force, torque = vector(request.wrench.force), vector(request.wrench.torque)
         torque = torque + np.cross(vector(request.reference_point), force)
 
         def work() -> None:
             model, link = find_link(self._world, request.body_name, "body")
-            turned, moment = force, torque
+            rotated, moment = force, torque
             if request.reference_frame not in WORLD_FRAMES:
                 frame = find_frame(self._world, request.reference_frame).pose
                 body = model.link_state(link)[0]
-                turned = frame.matrix @ force
+                rotated = frame.matrix @ force
                 moment = frame.matrix @ torque + np.cross(
-                    np.subtract(frame.position, body.position), turned
+                    np.subtract(frame.position, body.position), rotated
                 )
             self._world.forces.apply_wrench(
                 model,
                 link,
-                turned,
+                rotated,
                 moment,
                 step_range(
                     self._world.step_count,
@@ -200,7 +200,7 @@ class LinkServices:
                     *find_link(self._world, request.body_name, "body")
                 )
             )
-        except SimError as error:  # the response is empty and gazebo_ros always answers
+        except SimError as error:  # the response is empty and gazebo_ros always responds
             rospy.logerr("%s", error)
 
 
@@ -214,7 +214,7 @@ CHANGEABLE = ("damping", "loStop", "hiStop")
 
 
 class JointServices:
-    """Reading, changing and driving joints.
+    """Services that read, change and drive joints.
 
     Args:
         prefix: of the service names.
@@ -222,12 +222,12 @@ class JointServices:
 
     def __init__(self, prefix: str, world: "World", jobs: "JobQueue") -> None:
         self._world, self._jobs = world, jobs
-        for name, kind, work in (
+        for name, service, work in (
             ("get_joint_properties", GetJointProperties, self._get_properties),
             ("set_joint_properties", SetJointProperties, self._set_properties),
             ("apply_joint_effort", ApplyJointEffort, self._drive),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_joint_forces",
             JointRequest,
@@ -239,11 +239,11 @@ class JointServices:
             model, joint = find_joint(self._world, request.joint_name)
             response = GetJointPropertiesResponse(type=TYPES[model.description.joints[joint].kind])
             if joint in model.joints.names:
-                number = model.joints.names.index(joint)
+                index = model.joints.names.index(joint)
                 positions, rates, _ = model.joints.arrays()
                 response.damping = [model.joints.limits[joint].damping]
-                response.position = [float(positions[number])]
-                response.rate = [float(rates[number])]
+                response.position = [float(positions[index])]
+                response.rate = [float(rates[index])]
             return response
 
         response = self._jobs.call(work)
@@ -312,5 +312,5 @@ class JointServices:
             self._jobs.call(
                 lambda: self._world.forces.clear_joint(*find_joint(self._world, request.joint_name))
             )
-        except SimError as error:  # the response is empty and gazebo_ros always answers
+        except SimError as error:  # the response is empty and gazebo_ros always responds
             rospy.logerr("%s", error)

@@ -53,7 +53,7 @@ def with_robot_namespace(text: Any, namespace: str) -> Any:
 
     Returns:
         The text, or the root of what was read of it, whose elements know their lines; a text that
-        is not XML comes back unchanged, its reader says why.
+        is not XML comes back unchanged, its reader reports why.
     """
     if not namespace:
         return text
@@ -68,7 +68,7 @@ def with_robot_namespace(text: Any, namespace: str) -> Any:
 
 
 class ModelServices:
-    """Spawning, deleting, moving and asking models.
+    """Services that spawn, delete, move and query models.
 
     Args:
         prefix: of the service names, e.g. '/gazebo'.
@@ -84,8 +84,8 @@ class ModelServices:
         resolve: "Resolve",
     ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
-        self._asked: dict[str, int] = {}
-        for name, kind, work in (
+        self._requests: dict[str, int] = {}
+        for name, service, work in (
             ("spawn_urdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
             ("spawn_sdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
             ("delete_model", DeleteModel, self._delete),
@@ -99,7 +99,7 @@ class ModelServices:
             ("get_world_properties", GetWorldProperties, self._get_world),
             ("get_model_properties", GetModelProperties, self._get_properties),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         robots.received.subscribe(
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
@@ -120,7 +120,7 @@ class ModelServices:
         try:
             self._robots.connect(model, request.robot_namespace)
         except Exception:
-            self._remove(model.name)  # no half a robot stays behind
+            self._remove(model.name)  # so that no part of it remains
             raise
         return SpawnModelResponse(status_message=f"spawned '{model.name}'")
 
@@ -131,7 +131,7 @@ class ModelServices:
 
         for part in self._jobs.call(work):
             part.close()
-        gc.collect()  # rospy's topics refer to themselves and hold a descriptor each until then
+        gc.collect()  # rospy's topics refer to themselves and own a file descriptor each until then
 
     def _delete(self, request: Any) -> DeleteModelResponse:
         self._remove(request.model_name)
@@ -149,8 +149,8 @@ class ModelServices:
             twist=twist_to_msg(linear, angular),
             status_message="got the state",
         )
-        self._asked[request.model_name] = self._asked.get(request.model_name, 0) + 1
-        response.header.seq = self._asked[request.model_name]
+        self._requests[request.model_name] = self._requests.get(request.model_name, 0) + 1
+        response.header.seq = self._requests[request.model_name]
         response.header.stamp = stamp(time)
         response.header.frame_id = request.relative_entity_name
         return response
@@ -181,7 +181,7 @@ class ModelServices:
             )
         )
         return SetModelConfigurationResponse(
-            status_message=f"placed {len(names)} joints of '{request.model_name}'"
+            status_message=f"set {len(names)} joints of '{request.model_name}'"
         )
 
     def _get_world(self, _: Any) -> GetWorldPropertiesResponse:

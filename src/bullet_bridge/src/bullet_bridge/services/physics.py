@@ -82,7 +82,7 @@ class PhysicsProperties:
     """Reads and changes the properties (simulation thread).
 
     Args:
-        server: Server, which keeps the pace.
+        server: whose real time factor is read and set.
     """
 
     def __init__(self, world: "World", server: "Server") -> None:
@@ -98,14 +98,14 @@ class PhysicsProperties:
             self._world.engine.solver_iterations,
         )
 
-    def change(self, **wanted: Any) -> None:
+    def change(self, **values: Any) -> None:
         """Change some fields of Properties.
 
         Raises:
             WorldError: a value is impossible, or the step cannot change now; nothing has changed.
         """
         now = self.read()
-        new = replace(now, **wanted)
+        new = replace(now, **values)
         new.check()
         if not math.isclose(new.time_step, now.time_step, rel_tol=1e-9):
             self._server.set_time_step(new.time_step)
@@ -136,11 +136,11 @@ class PhysicsServices:
         }
         for name, job in empty.items():
             self._add_empty(f"{prefix}/{name}", job)
-        for name, kind, work in (
+        for name, service, work in (
             ("get_physics_properties", GetPhysicsProperties, self._get),
             ("set_physics_properties", SetPhysicsProperties, self._set),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
     def _add_empty(self, name: str, job: Callable[[], Any]) -> None:
         """Service with an empty request and response that runs a job."""
@@ -192,7 +192,7 @@ def as_config(properties: Properties) -> dict[str, Any]:
     )
 
 
-def wanted_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments for PhysicsProperties.change: what differs from the configuration before."""
     changes = {
         name: config[name]
@@ -223,7 +223,7 @@ class PhysicsTuning:
     def _changed(self, config: Any, _level: int) -> Any:
         if not self._started:
             return config
-        changes = wanted_changes(config, self._last)
+        changes = requested_changes(config, self._last)
         try:
             self._jobs.call(lambda: self._properties.change(**changes))
         except (SimError, TimeoutError) as error:

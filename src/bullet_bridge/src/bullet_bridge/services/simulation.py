@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class StateServices:
-    """Keeps states by their names, in memory.
+    """Stores states by their names, in memory.
 
     Args:
         prefix: of the service names.
@@ -71,7 +71,7 @@ class StateServices:
 
 
 class DescribeService:
-    """Answers std_srvs/Trigger with what is in the world.
+    """Responds to std_srvs/Trigger with what is in the world.
 
     Args:
         described: WorldDescription that was loaded, or None.
@@ -86,13 +86,13 @@ class DescribeService:
     ) -> None:
         self._jobs, self._world, self._robots = jobs, world, robots
         warnings = [] if described is None else described.warnings
-        self._furniture = set() if described is None else _furniture(described)
+        self._static_props = set() if described is None else _static_props(described)
         self._warnings = [warning for warning in warnings if not is_loss(warning)]
-        self._lost = [warning for warning in warnings if is_loss(warning)]
+        self._losses = [warning for warning in warnings if is_loss(warning)]
         self._service = rospy.Service("~describe", Trigger, self.handle)
 
     def handle(self, _: Any) -> TriggerResponse:
-        """Answer a request."""
+        """Handle a request."""
         try:
             return TriggerResponse(True, json.dumps(self._jobs.call(self._describe)))
         except TimeoutError as error:
@@ -103,17 +103,17 @@ class DescribeService:
             "world": self._world.name,
             "time_step": self._world.time_step,
             "warnings": grouped(self._warnings),
-            "lost": [str(warning) for warning in self._lost],
+            "lost": [str(warning) for warning in self._losses],
             "models": [self._model(model) for model in self._world.models.values()],
         }
 
     def _model(self, model: "Model") -> dict[str, Any]:
         plugins, control = self._robots.parts(model.name)
-        found = [warning for warning in model.description.warnings if self._is_new(warning)]
+        warnings = [warning for warning in model.description.warnings if self._is_new(warning)]
         return {
             "name": model.name,
             "static": model.is_static,
-            "furniture": model.name in self._furniture,
+            "furniture": model.name in self._static_props,
             "control_namespace": None if control is None else control.namespace,
             "sensors": [
                 {
@@ -127,12 +127,12 @@ class DescribeService:
                 if plugin.reports
             ],
             "extensions": self._extensions(model),
-            "warnings": grouped(warning for warning in found if not is_loss(warning)),
-            "lost": [str(warning) for warning in found if is_loss(warning)],
+            "warnings": grouped(warning for warning in warnings if not is_loss(warning)),
+            "lost": [str(warning) for warning in warnings if is_loss(warning)],
         }
 
     def _extensions(self, model: "Model") -> list[str]:
-        """Sentences about classes of users' own that the model uses."""
+        """Messages about users' classes that the model uses."""
         known = self._robots.extensions
         used = [
             known.of(spec) for spec in model.description.sensors if isinstance(spec, CustomSpec)
@@ -145,11 +145,11 @@ class DescribeService:
         return [str(extension) for extension in used]
 
     def _is_new(self, warning: str) -> bool:
-        """Whether the world file's own warnings do not have it already."""
-        return warning not in self._warnings and warning not in self._lost
+        """Whether it is not among the warnings of the world file."""
+        return warning not in self._warnings and warning not in self._losses
 
 
-def _furniture(described: "WorldDescription") -> set[str]:
+def _static_props(described: "WorldDescription") -> set[str]:
     """Names of a world file's models that have no plugin and no sensor."""
     return {
         model.name
@@ -193,7 +193,7 @@ class StepService:
         return StepResponse(not steps.error, steps.error)
 
     def _begin(self, count: int, taken: "Taken") -> "Steps":
-        """Begin the steps; if that fails, the messages count for the next call."""
+        """Start the steps; if that fails, the messages count for the next call."""
         try:
             return self._jobs.call(lambda: self._server.begin_steps(count))
         except (ValueError, TimeoutError):
@@ -225,14 +225,14 @@ class StepService:
 
 
 class StatisticsService:
-    """Answers std_srvs/Trigger with the result of Server.statistics."""
+    """Responds to std_srvs/Trigger with the result of Server.statistics."""
 
     def __init__(self, jobs: "JobQueue", server: "Server") -> None:
         self._jobs, self._server = jobs, server
         self._service = rospy.Service("~statistics", Trigger, self.handle)
 
     def handle(self, _: Any) -> TriggerResponse:
-        """Answer a request."""
+        """Handle a request."""
         try:
             values = self._jobs.call(self._server.statistics)
         except TimeoutError as error:

@@ -3,8 +3,8 @@
 Sending from the publishing thread, without a thread for each subscriber. rospy passes each message
 of a publisher with a queue to one thread per subscriber and yields to it: several thread switches
 per message, which slow down the physics. A DirectConnection writes to the subscriber's socket in
-the publishing thread. Only what the kernel does not accept at once is queued for a thread. Nagle's
-algorithm is off, so that no message waits for an acknowledgement.
+the publishing thread. Only what the kernel does not accept immediately is queued for a thread.
+Nagle's algorithm is off, so that no message waits for an acknowledgement.
 
 How publishers send: through the relay, or in lockstep directly. Normally the physics never waits
 for a subscriber: the relay process sends, and what a slow subscriber cannot take goes to a short
@@ -188,13 +188,13 @@ def send_directly(
     impl.add_connection, impl.sends_directly = add_connection, True
 
 
-DELAYS = (1.0, 4.0)  # [s] wall time before each try: a busy subscriber sees the loss later
+DELAYS = (1.0, 4.0)  # [s] wall time before each try: a busy subscriber notices the loss later
 
 
 def reconnect_subscribers(delays: Iterable[float] = DELAYS) -> None:
     """Register this node's publishers with the master again.
 
-    A rospy subscriber does not reconnect by itself when its connection is closed. The master sends
+    A rospy subscriber does not reconnect when its connection is closed. The master sends
     it the publishers of the topic whenever one registers, also one that is registered already.
     """
     for delay in delays:
@@ -203,8 +203,8 @@ def reconnect_subscribers(delays: Iterable[float] = DELAYS) -> None:
             return
         try:
             master = rosgraph.Master(rospy.get_name())
-            for topic, kind in get_topic_manager().get_publications():
-                master.registerPublisher(topic, kind, rospy.get_node_uri())
+            for topic, message_type in get_topic_manager().get_publications():
+                master.registerPublisher(topic, message_type, rospy.get_node_uri())
         except (rosgraph.MasterException, OSError) as error:
             rospy.logerr("subscribers cannot be reconnected: %s", error)
 
@@ -231,16 +231,20 @@ def set_relay(relay: "Relay | None") -> None:
 
 
 def publisher(
-    topic: str, kind: type, latch: bool = False, queue_size: int = QUEUE_SIZE, relayed: bool = True
+    topic: str,
+    message_type: type,
+    latch: bool = False,
+    queue_size: int = QUEUE_SIZE,
+    relayed: bool = True,
 ) -> rospy.Publisher:
-    """A rospy.Publisher that sends as the mode asks for.
+    """A rospy.Publisher that sends as the mode requires.
 
     Args:
-        topic, kind, latch: as rospy's.
+        topic, message_type, latch: as rospy's.
         queue_size: messages per subscriber.
         relayed: False for large messages that other threads than the simulation's publish.
     """
-    made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
+    made = rospy.Publisher(topic, message_type, latch=latch, queue_size=None)
     note_endpoint(made)
     if _in_lockstep:
         send_directly(made, None)

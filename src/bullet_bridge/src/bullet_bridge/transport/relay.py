@@ -27,7 +27,7 @@ from bullet_bridge.transport.publishing import (
 )
 from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, NUMBER, POLL, REMOVE
 
-TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to end
+TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to exit
 
 
 class ChannelError(OSError):
@@ -70,14 +70,14 @@ class RelayChannel:
         """Write records.
 
         Raises:
-            ChannelError: the process is gone, or has read nothing for TIMEOUT.
+            ChannelError: the process has exited, or has read nothing for TIMEOUT.
         """
         try:
             sent = self._socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             sent = 0
         except OSError:
-            raise ChannelError("is gone") from None
+            raise ChannelError("has exited") from None
         if sent < len(data):
             self._write_rest(memoryview(data)[sent:])
 
@@ -88,7 +88,7 @@ class RelayChannel:
             poller.register(self._socket, select.POLLOUT)
             while data:
                 if not poller.poll(TIMEOUT * 1000):
-                    raise ChannelError(f"took nothing for {TIMEOUT:g} s")
+                    raise ChannelError(f"read nothing for {TIMEOUT:g} s")
                 try:
                     data = data[self._socket.send(data, socket.MSG_DONTWAIT) :]
                 except BlockingIOError:
@@ -96,7 +96,7 @@ class RelayChannel:
         except ChannelError:
             raise
         except OSError:
-            raise ChannelError("is gone") from None
+            raise ChannelError("has exited") from None
 
     def numbers(self) -> Iterator[int]:
         """Yields the numbers that the process writes, until it ends."""
@@ -145,8 +145,8 @@ class RelayedConnection(ConnectionWrapper):
 class Relay:
     """Starts and feeds the relay process.
 
-    If the process dies or hangs, the connections of its subscribers are closed, the master is asked
-    to have them reconnect, and `alive` is False from then on.
+    If the process exits or hangs, the connections of its subscribers are closed, the subscribers
+    reconnect through the master, and `alive` is False from then on.
 
     Args:
         on_failure: called with one line of text when the process ends before close().
@@ -224,7 +224,7 @@ class Relay:
         deadline = time.monotonic() + TIMEOUT
         while self.alive and not self._drained.wait(0.1):
             if time.monotonic() > deadline:
-                self._fail(f"did not answer for {TIMEOUT:g} s")
+                self._fail(f"did not respond for {TIMEOUT:g} s")
 
     def put(self, data: bytes) -> None:
         """Write complete records, now or in end_batch()."""
@@ -234,7 +234,7 @@ class Relay:
                 self._flush()
 
     def begin_batch(self) -> None:
-        """Buffer all records, of any thread, until end_batch() writes them at once."""
+        """Buffer all records, of any thread, until end_batch() writes them in one call."""
         self._batching = True
 
     def end_batch(self) -> None:
@@ -277,12 +277,12 @@ class Relay:
         ).start()
 
     def _close_all(self, connections: list[Any], reason: str) -> None:
-        """In a thread of its own: closing takes locks of rospy's topics."""
+        """In a separate thread: closing takes locks of rospy's topics."""
         for connection in connections:
             connection.close()
         if not self._closing and not rospy.is_shutdown():
             self._on_failure(
-                f"{self._channel.name} {reason}; the bridge sends by itself from now on"
+                f"{self._channel.name} {reason}; the bridge sends directly from now on"
             )
             self._reconnect()
 

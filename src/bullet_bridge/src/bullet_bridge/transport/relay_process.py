@@ -1,11 +1,11 @@
 """The relay process: python -I -S relay_process.py SOCKET_FD. It imports only the standard library,
 to start fast and stay small.
 
-It reads records from a Unix stream socket; each starts with a header `kind, subscriber, length`:
+It reads records from a Unix stream socket; each starts with a header `type, subscriber, length`:
     MESSAGE     followed by the message's bytes, to be sent to the subscriber
     ADD         a new subscriber; length: its queue size [messages]; the file descriptor of its
                 socket is passed along (SCM_RIGHTS)
-    REMOVE      the subscriber is gone
+    REMOVE      the subscriber has disconnected
     POLL        length 1: poll the socket for records; 0: block until one arrives
     DRAIN       reply 0 when all earlier messages are sent or queued for a slow subscriber
 It writes back the number (uint32, from 1) of each subscriber whose socket has failed, and 0.
@@ -151,10 +151,10 @@ class Relay:
             data = b"".join(self._parts)
         view, start, size = memoryview(data), 0, len(data)
         while size - start >= HEAD.size:
-            kind, number, length = HEAD.unpack_from(data, start)
+            record, number, length = HEAD.unpack_from(data, start)
             begin = start + HEAD.size
-            if kind != MESSAGE:
-                self._command(kind, number, length)
+            if record != MESSAGE:
+                self._command(record, number, length)
                 start = begin
             elif size - begin >= length:
                 self._send(number, view[begin : begin + length])
@@ -167,12 +167,12 @@ class Relay:
         self._parts = [left] if left else []
         self._missing = HEAD.size + length - len(left) if left else 0
 
-    def _command(self, kind: int, number: int, length: int) -> None:
-        if kind == POLL:
+    def _command(self, record: int, number: int, length: int) -> None:
+        if record == POLL:
             self._polling = bool(length)
-        elif kind == DRAIN:
+        elif record == DRAIN:
             self._reply(0)
-        elif kind == ADD:
+        elif record == ADD:
             sock = socket.socket(fileno=self._descriptors.popleft())
             self._subscribers[number] = Subscriber(sock, length)
         elif number in self._subscribers:
