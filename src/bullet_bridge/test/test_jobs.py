@@ -73,7 +73,7 @@ def test_many_threads_get_their_own_results(owned):
     assert results == {n: [(n, k) for k in range(50)] for n in range(8)}
 
 
-def test_run_pending_waits_no_longer_than_told():
+def test_run_pending_waits_no_longer_than_requested():
     before = time.monotonic()
     assert JobQueue().run_pending(wait=0.05) == 0
     assert 0.04 < time.monotonic() - before < 60.0

@@ -129,7 +129,7 @@ def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
     assert all(topic.closed for topic in topics.values())
 
 
-def test_cameras_of_one_name_have_each_their_own_pictures(topics, world, bot):
+def test_cameras_of_one_name_have_separate_images(topics, world, bot):
     bot.description.sensors += [
         CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
         CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
@@ -156,7 +156,7 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     robots.Robots(None, world, None, 0, FakeReceivedCounts())._add_plugin(bot, 0, spec, parts)
     assert parts == []
     assert [topic.closed for topic in made] == [True]
-    assert len(logged) == 1 and "/scan is skipped" in logged[0]
+    assert len(logged) == 1 and "/scan is left out" in logged[0]
 
 
 def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
@@ -331,7 +331,7 @@ def test_joint_states_plugin(topics, world):
     assert message.name == ["right_joint", "left_joint"] and len(message.velocity) == 2
 
 
-def test_drive_of_unknown_joints_is_left_out(world):
+def test_drive_of_unknown_joints_is_skipped(world):
     cart = world.spawn_urdf("cart", CART.format("<leftJoint>nose</leftJoint>"), Pose(), str)
     assert cart.description.sensors == []
     assert "nose" in cart.description.warnings[0] and "left_joint" in cart.description.warnings[0]

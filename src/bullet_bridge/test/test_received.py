@@ -82,11 +82,13 @@ def test_waiting_ends_when_the_message_comes(received):
     assert len(done) == 1
 
 
-@pytest.mark.parametrize("wanted", ["/none", "one"])
-def test_an_unknown_topic_is_an_error_at_once(received, wanted):
+@pytest.mark.parametrize("requested", ["/none", "one"])
+def test_an_unknown_topic_is_an_error_at_once(received, requested):
     received.subscribe("/one", str, lambda _: None)
-    with pytest.raises(ValueError, match=f"topic '{wanted}' is not subscribed .*; topics are /one"):
-        received.take({wanted: 1}, 90.0)
+    with pytest.raises(
+        ValueError, match=f"topic '{requested}' is not subscribed .*; topics are /one"
+    ):
+        received.take({requested: 1}, 90.0)
 
 
 def test_a_topic_is_known_until_its_last_subscriber_goes(received):

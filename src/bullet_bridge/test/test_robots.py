@@ -183,13 +183,13 @@ def test_models_come_and_go(rig):
 def test_a_sensor_that_cannot_work_is_skipped(rig):
     rig.model("a", None, 50)
     assert rig.run(20) == [20] and len(rig.made) == 1
-    assert rig.errors == ["model 'a': sensor on /topic is skipped: bad sensor"]
+    assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
 
 
 def test_a_number_out_of_range_skips_the_sensor_alone(rig):
     rig.model("a", -1, 50)
     assert len(rig.made) == 1 and rig.robots.next_due() == 20
-    assert rig.errors == ["model 'a': sensor on /topic is skipped: too large"]
+    assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
 
 
 @pytest.mark.parametrize("error", [OSError("no master"), KeyboardInterrupt()])
@@ -253,7 +253,7 @@ def test_a_restart_drops_the_counts_of_commands(rig):
         rig.robots.received.take({"/cmd": 1}, 0.0)
 
 
-def test_failures_of_pictures_are_returned(rig):
+def test_failures_of_images_are_returned(rig):
     assert rig.robots.take_failures() == ["dark"]
 
 

@@ -65,17 +65,17 @@ def _rig(monkeypatch):
 
 
 def test_steps_without_topics(rig):
-    answer = rig.ask(5)
-    assert (answer.success, answer.status_message, rig.server.made) == (True, "", [5])
+    response = rig.ask(5)
+    assert (response.success, response.status_message, rig.server.made) == (True, "", [5])
 
 
 def test_steps_after_the_messages_came(rig):
     for _ in range(2):
         rig.received.count("/car/command")
     assert rig.ask(3, ["/car/command", "cmd_vel"], [2, 0]).success
-    answer = rig.ask(3, ["/car/command"], [1])
-    assert not answer.success and rig.server.made == [3]
-    assert answer.status_message == ("not all commands came within 0.05 s: /car/command: 0 of 1")
+    response = rig.ask(3, ["/car/command"], [1])
+    assert not response.success and rig.server.made == [3]
+    assert response.status_message == ("not all commands came within 0.05 s: /car/command: 0 of 1")
 
 
 @pytest.mark.parametrize(
@@ -92,9 +92,9 @@ def test_steps_after_the_messages_came(rig):
     ],
 )
 def test_wrong_requests_are_refused_with_the_reason(rig, request_, text):
-    answer = rig.ask(**request_)
-    assert not answer.success and rig.server.made == []
-    assert re.search(text, answer.status_message)
+    response = rig.ask(**request_)
+    assert not response.success and rig.server.made == []
+    assert re.search(text, response.status_message)
 
 
 def test_a_running_simulation_is_not_stepped_and_takes_no_messages(rig):
@@ -106,9 +106,9 @@ def test_a_running_simulation_is_not_stepped_and_takes_no_messages(rig):
 
 
 def test_errors_of_the_steps_are_returned(rig):
-    rig.server.error = "no picture"
-    answer = rig.ask()
-    assert not answer.success and answer.status_message == "no picture"
+    rig.server.error = "no image"
+    response = rig.ask()
+    assert not response.success and response.status_message == "no image"
     rig.server.made.append("busy")
     assert rig.ask().status_message == "busy"
 

@@ -179,9 +179,9 @@ class Tuned:
         self.taken.append(gains)
 
     def ask(self, **values):
-        """Call set_parameters; the values that it answers with."""
-        answer = self.tuning._server._set_callback(SimpleNamespace(config=encode_config(values)))
-        return {row.name: row.value for row in answer.doubles}
+        """Call set_parameters; the values that it responds with."""
+        response = self.tuning._server._set_callback(SimpleNamespace(config=encode_config(values)))
+        return {row.name: row.value for row in response.doubles}
 
 
 @pytest.fixture(name="tuned")
@@ -195,8 +195,8 @@ def _tuned(monkeypatch, topics):
 def test_a_gain_that_is_no_number_is_refused(tuned, name):
     assert tuned.ask(p=3.0)["p"] == 3.0
     before = dict(tuned.parameters)
-    answer = tuned.ask(**{"p": 7.0, name: math.nan})
-    assert answer == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
+    response = tuned.ask(**{"p": 7.0, name: math.nan})
+    assert response == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
     assert tuned.taken == [PidGains(3.0, 0.5, 0.1, -1.0, 1.0)]
     assert tuned.parameters == before
     assert tuned.logged == [

@@ -186,9 +186,9 @@ def test_depths_are_millimetres_within_the_range_and_points_within_the_cutoffs(t
     depths[0, :4] = (0.2, 0.4, 2.5, 9.0)
     rgb = np.full((48, 64, 3), 7, np.uint8)
     output.publish_frame(Frame("x", 0.5, 500, rgb, depths, 0))
-    picture = topics["/camera/depth/image_raw"].messages[0]
-    assert (picture.encoding, picture.header.frame_id) == ("16UC1", "depth_optical")
-    row = np.frombuffer(picture.data, "<u2")[:5]
+    image = topics["/camera/depth/image_raw"].messages[0]
+    assert (image.encoding, image.header.frame_id) == ("16UC1", "depth_optical")
+    row = np.frombuffer(image.data, "<u2")[:5]
     assert row.tolist() == [0, 400, 2500, 0, 1500]
     cloud = topics["/camera/depth/points"].messages[0]
     z = np.frombuffer(cloud.data, "<f4").reshape(48, 64, 8)[0, :5, 2]

@@ -109,12 +109,12 @@ class Robots:
         try:
             parts.append(make_plugin(context, self.extensions.plugin(spec) if custom else None))
         except (ValueError, ArithmeticError) as error:
-            rospy.logerr("model '%s': sensor on %s is skipped: %s", model.name, spec.topic, error)
+            rospy.logerr("model '%s': sensor on %s is left out: %s", model.name, spec.topic, error)
         except Exception:
             if not custom:
                 raise
             rospy.logerr(
-                "model '%s': %s, and is skipped, since it has raised an exception:\n%s",
+                "model '%s': %s, and is left out, since it has raised an exception:\n%s",
                 model.name,
                 self.extensions.of(spec),
                 traceback.format_exc().rstrip(),
