@@ -67,7 +67,7 @@ def test_a_dead_master_ends_the_simulation(rig):
     rig.go_on(REFUSED_TIME)
     assert rig.ended == []
     rig.go_on(2)
-    assert rig.ended[0] == "the ROS master at http://m:1 has exited: the simulation ends"
+    assert rig.ended[0] == "the ROS master at http://m:1 has exited: the simulation shuts down"
     assert rig.watch.reason
 
 

@@ -6,8 +6,8 @@
       <bullet_bridge sensor="libgas.so" class="my_robot.simulation:GasSensor" type="gas"/>
     </export>
 
-catkin writes no metadata of Python packages into the devel space, so that entry points would not be
-found where users work; manifests are found in devel and install spaces alike. They are read only
+catkin writes no metadata of Python packages into the devel space, so that entry points would be
+missing where users work; devel and install spaces both have manifests. They are read only
 when a type or a library is not built in.
 """
 

@@ -44,7 +44,7 @@ STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
 
 
 class _Server(actionlib.ActionServer):
-    """A server without a timer of its own: one would die when simulated time jumps back."""
+    """A server without actionlib's timer, whose thread exits when simulated time jumps back."""
 
     def initialize(self) -> None:
         super().initialize()

@@ -22,7 +22,7 @@ class ClockThrottle:
     """Skips due times of a clock at the present speed of the simulation.
 
     Args:
-        now: function that gives wall time [s].
+        now: function that returns wall time [s].
         step: physics step at which it starts.
 
     Attributes:
@@ -161,7 +161,7 @@ class Pace:
 
     Args:
         factor: simulated seconds per wall second; 0: as fast as possible.
-        now: function that gives wall time [s].
+        now: function that returns wall time [s].
         on_measured: called with the measured real time factor after each full WINDOW.
 
     Attributes:

@@ -70,7 +70,7 @@ class StepRequests:
 
     Args:
         robots: Robots, whose failures to publish are reported.
-        before_done: called when steps have ended, before their caller goes on.
+        before_done: called when the steps are made, before their caller continues.
 
     Attributes:
         steps: Steps, or None.
@@ -132,7 +132,7 @@ class Server:
         robots: Robots, given their commands and published in every batch.
         config: Config.
         clock: SimClock; None: a new one.
-        now: function that gives wall time [s].
+        now: function that returns wall time [s].
     """
 
     def __init__(

@@ -36,7 +36,7 @@ class Cameras:
         wait: True: wait for each due image, as in lockstep: none is skipped, and the physics
             waits for the renderer.
         quality: Quality of the OpenGL renderer.
-        scene: function without arguments that gives the world's Scene.
+        scene: function without arguments that returns the world's Scene.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Cameras:
         as JSON {"label": "model's name"}.
 
         Args:
-            names: function without arguments that gives them as a dict.
+            names: function without arguments that returns them by label.
         """
         self._names = names
         self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)

@@ -1,4 +1,4 @@
-"""Topics about the whole world: states of models and links, and performance."""
+"""Topics about the full world: states of models and links, and performance."""
 
 import time as wall
 from collections.abc import Callable

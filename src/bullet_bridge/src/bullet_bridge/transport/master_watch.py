@@ -23,13 +23,13 @@ def master_pid(uri: str) -> int:
 
 
 class MasterWatch:
-    """Asks the master for its process id; ends the simulation when it has exited or was replaced.
+    """Queries the master's process id; shuts down when the master has exited or was replaced.
 
     A master that is unresponsive but runs, as when it is stopped or its machine is suspended, is
     waited for without a time-out.
 
     Args:
-        end: called once with the reason why the simulation has to end.
+        end: called once with the reason why the simulation has to shut down.
         uri: of the master; None: that of this node.
         warn: called with one line of text.
         identity: function of the URI -> process id.
@@ -37,7 +37,7 @@ class MasterWatch:
 
     Attributes:
         monitor: MasterMonitor, to be started.
-        reason: why the simulation has to end; '' as long as it need not.
+        reason: why the simulation has to shut down; '' as long as it need not.
     """
 
     def __init__(
@@ -73,4 +73,4 @@ class MasterWatch:
     def _end_with(self, reason: str) -> None:
         self.reason = reason
         self.monitor.close()
-        self._end(f"{reason}: the simulation ends")
+        self._end(f"{reason}: the simulation shuts down")

@@ -73,7 +73,7 @@ class DirectConnection(ConnectionWrapper):
     Args:
         connection: rospy transport with a socket.
         limit: queue size [messages], the oldest is dropped beyond; None: no queue, a write blocks
-            until the kernel has accepted the whole message.
+            until the kernel has accepted the full message.
     """
 
     def __init__(self, connection: Any, limit: int | None) -> None:

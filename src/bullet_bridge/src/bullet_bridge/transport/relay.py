@@ -99,7 +99,7 @@ class RelayChannel:
             raise ChannelError("has exited") from None
 
     def numbers(self) -> Iterator[int]:
-        """Yields the numbers that the process writes, until it ends."""
+        """Yields the numbers that the process writes, until it exits."""
         left = b""
         while True:
             try:
@@ -115,7 +115,7 @@ class RelayChannel:
                 yield number
 
     def end(self) -> None:
-        """End the process, which sends what it has read; kill it after TIMEOUT."""
+        """Shut the process down, which sends what it has read; kill it after TIMEOUT."""
         self._child.shut_down()
         self._child.wait(TIMEOUT)
 
@@ -149,7 +149,7 @@ class Relay:
     reconnect through the master, and `alive` is False from then on.
 
     Args:
-        on_failure: called with one line of text when the process ends before close().
+        on_failure: called with one line of text when the process exits before close().
         reconnect: called after that, to have the subscribers reconnect; may take seconds.
 
     Raises:
@@ -183,7 +183,7 @@ class Relay:
             limit: queue size [messages], the oldest is dropped beyond.
 
         Returns:
-            RelayedConnection, or None: the relay has ended.
+            RelayedConnection, or None: the relay has exited.
         """
         sock = connection.socket
         prepare_socket(sock)
@@ -296,10 +296,10 @@ class Relay:
                 connection = self._connections.pop(number, None)
             if connection is not None:
                 connection.close()
-        self._fail("has ended")
+        self._fail("has exited")
 
     def close(self) -> None:
-        """Flush the buffer and end the process, which sends what it has read."""
+        """Flush the buffer and shut the process down, which sends what it has read."""
         self._closing = True
         with self._lock:
             self._flush()
