@@ -218,7 +218,7 @@ class PackedImage(Packed):
         super().__init__(publisher)
         self._frame, self._encoding = pack_string(frame), pack_string(encoding)
 
-    def send(self, time: float, pixels: Array) -> None:
+    def send(self, time: float, pixels: Any) -> None:
         """Publish for a simulated time [s]; pixels (H, W) or (H, W, C), contiguous."""
         height, width = pixels.shape[:2]
         step = pixels.strides[0]
@@ -228,7 +228,7 @@ class PackedImage(Packed):
             struct.pack("<II", height, width),
             self._encoding,
             struct.pack("<BII", 0, step, height * step),
-            memoryview(pixels.data).cast("B"),
+            memoryview(pixels).cast("B"),
         )
 
 
