@@ -90,14 +90,14 @@ class Bot:
 
     def in_thread(self, work):
         """Run something that waits for jobs, as a thread of rospy does; its result."""
-        answers = []
-        caller = threading.Thread(target=lambda: answers.append(work()))
+        responses = []
+        caller = threading.Thread(target=lambda: responses.append(work()))
         caller.start()
         while caller.is_alive():
             self.jobs.run_pending(wait=0.005)
         caller.join()
         self.control.refresh()
-        return answers[0]
+        return responses[0]
 
     def ask(self, service, **fields):
         """Call one of the controller_manager's services."""
@@ -108,15 +108,15 @@ class Bot:
         )
 
     def load(self, name):
-        """Whether load_controller answers ok."""
+        """Whether load_controller returns ok."""
         return self.ask("load_controller", name=name).ok
 
     def unload(self, name):
-        """Whether unload_controller answers ok."""
+        """Whether unload_controller returns ok."""
         return self.ask("unload_controller", name=name).ok
 
     def switch(self, start=(), stop=(), strictness=2):
-        """Whether switch_controller answers ok."""
+        """Whether switch_controller returns ok."""
         return self.ask(
             "switch_controller",
             start_controllers=list(start),

@@ -51,8 +51,8 @@ class Topic:
         self.closed, self.impl = True, None
 
 
-class FakeArrivals:
-    """Stands in for Arrivals: stores the last topic and its callback."""
+class FakeReceivedCounts:
+    """Stands in for ReceivedCounts: stores the last topic and its callback."""
 
     topic = take = None
 
@@ -94,7 +94,9 @@ def fake_publishers(monkeypatch):
     return made
 
 
-def plugin_of(world, model, spec, seed=0, arrivals=None):
+def plugin_of(world, model, spec, seed=0, received=None):
     """The plugin of a specification, as the simulation makes it."""
-    context = PluginContext(world, model, spec, seed, arrivals or FakeArrivals(), FakeCameras())
+    context = PluginContext(
+        world, model, spec, seed, received or FakeReceivedCounts(), FakeCameras()
+    )
     return make_plugin(context)

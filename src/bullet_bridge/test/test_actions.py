@@ -48,7 +48,7 @@ class Handle:
     """A goal handle that records what becomes of it."""
 
     def __init__(self, goal, name="goal"):
-        self.goal, self.name, self.said, self.feedback = goal, name, [], []
+        self.goal, self.name, self.logged, self.feedback = goal, name, [], []
 
     def get_goal(self):
         """The goal."""
@@ -64,7 +64,7 @@ class Handle:
         self.feedback.append(feedback)
 
     def _end(self, what, *rest):
-        self.said.append((what, *rest))
+        self.logged.append((what, *rest))
 
     def __getattr__(self, name):
         if not name.startswith("set_"):
@@ -73,7 +73,7 @@ class Handle:
 
 
 class Actions:
-    """Stands in for ActionTopics: says at once."""
+    """Stands in for ActionTopics: calls immediately."""
 
     made = {}
 
@@ -86,7 +86,7 @@ class Actions:
         """Always."""
         return True
 
-    def say(self, call, *arguments):
+    def post(self, call, *arguments):
         """At once."""
         call(*arguments)
 
@@ -144,18 +144,18 @@ def test_a_goal_is_accepted_reported_and_succeeds(bot):
     bot.start("arm")
     goal = FollowJointTrajectoryGoal(trajectory=message((0.5, (0.4, 0.2))))
     handle = send(bot, ACTION, goal)
-    assert [said[0] for said in handle.said] == ["set_accepted"]
+    assert [logged[0] for logged in handle.logged] == ["set_accepted"]
     bot.run(400)
     assert len(handle.feedback) == 8 and handle.feedback[0].joint_names == ["a", "b"]
     bot.run(600)
-    assert handle.said[-1][0] == "set_succeeded" and handle.said[-1][1].error_code == 0
-    assert len(handle.said) == 2
+    assert handle.logged[-1][0] == "set_succeeded" and handle.logged[-1][1].error_code == 0
+    assert len(handle.logged) == 2
 
 
 def test_tolerances_of_the_goal_replace_those_of_the_configuration(bot):
     bot.start("arm")
     goal = FollowJointTrajectoryGoal(trajectory=message((0.05, (1.5, 0.2))))
-    assert send(bot, ACTION, goal).said[0][0] == "set_accepted"
+    assert send(bot, ACTION, goal).logged[0][0] == "set_accepted"
     bot.run(200)
     tight = FollowJointTrajectoryGoal(
         trajectory=message((0.05, (-1.5, 0.2))),
@@ -163,8 +163,8 @@ def test_tolerances_of_the_goal_replace_those_of_the_configuration(bot):
     )
     handle = send(bot, ACTION, tight, "tight")
     bot.run(50)
-    assert handle.said[-1][0] == "set_aborted"
-    result = handle.said[-1][1]
+    assert handle.logged[-1][0] == "set_aborted"
+    result = handle.logged[-1][1]
     assert result.error_code == -4 and result.error_string.startswith("a path error")
 
 
@@ -178,33 +178,33 @@ def test_tolerances_of_the_goal_replace_those_of_the_configuration(bot):
 def test_goals_that_cannot_be_followed_are_rejected(bot, trajectory_message, code, words):
     bot.start("arm")
     handle = send(bot, ACTION, FollowJointTrajectoryGoal(trajectory=trajectory_message))
-    ((what, result, _),) = handle.said
+    ((what, result, _),) = handle.logged
     assert (what, result.error_code) == ("set_rejected", code) and words in result.error_string
 
 
 def test_a_goal_of_a_stopped_controller_is_rejected_and_a_stop_cancels(bot):
     assert bot.load("arm")
     goal = FollowJointTrajectoryGoal(trajectory=message((5.0, (0.4, 0.2))))
-    assert "does not run" in send(bot, ACTION, goal).said[0][1].error_string
+    assert "does not run" in send(bot, ACTION, goal).logged[0][1].error_string
     assert bot.switch(start=["arm"])
     handle = send(bot, ACTION, goal)
     bot.run(10)
     assert bot.switch(stop=["arm"])
-    assert [said[0] for said in handle.said] == ["set_accepted", "set_canceled"]
+    assert [logged[0] for logged in handle.logged] == ["set_accepted", "set_canceled"]
 
 
-def test_only_the_goal_that_is_pursued_can_be_cancelled(bot):
+def test_only_the_active_goal_can_be_cancelled(bot):
     bot.start("arm")
     goal = FollowJointTrajectoryGoal(trajectory=message((5.0, (0.4, 0.2))))
     first, second = send(bot, ACTION, goal, "1"), send(bot, ACTION, goal, "2")
-    assert first.said[-1][0] == "set_canceled"
+    assert first.logged[-1][0] == "set_canceled"
     bot.in_thread(lambda: Actions.made[ACTION].on_cancel(Handle(goal, "1")))
-    assert second.said[-1][0] == "set_accepted"
+    assert second.logged[-1][0] == "set_accepted"
     bot.in_thread(lambda: Actions.made[ACTION].on_cancel(Handle(goal, "2")))
-    assert second.said[-1][0] == "set_canceled"
+    assert second.logged[-1][0] == "set_canceled"
 
 
-def test_the_planned_state_can_be_asked_for(bot):
+def test_the_planned_state_can_be_queried(bot):
     bot.start("arm")
     bot.endpoints["/bot/arm/command"].call(message((1.0, (0.4, 0.2))))
     bot.run(100)
@@ -235,9 +235,9 @@ def test_a_gripper_reaches_its_goal(bot):
     goal.command.position, goal.command.max_effort = 0.3, 4.0
     handle = send(bot, "/bot/hand/gripper_cmd", goal)
     bot.run(500)
-    assert [said[0] for said in handle.said] == ["set_accepted", "set_succeeded"]
-    result = handle.said[-1][1]
+    assert [logged[0] for logged in handle.logged] == ["set_accepted", "set_succeeded"]
+    result = handle.logged[-1][1]
     assert (result.reached_goal, result.stalled, result.effort) == (True, False, 4.0)
     assert result.position == pytest.approx(0.3, abs=0.011)
     goal.command.position = float("nan")
-    assert send(bot, "/bot/hand/gripper_cmd", goal).said[0][0] == "set_rejected"
+    assert send(bot, "/bot/hand/gripper_cmd", goal).logged[0][0] == "set_rejected"

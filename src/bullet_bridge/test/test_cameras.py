@@ -11,7 +11,7 @@ LIMIT = 30.0  # [s]
 
 
 class Client:
-    """Stands in for RenderClient: a test says when it may start and when a picture is finished."""
+    """Stands in for RenderClient: a test sets when it may start and when an image is finished."""
 
     may_start = threading.Event()
 
@@ -44,7 +44,7 @@ class Client:
         self.epoch += 1
 
     def finish(self):
-        """The pictures that were asked for are drawn."""
+        """The requested images are rendered."""
         waiting, self.waiting = self.waiting, []
         for snapshot, request, epoch in waiting:
             self.on_frame(
@@ -53,7 +53,7 @@ class Client:
 
 
 class Camera:
-    """An output that keeps the times of its pictures."""
+    """An output that stores the times of its images."""
 
     def __init__(self, name):
         self.request, self.times = SimpleNamespace(name=name), []
@@ -83,7 +83,7 @@ def _cameras(monkeypatch, request):
 
 
 def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
-    """Of what happens meanwhile only the pictures are missing."""
+    """Of what is published meanwhile only the images are missing."""
     monkeypatch.setattr(module, "RenderClient", Client)
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
@@ -101,7 +101,7 @@ def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
     assert (cameras._client.sources, camera.times) == (["a body"], [2.0])
 
 
-def test_pictures_of_before_a_reset_do_not_come_after_it(cameras):
+def test_images_of_before_a_reset_do_not_come_after_it(cameras):
     camera, world = Camera("a"), SimpleNamespace(snapshot=lambda: now)
     cameras.add(camera)
     for now in (1.0, 2.0):  # noqa: B007 (the world reads it)
@@ -132,7 +132,7 @@ def test_removing_leaves_a_later_namesake(cameras):
 @pytest.mark.parametrize(
     "cameras, at_once", [(True, [1.0, 2.0, 3.0]), (False, [])], indirect=["cameras"]
 )
-def test_every_picture_is_waited_for_if_asked(cameras, at_once):
+def test_every_image_is_waited_for_if_requested(cameras, at_once):
     camera = Camera("a")
     cameras.add(camera)
     for now in (1.0, 2.0, 3.0):

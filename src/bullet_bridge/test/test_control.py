@@ -89,9 +89,9 @@ def test_list_has_type_and_claims(bot):
 
 
 def test_types_and_reload(bot):
-    answer = bot.ask("list_controller_types")
-    assert "position_controllers/JointPositionController" in answer.types
-    assert len(answer.types) == len(answer.base_classes)
+    response = bot.ask("list_controller_types")
+    assert "position_controllers/JointPositionController" in response.types
+    assert len(response.types) == len(response.base_classes)
     assert bot.ask("reload_controller_libraries").ok
 
 

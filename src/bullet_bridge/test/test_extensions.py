@@ -63,7 +63,7 @@ def _entered(make, monkeypatch):
     return found
 
 
-def test_classes_are_found_by_type_and_library(make):
+def test_classes_are_looked_up_by_type_and_library(make):
     found, log = make(mine=LINES, other="<gazebo_ros plugin_path='x'/>")
     assert found.get("controller", "my/Push").load().__name__ == "Push"
     assert found.get("plugin", "belt").load().__name__ == "Belt"

@@ -29,14 +29,14 @@ def test_a_response_with_success(log):
     handle = handlers.service_handler(
         lambda _: DeleteModelResponse(status_message="gone"), DeleteModel
     )
-    answer = handle(None)
-    assert (answer.success, answer.status_message, log) == (True, "gone", [])
+    response = handle(None)
+    assert (response.success, response.status_message, log) == (True, "gone", [])
 
 
 @pytest.mark.parametrize("error", [WorldError("no 100 % match"), TimeoutError("too late")])
 def test_errors_are_returned_and_logged_once(log, error):
-    answer = handlers.service_handler(fail(error), DeleteModel)(None)
-    assert (answer.success, answer.status_message) == (False, str(error))
+    response = handlers.service_handler(fail(error), DeleteModel)(None)
+    assert (response.success, response.status_message) == (False, str(error))
     assert log == [str(error)]
 
 
@@ -52,7 +52,7 @@ def test_a_message_that_is_wrong_goes_to_the_log(log):
     assert log == ["no such model"]
 
 
-def test_faults_of_the_program_are_not_hidden(log):
+def test_errors_of_the_program_are_not_hidden(log):
     for wrap in (
         lambda work: handlers.service_handler(work, DeleteModel),
         handlers.empty_service_handler,

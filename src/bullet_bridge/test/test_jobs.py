@@ -38,7 +38,7 @@ def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
 
 
 def test_timeout_when_nobody_runs_the_jobs():
-    with pytest.raises(TimeoutError, match="did not answer within 0.02 s"):
+    with pytest.raises(TimeoutError, match="did not respond within 0.02 s"):
         JobQueue().call(lambda: None, timeout=0.02)
 
 
@@ -73,7 +73,7 @@ def test_many_threads_get_their_own_results(owned):
     assert results == {n: [(n, k) for k in range(50)] for n in range(8)}
 
 
-def test_run_pending_waits_no_longer_than_told():
+def test_run_pending_waits_no_longer_than_requested():
     before = time.monotonic()
     assert JobQueue().run_pending(wait=0.05) == 0
     assert 0.04 < time.monotonic() - before < 60.0

@@ -6,22 +6,27 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 from bullet_bridge.transport import master_watch
-from bullet_bridge.transport.master_watch import GONE, SILENCE, MasterWatch, master_pid
+from bullet_bridge.transport.master_watch import (
+    REFUSED_TIME,
+    UNRESPONSIVE_TIME,
+    MasterWatch,
+    master_pid,
+)
 
 
 class Rig:
     """A watch with a clock and a master of its own."""
 
     def __init__(self):
-        self.answer, self.time, self.said, self.ended = 7, 0.0, [], []
+        self.response, self.time, self.logged, self.ended = 7, 0.0, [], []
         self.watch = MasterWatch(
-            self.ended.append, "http://m:1", self.said.append, self._ask, lambda: self.time
+            self.ended.append, "http://m:1", self.logged.append, self._ask, lambda: self.time
         )
 
     def _ask(self, _):
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
+        if isinstance(self.response, Exception):
+            raise self.response
+        return self.response
 
     def go_on(self, seconds):
         """Asks once a second."""
@@ -37,60 +42,60 @@ def _rig():
     return rig
 
 
-def test_a_silent_master_is_waited_for_and_said_once(rig):
-    rig.answer = TimeoutError()
-    rig.go_on(SILENCE + 600.0)
+def test_an_unresponsive_master_is_waited_for_and_logged_once(rig):
+    rig.response = TimeoutError()
+    rig.go_on(UNRESPONSIVE_TIME + 600.0)
     assert rig.ended == []
-    assert len(rig.said) == 1 and "does not answer" in rig.said[0]
-    rig.answer = 7
+    assert len(rig.logged) == 1 and "does not respond" in rig.logged[0]
+    rig.response = 7
     rig.go_on(3)
-    assert len(rig.said) == 2 and "answers again" in rig.said[1]
+    assert len(rig.logged) == 2 and "responds again" in rig.logged[1]
     assert rig.ended == []
 
 
-def test_a_short_silence_is_not_said(rig):
+def test_a_short_pause_of_the_master_is_not_logged(rig):
     for _ in range(5):
-        rig.answer = OSError("no route")
-        rig.go_on(SILENCE - 1)
-        rig.answer = 7
+        rig.response = OSError("no route")
+        rig.go_on(UNRESPONSIVE_TIME - 1)
+        rig.response = 7
         rig.go_on(1)
-    assert rig.said == [] and rig.ended == []
+    assert rig.logged == [] and rig.ended == []
 
 
 def test_a_dead_master_ends_the_simulation(rig):
-    rig.answer = ConnectionRefusedError()
-    rig.go_on(GONE)
+    rig.response = ConnectionRefusedError()
+    rig.go_on(REFUSED_TIME)
     assert rig.ended == []
     rig.go_on(2)
-    assert rig.ended[0] == "the ROS master at http://m:1 is gone: the simulation ends"
+    assert rig.ended[0] == "the ROS master at http://m:1 has exited: the simulation shuts down"
     assert rig.watch.reason
 
 
 def test_a_short_refusal_is_borne(rig):
-    rig.answer = ConnectionRefusedError()
-    rig.go_on(GONE - 1)
-    rig.answer = 7
+    rig.response = ConnectionRefusedError()
+    rig.go_on(REFUSED_TIME - 1)
+    rig.response = 7
     rig.go_on(10)
     assert rig.ended == []
 
 
 def test_another_master_ends_the_simulation(rig):
-    rig.answer = ConnectionRefusedError()
+    rig.response = ConnectionRefusedError()
     rig.go_on(2)
-    rig.answer = 8
+    rig.response = 8
     rig.go_on(1)
     assert "another ROS master runs at http://m:1" in rig.ended[0]
 
 
 def test_a_closed_watch_ends_nothing(rig):
     rig.watch.monitor.close()
-    rig.answer = 8
+    rig.response = 8
     rig.go_on(1)
     assert rig.ended == []
 
 
 def test_the_pid_of_a_real_server(monkeypatch):
-    monkeypatch.setattr(master_watch, "ANSWER_LIMIT", 0.3)
+    monkeypatch.setattr(master_watch, "RESPONSE_TIMEOUT", 0.3)
     with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
         server.register_function(lambda caller: [1, "", 4711], "getPid")
         thread = threading.Thread(target=server.serve_forever)
@@ -101,6 +106,6 @@ def test_the_pid_of_a_real_server(monkeypatch):
         thread.join()
     with pytest.raises(ConnectionRefusedError):
         master_pid(f"http://127.0.0.1:{port}")
-    with socket.create_server(("127.0.0.1", 0)) as stopped:  # accepts and never answers
+    with socket.create_server(("127.0.0.1", 0)) as stopped:  # accepts and never responds
         with pytest.raises(TimeoutError):
             master_pid(f"http://127.0.0.1:{stopped.getsockname()[1]}")

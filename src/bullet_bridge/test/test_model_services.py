@@ -23,7 +23,7 @@ class FakeRobots:
     """Stands in for Robots; connect fails when it is properties to."""
 
     def __init__(self):
-        self.names, self.fault, self.closed, self.arrivals = [], None, [], self
+        self.names, self.fault, self.closed, self.received = [], None, [], self
 
     def subscribe(self, *_):
         """No messages."""
@@ -125,9 +125,9 @@ def test_a_robot_that_cannot_be_connected_does_not_stay(desk):
     ],
 )
 def test_a_refused_spawn_says_why_once(desk, values, part):
-    answer = desk.spawn(**values)
-    assert not answer.success and part in answer.status_message
-    assert desk.log == [answer.status_message] and desk.world.models == {}
+    response = desk.spawn(**values)
+    assert not response.success and part in response.status_message
+    assert desk.log == [response.status_message] and desk.world.models == {}
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_refused_spawn_says_why_once(desk, values, part):
 )
 def test_bad_configurations(desk, names, positions, part):
     desk.spawn()
-    answer = desk.call(
+    response = desk.call(
         "set_model_configuration", srv.SetModelConfigurationRequest("bot", "", names, positions)
     )
-    assert not answer.success and part in answer.status_message
+    assert not response.success and part in response.status_message

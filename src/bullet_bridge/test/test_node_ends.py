@@ -38,7 +38,7 @@ def environment():
 @pytest.mark.parametrize(
     "lockstep, number", [(False, signal.SIGINT), (True, signal.SIGTERM)], ids=["free", "lockstep"]
 )
-def test_simulator_ends_silently(environment, tmp_path, lockstep, number):
+def test_simulator_exits_without_output(environment, tmp_path, lockstep, number):
     testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         "/gazebo",

@@ -19,7 +19,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
-from fake_impl import FakeArrivals, Topic, fake_publishers, plugin_of
+from fake_impl import FakeReceivedCounts, Topic, fake_publishers, plugin_of
 from geometry_msgs.msg import Twist
 
 from bullet_bridge import robots
@@ -122,14 +122,14 @@ def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
     assert np.isfinite(cloud).tolist() == [False, False, True, False]
     for name in topics:
         topics[name].subscribers = 0
-    assert not output.is_wanted()
+    assert not output.needs_update()
     topics["/d"].subscribers = 1
-    assert output.is_wanted()
+    assert output.needs_update()
     output.close()
     assert all(topic.closed for topic in topics.values())
 
 
-def test_cameras_of_one_name_have_each_their_own_pictures(topics, world, bot):
+def test_cameras_of_one_name_have_separate_images(topics, world, bot):
     bot.description.sensors += [
         CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
         CameraSpec("cam", "base", topic="/a", info_topic="/ai"),
@@ -153,7 +153,7 @@ def test_a_scan_that_the_message_cannot_hold_leaves_no_topic(monkeypatch, world,
     logged = []
     monkeypatch.setattr(robots.rospy, "logerr", lambda text, *rest: logged.append(text % rest))
     parts = []
-    robots.Robots(None, world, None, 0, FakeArrivals())._add_plugin(bot, 0, spec, parts)
+    robots.Robots(None, world, None, 0, FakeReceivedCounts())._add_plugin(bot, 0, spec, parts)
     assert parts == []
     assert [topic.closed for topic in made] == [True]
     assert len(logged) == 1 and "/scan is left out" in logged[0]
@@ -278,12 +278,12 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
         str,
     )
     assert cart.description.warnings == []
-    arrivals = FakeArrivals()
-    output = plugin_of(world, cart, cart.description.sensors[0], arrivals=arrivals)
-    assert arrivals.topic == "/n/cmd_vel" and output.is_wanted()
+    received = FakeReceivedCounts()
+    output = plugin_of(world, cart, cart.description.sensors[0], received=received)
+    assert received.topic == "/n/cmd_vel" and output.needs_update()
     command = Twist()
     command.linear.x, command.angular.z = 0.3, 0.5
-    arrivals.take(command)
+    received.take(command)
     for _ in range(100):
         world.step(20)
         output.update(world.time, 0.0)
@@ -296,7 +296,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
     command.linear.x = math.nan
-    arrivals.take(command)
+    received.take(command)
     world.step(20)
     output.update(world.time, 0.0)
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
@@ -331,7 +331,7 @@ def test_joint_states_plugin(topics, world):
     assert message.name == ["right_joint", "left_joint"] and len(message.velocity) == 2
 
 
-def test_drive_of_unknown_joints_is_left_out(world):
+def test_drive_of_unknown_joints_is_skipped(world):
     cart = world.spawn_urdf("cart", CART.format("<leftJoint>nose</leftJoint>"), Pose(), str)
     assert cart.description.sensors == []
     assert "nose" in cart.description.warnings[0] and "left_joint" in cart.description.warnings[0]

@@ -48,17 +48,17 @@ def test_read(properties):
 
 
 @pytest.mark.parametrize(
-    "wanted, factor",
+    "requested, factor",
     [
         ({"max_update_rate": 0.0}, 0.0),
         ({"max_update_rate": 250.0}, 0.25),
         ({"max_update_rate": 500.0, "time_step": 0.004}, 2.0),
     ],
 )
-def test_pace_is_rate_times_step(properties, wanted, factor):
-    properties.change(**wanted)
+def test_pace_is_rate_times_step(properties, requested, factor):
+    properties.change(**requested)
     assert properties.server.real_time_factor == pytest.approx(factor)
-    assert properties.read().max_update_rate == pytest.approx(wanted["max_update_rate"])
+    assert properties.read().max_update_rate == pytest.approx(requested["max_update_rate"])
 
 
 def test_gravity_and_iterations_survive_a_reset(properties):
@@ -69,7 +69,7 @@ def test_gravity_and_iterations_survive_a_reset(properties):
 
 
 @pytest.mark.parametrize(
-    "wanted, reason",
+    "requested, reason",
     [
         ({"time_step": 0.0}, "time_step is 0.0"),
         ({"time_step": math.nan}, "time_step is nan"),
@@ -80,20 +80,20 @@ def test_gravity_and_iterations_survive_a_reset(properties):
         ({"time_step": 0.002, "gravity": (0.0, 0.0, 0.0)}, "time_step cannot change.*car"),
     ],
 )
-def test_impossible_values_change_nothing(properties, wanted, reason):
+def test_impossible_values_change_nothing(properties, requested, reason):
     properties.world.spawn_urdf("car", CAR, Pose(), str)
     before = properties.read()
     with pytest.raises(WorldError, match=reason):
-        properties.change(**wanted)
+        properties.change(**requested)
     assert properties.read() == before
 
 
 def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics_tuning.as_config(properties.read())
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
-    assert physics_tuning.wanted_changes(dict(before), before) == {}
+    assert physics_tuning.requested_changes(dict(before), before) == {}
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9)
-    assert physics_tuning.wanted_changes(config, before) == {
+    assert physics_tuning.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),
         "iterations": 7,
     }

@@ -12,7 +12,7 @@ from bullet_sim.plugins.inertial import GpsSpec, MagneticSpec
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeArrivals, fake_publishers, plugin_of
+from fake_impl import FakeReceivedCounts, fake_publishers, plugin_of
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import PointCloud, Range
 
@@ -57,9 +57,9 @@ def _cart(world):
     return cart
 
 
-def made(spec, world, model, arrivals=None):
+def made(spec, world, model, received=None):
     """The plugin of a spec."""
-    return plugin_of(world, model, spec, 1, arrivals)
+    return plugin_of(world, model, spec, 1, received)
 
 
 SCAN = dict(samples=9, min_angle=-0.4, max_angle=0.4, range_min=0.2, range_max=10.0)
@@ -134,12 +134,12 @@ def test_magnetic(topics, world, cart, field_message):
 
 
 def test_planar_move(topics, world, cart, monkeypatch):
-    arrivals = FakeArrivals()
-    output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart, arrivals)
-    assert arrivals.topic == "/cmd_vel" and output.is_wanted()
+    received = FakeReceivedCounts()
+    output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart, received)
+    assert received.topic == "/cmd_vel" and output.needs_update()
     command = Twist()
     command.linear.x, command.linear.y, command.angular.z = 0.4, 0.2, 0.0
-    arrivals.take(command)
+    received.take(command)
     for _ in range(400):
         output.update(world.time, 0.0)
         world.step(1)
@@ -157,7 +157,7 @@ def test_planar_move(topics, world, cart, monkeypatch):
     logged = []
     monkeypatch.setattr(drives.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
     command.linear.x = math.nan
-    arrivals.take(command)
+    received.take(command)
     output.update(world.time, 0.0)
     assert len(logged) == 1 and "/cmd_vel" in logged[0]
     output.close()
@@ -166,11 +166,11 @@ def test_planar_move(topics, world, cart, monkeypatch):
 def test_diff_drive_tells_of_its_wheels(topics, world, cart):
     spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
                           wheel_states_topic="/joint_states", wheel_transforms=True)  # fmt: skip
-    arrivals = FakeArrivals()
-    output = made(spec, world, cart, arrivals)
+    received = FakeReceivedCounts()
+    output = made(spec, world, cart, received)
     command = Twist()
     command.linear.x = 0.3
-    arrivals.take(command)
+    received.take(command)
     for _ in range(50):
         output.update(world.time, 0.0)
         world.step(10)

@@ -1,4 +1,4 @@
-"""World files as the bridge loads them: those that cannot be had, and what is said."""
+"""World files as the bridge loads them: those that cannot be loaded, and what is logged."""
 
 import logging
 
@@ -20,7 +20,7 @@ def _world():
     world.close()
 
 
-@pytest.fixture(name="said")
+@pytest.fixture(name="logged")
 def _said(monkeypatch):
     """Lists of what is logged: (warnings, errors)."""
     warnings, errors = [], []
@@ -31,16 +31,16 @@ def _said(monkeypatch):
     return warnings, errors
 
 
-def test_a_relative_file(tmp_path, monkeypatch, world, said):
+def test_a_relative_file(tmp_path, monkeypatch, world, logged):
     (tmp_path / "w.world").write_text(WORLD.format(1000, ""))
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
     described = load_world(world, "w.world", Resolver())
-    assert world.name == "w" and described.real_time_factor == 2.0 and said == ([], [])
+    assert world.name == "w" and described.real_time_factor == 2.0 and logged == ([], [])
 
 
-def test_no_path_loads_nothing(world, said):
+def test_no_path_loads_nothing(world, logged):
     assert load_world(world, "", Resolver()) is None
-    assert not world.models and said == ([], [])
+    assert not world.models and logged == ([], [])
 
 
 @pytest.mark.parametrize(
@@ -54,22 +54,22 @@ def test_no_path_loads_nothing(world, said):
         ("w.world", "points: [1, 2]", ["w.world", "not well-formed"]),
     ],
 )
-def test_a_world_that_cannot_be_had_is_the_empty_one(tmp_path, world, said, name, content, words):
+def test_a_world_that_cannot_be_had_is_the_empty_one(tmp_path, world, logged, name, content, words):
     path = tmp_path / name
     if content is not None:
         path.write_text(content)
     described = load_world(world, str(path), Resolver())
     assert list(world.models) == ["ground_plane"] and described.real_time_factor == 1.0
-    (error,) = said[1]
+    (error,) = logged[1]
     for word in [*words, "empty world takes its place"]:
         assert word in error
-    assert said[0] == []
+    assert logged[0] == []
 
 
-def test_a_relative_world_that_is_nowhere(world, said):
+def test_a_relative_world_that_is_nowhere(world, logged):
     load_world(world, "worlds/none.world", Resolver())
     assert list(world.models) == ["ground_plane"]
-    assert len(said[1]) == 1 and "'worlds/none.world' is in none of" in said[1][0]
+    assert len(logged[1]) == 1 and "'worlds/none.world' is in none of" in logged[1][0]
 
 
 class Taker:
@@ -83,12 +83,12 @@ class Taker:
         return []
 
 
-def test_gazebos_own_worlds_are_one_warning(said):
+def test_gazebos_own_worlds_are_one_warning(logged):
     taker, resolve = Taker(), Resolver()
     for number, name in enumerate(GAZEBO_WORLDS):
         load_world(taker, f"worlds/{name}.world", resolve)
-        assert taker.names == ["ground_plane"] and said[1] == []
-        assert len(said[0]) == number + 1 and f"worlds/{name}.world" in said[0][-1]
+        assert taker.names == ["ground_plane"] and logged[1] == []
+        assert len(logged[0]) == number + 1 and f"worlds/{name}.world" in logged[0][-1]
 
 
 @pytest.mark.parametrize(
@@ -101,27 +101,27 @@ def test_gazebos_own_worlds_are_one_warning(said):
         ("shapes", ["ground_plane", "box", "sphere", "cylinder"]),
     ],
 )
-def test_worlds_of_the_stand_in(said, name, models):
+def test_worlds_of_the_stand_in(logged, name, models):
     taker = Taker()
     load_world(taker, f"worlds/{name}.world", Resolver())
-    assert taker.names == models and said == ([], [])
+    assert taker.names == models and logged == ([], [])
 
 
-def test_causes_are_counted_and_details_go_to_the_file(tmp_path, world, said, caplog):
+def test_causes_are_counted_and_details_go_to_the_file(tmp_path, world, logged, caplog):
     includes = "".join(f"<include><uri>model://gone_{n}</uri></include>" for n in range(56))
     path = tmp_path / "w.world"
     path.write_text(WORLD.format(500, includes + "<glitter/>"))
     with caplog.at_level(logging.INFO):
         load_world(world, str(path), Resolver())
-    assert said[0][0] == "56 included models cannot be used: 'model://gone_0' and 55 more"
-    assert len(said[0]) == 2 and "<glitter>" in said[0][1] and said[1] == []
+    assert logged[0][0] == "56 included models cannot be used: 'model://gone_0' and 55 more"
+    assert len(logged[0]) == 2 and "<glitter>" in logged[0][1] and logged[1] == []
     details = [text for text in caplog.messages if "gone_" in text]
     assert len(details) == 56 and "gone_55" in details[-1]
 
 
-def test_lines_about_a_model_name_it(said):
+def test_lines_about_a_model_name_it(logged):
     model = ModelDescription("car")
     model.warn("link 'a' is odd")
     model.warn("joint 'j' of 'car' is odd")
     log_warnings(model.warnings, "car")
-    assert said[0] == ["model 'car': link 'a' is odd", "joint 'j' of 'car' is odd"]
+    assert logged[0] == ["model 'car': link 'a' is odd", "joint 'j' of 'car' is odd"]

@@ -29,11 +29,11 @@ class Part:
         if spec.rate < 0:
             raise OverflowError("too large")
         self.world, self.model, self.spec, self.seed = world, context.model, spec, context.seed
-        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.is_wanted)
+        self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.needs_update)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
         self.updated, self.error = 0.0, None
 
-    def is_wanted(self):
+    def needs_update(self):
         """As set."""
         return self.subscribed
 
@@ -180,13 +180,13 @@ def test_models_come_and_go(rig):
     assert rig.made[1].times == pytest.approx([0.04, 0.06, 0.08, 0.1])
 
 
-def test_a_sensor_that_cannot_work_is_left_out(rig):
+def test_a_sensor_that_cannot_work_is_skipped(rig):
     rig.model("a", None, 50)
     assert rig.run(20) == [20] and len(rig.made) == 1
     assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
 
 
-def test_a_number_out_of_range_leaves_out_the_sensor_alone(rig):
+def test_a_number_out_of_range_skips_the_sensor_alone(rig):
     rig.model("a", -1, 50)
     assert len(rig.made) == 1 and rig.robots.next_due() == 20
     assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
@@ -246,14 +246,14 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
 
 
 def test_a_restart_drops_the_counts_of_commands(rig):
-    rig.robots.arrivals.add("/cmd")
-    rig.robots.arrivals.count("/cmd")
+    rig.robots.received.add("/cmd")
+    rig.robots.received.count("/cmd")
     rig.robots.restart()
     with pytest.raises(TimeoutError, match="/cmd: 0 of 1"):
-        rig.robots.arrivals.take({"/cmd": 1}, 0.0)
+        rig.robots.received.take({"/cmd": 1}, 0.0)
 
 
-def test_failures_of_pictures_are_returned(rig):
+def test_failures_of_images_are_returned(rig):
     assert rig.robots.take_failures() == ["dark"]
 
 
@@ -262,7 +262,7 @@ class Control:
 
     during_init = None
 
-    def __init__(self, _jobs, _world, model, namespace, _arrivals):
+    def __init__(self, _jobs, _world, model, namespace, _received):
         self.model, self.namespace, self.closed, self.closed_here = model, namespace, False, False
         during_init, Control.during_init = Control.during_init, None
         if during_init is not None:

@@ -56,7 +56,7 @@ class World:
 
 
 class Jobs:
-    """An empty queue: waiting takes as long as it was asked for."""
+    """An empty queue: waiting takes as long as requested."""
 
     def __init__(self, wall):
         self.wall = wall
@@ -259,7 +259,7 @@ def test_steps_are_refused_while_it_runs_or_steps_already():
     "interrupt, reason",
     [
         (lambda server: server.reset(True), "was reset"),
-        (lambda server: server.set_paused(False), "set going"),
+        (lambda server: server.set_paused(False), "resumed"),
         (lambda server: server.set_paused(True), "paused"),
     ],
 )
@@ -271,13 +271,13 @@ def test_interrupted_steps_report_the_reason(interrupt, reason):
     assert steps.done.is_set() and reason in steps.error
 
 
-def test_pictures_that_are_missing_make_the_step_fail():
+def test_missing_images_make_the_step_fail():
     rig = Rig(paused=True)
     rig.robots.failures = ["from before"]
     steps = rig.server.begin_steps(1)
-    rig.robots.failures = ["no picture of cam", "at all"]
+    rig.robots.failures = ["no image of cam", "at all"]
     rig.run_steps(steps)
-    assert steps.error == "no picture of cam; at all"
+    assert steps.error == "no image of cam; at all"
 
 
 def test_lockstep_refuses_to_run_by_itself():
@@ -325,7 +325,7 @@ class Reporter:
         self.schedule.restart(0)
 
 
-def test_reporters_are_asked_at_their_steps():
+def test_reporters_are_called_at_their_steps():
     rig = Rig(paused=True)
     reporter = Reporter()
     rig.server.add_reporter(reporter)
@@ -343,7 +343,7 @@ def test_the_process_time_is_the_published_time(monkeypatch):
     assert [time.to_sec() for time in own] == [1.25] == published
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_initialized", True)
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_current", None)
-    clock_module.set_own_time(own[0])
+    clock_module.set_process_time(own[0])
     assert clock_module.rospy.get_time() == 1.25
 
 

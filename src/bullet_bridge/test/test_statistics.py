@@ -25,14 +25,14 @@ class Server:
 
 def test_figures_come_as_json(monkeypatch):
     monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
-    jobs, answers = JobQueue(), []
+    jobs, responses = JobQueue(), []
     service = module.StatisticsService(jobs, Server())
-    asker = threading.Thread(target=lambda: answers.append(service.handle(None)))
+    asker = threading.Thread(target=lambda: responses.append(service.handle(None)))
     asker.start()
     while asker.is_alive():
         jobs.run_pending(wait=0.01)
-    values = json.loads(answers[0].message)
-    assert answers[0].success and values["batches"] == 3
+    values = json.loads(responses[0].message)
+    assert responses[0].success and values["batches"] == 3
     assert abs(values["lateness_p50"] - 0.003) < 1e-9 and abs(values["lateness_max"] - 1.0) < 1e-9
     assert abs(values["real_time_factor"] - 0.5) < 1e-9
 
@@ -41,5 +41,5 @@ def test_when_the_simulation_has_ended_it_says_so(monkeypatch):
     monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
     jobs = JobQueue()
     jobs.close()
-    answer = module.StatisticsService(jobs, Server()).handle(None)
-    assert not answer.success and "has ended" in answer.message
+    response = module.StatisticsService(jobs, Server()).handle(None)
+    assert not response.success and "has ended" in response.message

@@ -4,9 +4,9 @@ import re
 import threading
 
 import pytest
-from bullet_bridge.loop import received as arrivals_module
+from bullet_bridge.loop import received as received_module
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Steps
 from bullet_bridge.services import simulation as module
 from bullet_sim.errors import WorldError
@@ -37,11 +37,11 @@ class Rig:
     def __init__(self, monkeypatch):
         monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
         monkeypatch.setattr(module.rospy, "logerr", lambda *_: None)
-        monkeypatch.setattr(arrivals_module.rospy, "is_shutdown", lambda: False)
-        self.server, self.arrivals, self.jobs = Server(), Arrivals(), JobQueue()
-        self.arrivals.add("/car/command")
-        self.arrivals.add("/cmd_vel")
-        self.service = module.StepService(self.jobs, self.server, self.arrivals, 0.05)
+        monkeypatch.setattr(received_module.rospy, "is_shutdown", lambda: False)
+        self.server, self.received, self.jobs = Server(), ReceivedCounts(), JobQueue()
+        self.received.add("/car/command")
+        self.received.add("/cmd_vel")
+        self.service = module.StepService(self.jobs, self.server, self.received, 0.05)
         self.end = threading.Event()
         self.owner = threading.Thread(target=self.own)
         self.owner.start()
@@ -65,17 +65,17 @@ def _rig(monkeypatch):
 
 
 def test_steps_without_topics(rig):
-    answer = rig.ask(5)
-    assert (answer.success, answer.status_message, rig.server.made) == (True, "", [5])
+    response = rig.ask(5)
+    assert (response.success, response.status_message, rig.server.made) == (True, "", [5])
 
 
 def test_steps_after_the_messages_came(rig):
     for _ in range(2):
-        rig.arrivals.count("/car/command")
+        rig.received.count("/car/command")
     assert rig.ask(3, ["/car/command", "cmd_vel"], [2, 0]).success
-    answer = rig.ask(3, ["/car/command"], [1])
-    assert not answer.success and rig.server.made == [3]
-    assert answer.status_message == ("not all commands came within 0.05 s: /car/command: 0 of 1")
+    response = rig.ask(3, ["/car/command"], [1])
+    assert not response.success and rig.server.made == [3]
+    assert response.status_message == ("not all commands came within 0.05 s: /car/command: 0 of 1")
 
 
 @pytest.mark.parametrize(
@@ -92,29 +92,29 @@ def test_steps_after_the_messages_came(rig):
     ],
 )
 def test_wrong_requests_are_refused_with_the_reason(rig, request_, text):
-    answer = rig.ask(**request_)
-    assert not answer.success and rig.server.made == []
-    assert re.search(text, answer.status_message)
+    response = rig.ask(**request_)
+    assert not response.success and rig.server.made == []
+    assert re.search(text, response.status_message)
 
 
 def test_a_running_simulation_is_not_stepped_and_takes_no_messages(rig):
     rig.server.paused = False
-    rig.arrivals.count("/cmd_vel")
+    rig.received.count("/cmd_vel")
     assert "pause it" in rig.ask(1, ["/cmd_vel"], [1]).status_message
     rig.server.paused = True
     assert rig.ask(1, ["/cmd_vel"], [1]).success
 
 
 def test_errors_of_the_steps_are_returned(rig):
-    rig.server.error = "no picture"
-    answer = rig.ask()
-    assert not answer.success and answer.status_message == "no picture"
+    rig.server.error = "no image"
+    response = rig.ask()
+    assert not response.success and response.status_message == "no image"
     rig.server.made.append("busy")
     assert rig.ask().status_message == "busy"
 
 
 def test_messages_of_a_step_that_did_not_begin_count_for_the_next(rig):
-    rig.arrivals.count("/cmd_vel")
+    rig.received.count("/cmd_vel")
     rig.server.made.append("busy")
     assert rig.ask(1, ["/cmd_vel"], [1]).status_message == "busy"
     rig.server.made.clear()

@@ -15,7 +15,7 @@ from bullet_sim.errors import ControllerError, WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from dynamic_reconfigure.encoding import encode_config
-from fake_impl import FakeArrivals, plugin_of
+from fake_impl import FakeReceivedCounts, plugin_of
 from geometry_msgs.msg import Twist
 from test_outputs import CART, Topic
 from test_server import Rig as Loop
@@ -91,7 +91,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
     class Control:
         """Fails, or notes the step."""
 
-        def __init__(self, _jobs, _world, model, namespace, _arrivals):
+        def __init__(self, _jobs, _world, model, namespace, _received):
             self.name, self.namespace = model.name, namespace
 
         def refresh(self):
@@ -148,11 +148,11 @@ def test_errors_of_the_program_itself_are_not_hidden_and_cost_the_plugin_alone(w
 @pytest.mark.parametrize("value", [1.7e308, -1.1e9, math.inf])
 def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
     cart = world.spawn_urdf("cart", CART.format(""), Pose(), str)
-    arrivals = FakeArrivals()
-    output = plugin_of(world, cart, cart.description.sensors[0], arrivals=arrivals)
+    received = FakeReceivedCounts()
+    output = plugin_of(world, cart, cart.description.sensors[0], received=received)
     command = Twist()
     for command.angular.z in (0.5, value):
-        arrivals.take(command)
+        received.take(command)
     assert output._command == (0.0, 0.5)
     assert (
         len(topics.logged) == 1
@@ -179,9 +179,9 @@ class Tuned:
         self.taken.append(gains)
 
     def ask(self, **values):
-        """Call set_parameters; the values that it answers with."""
-        answer = self.tuning._server._set_callback(SimpleNamespace(config=encode_config(values)))
-        return {row.name: row.value for row in answer.doubles}
+        """Call set_parameters; the values that it responds with."""
+        response = self.tuning._server._set_callback(SimpleNamespace(config=encode_config(values)))
+        return {row.name: row.value for row in response.doubles}
 
 
 @pytest.fixture(name="tuned")
@@ -195,12 +195,12 @@ def _tuned(monkeypatch, topics):
 def test_a_gain_that_is_no_number_is_refused(tuned, name):
     assert tuned.ask(p=3.0)["p"] == 3.0
     before = dict(tuned.parameters)
-    answer = tuned.ask(**{"p": 7.0, name: math.nan})
-    assert answer == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
+    response = tuned.ask(**{"p": 7.0, name: math.nan})
+    assert response == {"p": 3.0, "i": 0.5, "d": 0.1, "i_clamp_min": -1.0, "i_clamp_max": 1.0}
     assert tuned.taken == [PidGains(3.0, 0.5, 0.1, -1.0, 1.0)]
     assert tuned.parameters == before
     assert tuned.logged == [
-        f"/bot/arm/pid: {name} is nan, must be a finite number; the gains stay as they are"
+        f"/bot/arm/pid: {name} is nan, must be a finite number; the gains are unchanged"
     ]
     assert tuned.ask(p=4.0)["p"] == 4.0 and tuned.taken[-1].p == 4.0
 

@@ -1,4 +1,4 @@
-"""The bridge's end of the viewer: answers, and survives whatever the viewer does."""
+"""The bridge's end of the viewer: responds, and survives whatever the viewer does."""
 
 import os
 import signal

@@ -107,7 +107,7 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
     for step, expected in ((1, 0.3), (50, 0.3), (101, -0.4)):
         output.update(step * 0.001, 0.0)
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
-    assert not output.is_wanted()
+    assert not output.needs_update()
     errors = []
     monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))
@@ -186,9 +186,9 @@ def test_depths_are_millimetres_within_the_range_and_points_within_the_cutoffs(t
     depths[0, :4] = (0.2, 0.4, 2.5, 9.0)
     rgb = np.full((48, 64, 3), 7, np.uint8)
     output.publish_frame(Frame("x", 0.5, 500, rgb, depths, 0))
-    picture = topics["/camera/depth/image_raw"].messages[0]
-    assert (picture.encoding, picture.header.frame_id) == ("16UC1", "depth_optical")
-    row = np.frombuffer(picture.data, "<u2")[:5]
+    image = topics["/camera/depth/image_raw"].messages[0]
+    assert (image.encoding, image.header.frame_id) == ("16UC1", "depth_optical")
+    row = np.frombuffer(image.data, "<u2")[:5]
     assert row.tolist() == [0, 400, 2500, 0, 1500]
     cloud = topics["/camera/depth/points"].messages[0]
     z = np.frombuffer(cloud.data, "<f4").reshape(48, 64, 8)[0, :5, 2]

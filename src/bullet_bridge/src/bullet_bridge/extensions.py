@@ -1,4 +1,4 @@
-"""Controllers, plugins and sensors of users' own packages, found by <export> in their package.xml.
+"""Controllers, plugins and sensors of users' packages, declared by <export> in their package.xml.
 
     <export>
       <bullet_bridge controller="my_robot/BangBang" class="my_robot.controllers:BangBang"/>
@@ -6,21 +6,23 @@
       <bullet_bridge sensor="libgas.so" class="my_robot.simulation:GasSensor" type="gas"/>
     </export>
 
-catkin writes no metadata of Python packages into the devel space, so that entry points would not be
-found where users work; manifests are found in devel and install spaces alike. They are read only
+catkin writes no metadata of Python packages into the devel space, so that entry points would be
+missing where users work; devel and install spaces both have manifests. They are read only
 when a type or a library is not built in.
 """
 
 import functools
 import importlib
 import os
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import rospkg
 import rospy
 from bullet_sim.controllers import CONTROLLERS, Controller
 from bullet_sim.errors import ControllerError, ModelError, SimError
-from bullet_sim.plugins.custom import custom_plugin, custom_sensor
+from bullet_sim.plugins.custom import CustomSpec, custom_plugin, custom_sensor
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS
 from bullet_sim.plugins.xml import SensorXml
 from catkin_pkg.package import InvalidPackage
@@ -51,28 +53,28 @@ class Extension:
     manifest: str
     sensor_type: str = ""
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.kind} '{self.name}' is {self.target} of package {self.package}"
 
-    def load(self):
+    def load(self) -> type:
         """The class.
 
         Raises:
             SimError: names package.xml, class and reason.
         """
         module, _, name = self.target.partition(":")
-        what = f"{self.manifest} names class '{self.target}' for {self.kind} '{self.name}'"
+        label = f"{self.manifest} names class '{self.target}' for {self.kind} '{self.name}'"
         try:
-            found = getattr(importlib.import_module(module), name)
-        except Exception as error:  # whatever a user's module does
-            raise SimError(f"{what}, which cannot be imported: {_shown(error)}") from error
+            loaded = getattr(importlib.import_module(module), name)
+        except Exception as error:  # any error of a user's module
+            raise SimError(f"{label}, which cannot be imported: {_formatted(error)}") from error
         base = BASES[self.kind]
-        if not (isinstance(found, type) and issubclass(found, base)):
-            raise SimError(f"{what}, which is no subclass of {base.__module__}.{base.__name__}")
-        return found
+        if not (isinstance(loaded, type) and issubclass(loaded, base)):
+            raise SimError(f"{label}, which is no subclass of {base.__module__}.{base.__name__}")
+        return loaded
 
 
-def _shown(error):
+def _formatted(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
@@ -83,11 +85,12 @@ class Extensions:
         packages: rospkg.RosPack; None: a new one when it is needed.
     """
 
-    def __init__(self, packages=None):
-        self._packages, self._found = packages, None
+    def __init__(self, packages: rospkg.RosPack | None = None) -> None:
+        self._packages = packages
+        self._entries: dict[tuple[str, str], Extension] | None = None
 
-    def enter(self):
-        """Have the simulator find them where nothing is built in."""
+    def enter(self) -> None:
+        """Make them available to the simulator, after what is built in."""
         CONTROLLERS.add_source(self.controller, lambda: self.names("controller"))
         PLUGINS.add_source(
             lambda name: custom_plugin if self.get("plugin", name) else None,
@@ -95,27 +98,28 @@ class Extensions:
         )
         SENSOR_PLUGINS.add_source(self._sensor_reader, lambda: self.names("sensor"))
 
-    def all(self):
-        """All Extensions by (kind, name); what is wrong with a line is logged, once."""
-        if self._found is None:
-            self._found = {}
+    def all(self) -> dict[tuple[str, str], Extension]:
+        """All Extensions by (kind, name); errors of a line are logged, once."""
+        if self._entries is None:
+            entries: dict[tuple[str, str], Extension] = {}
+            self._entries = entries
             for extension in self._read():
-                self._add(extension)
-        return self._found
+                self._add(entries, extension)
+        return self._entries
 
-    def names(self, kind):
+    def names(self, kind: str) -> tuple[str, ...]:
         """Names of the extensions of a kind."""
         return tuple(name for of_kind, name in self.all() if of_kind == kind)
 
-    def get(self, kind, name):
+    def get(self, kind: str, name: str) -> Extension | None:
         """The Extension, or None."""
         return self.all().get((kind, name))
 
-    def controller(self, name):
+    def controller(self, name: str) -> type[Controller] | None:
         """Class of a controller type, or None.
 
         Raises:
-            ControllerError: its class cannot be had.
+            ControllerError: its class cannot be loaded.
         """
         extension = self.get("controller", name)
         if extension is None:
@@ -125,31 +129,32 @@ class Extensions:
         except SimError as error:
             raise ControllerError(str(error)) from error
 
-    def plugin(self, spec):
+    def plugin(self, spec: CustomSpec) -> type[ModelPlugin]:
         """Class of a CustomSpec.
 
         Raises:
-            SimError: it cannot be had.
+            SimError: it cannot be loaded.
         """
         return self.of(spec).load()
 
-    def of(self, spec):
+    def of(self, spec: CustomSpec) -> Any:
         """The Extension of a CustomSpec."""
         kind = "sensor" if isinstance(spec.xml, SensorXml) else "plugin"
         return self.get(kind, spec.library)
 
-    def _sensor_reader(self, name):
+    def _sensor_reader(self, name: str) -> Callable[[SensorXml], CustomSpec] | None:
         extension = self.get("sensor", name)
         if extension is None:
             return None
-        reader = functools.partial(custom_sensor)
+        reader: Any = functools.partial(custom_sensor)
         if extension.sensor_type:
             reader.types = (extension.sensor_type,)
         return reader
 
-    def _add(self, extension):
+    @staticmethod
+    def _add(entries: dict[tuple[str, str], Extension], extension: Extension) -> None:
         key = extension.kind, extension.name
-        other = self._found.get(key)
+        other = entries.get(key)
         if other is not None:
             rospy.logerr(
                 "%s '%s' is exported by the packages %s and %s, must be by one; that of %s is used",
@@ -159,9 +164,9 @@ class Extensions:
                 other.package,
             )
             return
-        self._found[key] = extension
+        entries[key] = extension
 
-    def _read(self):
+    def _read(self) -> Iterator[Extension]:
         packages = self._packages or rospkg.RosPack()
         for package in sorted(packages.list()):
             folder = packages.get_path(package)
@@ -180,11 +185,11 @@ class Extensions:
                         rospy.logerr("%s", error)
 
 
-def _extension(attributes, package, manifest):
+def _extension(attributes: Mapping[str, str], package: str, manifest: str) -> Extension:
     """Extension of an <export>'s line.
 
     Raises:
-        ModelError: names what is wrong with it.
+        ModelError: names the error.
     """
     kinds = [kind for kind in BASES if kind in attributes]
     target = attributes.get("class", "")

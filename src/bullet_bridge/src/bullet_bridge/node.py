@@ -1,8 +1,10 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from typing import Any
 
 import rospy
 from bullet_sim.errors import SimError
@@ -15,9 +17,9 @@ from paddock_common.process import exit_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.extensions import Extensions
-from bullet_bridge.loop.clock import SimClock, set_own_time
+from bullet_bridge.loop.clock import SimClock, set_process_time
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Server
 from bullet_bridge.plugins.cameras import Cameras
 from bullet_bridge.plugins.viewer_link import ViewerLink
@@ -40,8 +42,8 @@ class Config:
         paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
         world_pace: no real_time_factor is given; that of the world file counts.
-        lockstep: start paused; time advances only by /gazebo/step, which waits for all pictures.
-        every_picture: wait for each due picture, without lockstep, too; time slows down instead.
+        lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
+        every_picture: wait for each due image, without lockstep, too; time slows down instead.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -71,11 +73,11 @@ class Config:
     gui: bool = flag(False)
     headless: bool = flag(False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, prefix="parameter ")
 
 
-def parse_config(get):
+def parse_config(get: Callable[[str, Any], Any]) -> Config:
     """Config from a function get(name, default).
 
     Raises:
@@ -91,26 +93,26 @@ def parse_config(get):
     )
 
 
-def start_relay():
+def start_relay() -> Relay | None:
     """The Relay, or None if it does not start."""
     try:
         return Relay()
     except OSError as error:
-        rospy.logwarn("the relay does not start: %s; the bridge sends by itself", error)
+        rospy.logwarn("the relay does not start: %s; the bridge sends directly", error)
         return None
 
 
-def end(reason):
+def end(reason: str) -> None:
     """End the node with a reason, from any thread."""
     rospy.logfatal("%s", reason)
     rospy.signal_shutdown(reason)
 
 
-def main():
+def main() -> int:
     """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
     tolerate_log_errors()
-    # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
+    # A subscription to its /clock would cost a socket and a thread: SimClock sets the time.
     nodes.init_interruptible("gazebo", disable_rostime=True)
     exit_with_roslaunch()
     master = MasterWatch(end)
@@ -126,11 +128,11 @@ def main():
     return 1 if master.reason else 0
 
 
-def make_server(parts):
-    """Make everything that the node's parameters ask for.
+def make_server(parts: ExitStack) -> Server:
+    """Make everything that the node's parameters request.
 
     Args:
-        parts: ExitStack that closes it, the last made first.
+        parts: ExitStack that closes it, in reverse order.
 
     Returns:
         Server, ready to run.
@@ -154,15 +156,15 @@ def make_server(parts):
     rospy.on_shutdown(jobs.close)
     cameras = make_cameras(world, config)
     parts.callback(cameras.close)
-    arrivals = Arrivals()
-    robots = Robots(jobs, world, cameras, config.seed, arrivals, extensions)
-    own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
-    clock = SimClock(config.clock_rate, world.time_step, own=own_time)
+    received = ReceivedCounts()
+    robots = Robots(jobs, world, cameras, config.seed, received, extensions)
+    set_time = set_process_time if is_true(rospy.get_param("/use_sim_time", False)) else None
+    clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
     StatisticsService(jobs, server)
     DescribeService(jobs, world, robots, described)
-    StepService(jobs, server, arrivals, config.step_timeout)
+    StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
     parts.callback(viewer.close)
@@ -175,13 +177,13 @@ def make_server(parts):
     return server
 
 
-def quality_of(config):
+def quality_of(config: Config) -> Quality:
     """Quality of the OpenGL renderer."""
     return Quality(config.shadows, config.antialias)
 
 
-def make_cameras(world, config):
-    """The Cameras, with labels where they are asked for."""
+def make_cameras(world: World, config: Config) -> Cameras:
+    """The Cameras, with labels where they are requested."""
     wait = config.lockstep or config.every_picture
     cameras = Cameras(config.renderer, wait, quality_of(config), lambda: world.scene)
     if config.labels:

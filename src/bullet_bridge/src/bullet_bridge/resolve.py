@@ -1,22 +1,27 @@
-"""Files of worlds and models: looked for where Gazebo looks, read, their warnings logged."""
+"""Files of worlds and models: searched in Gazebo's folders, read, their warnings logged."""
 
 import logging
 import os
 import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import rospkg
 import rospy
 from bullet_sim.description.warnings import grouped
-from bullet_sim.description.world import empty_world
+from bullet_sim.description.world import WorldDescription, empty_world
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.xml_reader import parse
 from catkin_pkg.package import InvalidPackage
 
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
 SCHEMES = ("package", "model", "file")
-# Worlds that Gazebo brings and the stand-in gazebo_ros does not: the empty world stands for them.
+# Worlds that Gazebo provides and the stand-in gazebo_ros does not: the empty world replaces them.
 GAZEBO_WORLDS = (
     "cafe",
     "camera",
@@ -47,25 +52,26 @@ class Resolver:
     of the world file and that of its package. Below each, SUFFIXES are tried, too.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._packages = rospkg.RosPack()
-        self._models = self._resources = None
-        self._world = ()
+        self._models: list[str] | None = None
+        self._resources: list[str] | None = None
+        self._world: tuple[str, ...] = ()
 
-    def set_world(self, path):
-        """Look beside a world file, too: in its folder and in that of its package."""
+    def set_world(self, path: str) -> None:
+        """Search next to a world file, too: in its folder and in that of its package."""
         folder = os.path.dirname(os.path.abspath(path))
         self._world = (folder, *_package_above(folder))
 
-    def __call__(self, uri):
+    def __call__(self, uri: str) -> str:
         """Absolute path of a URI's file, or of a name without a scheme.
 
         Raises:
-            ValueError: nothing is found; names the file and the folders searched.
+            ValueError: there is no such file; names the file and the folders searched.
         """
         uri = uri.strip()
-        scheme, mark, rest = uri.partition("://")
-        if not mark:
+        scheme, separator, rest = uri.partition("://")
+        if not separator:
             scheme, rest = "file", uri
         if not rest:
             raise ValueError("it is empty: a file needs package://, model://, file:// or a path")
@@ -77,46 +83,46 @@ class Resolver:
             return self._model(rest)
         raise ValueError(f"scheme '{scheme}' is not one of {', '.join(SCHEMES)}")
 
-    def world(self, path):
+    def world(self, path: str) -> str:
         """Path of a world file.
 
         Raises:
-            ValueError: it is nowhere; names all places.
+            ValueError: it does not exist; names all folders.
         """
         path = path.partition("://")[2] if path.startswith("file://") else path.strip()
         if os.path.isabs(path) or os.path.isfile(path):
             return path
-        places = [os.getcwd(), *self._all_resources()]
-        for place in places:
-            for found in (os.path.join(place, path), os.path.join(place, "worlds", path)):
-                if os.path.isfile(found):
-                    return found
-        raise ValueError(f"world file '{path}' is in none of {', '.join(places)}")
+        folders = [os.getcwd(), *self._all_resources()]
+        for folder in folders:
+            for candidate in (os.path.join(folder, path), os.path.join(folder, "worlds", path)):
+                if os.path.isfile(candidate):
+                    return candidate
+        raise ValueError(f"world file '{path}' is in none of {', '.join(folders)}")
 
-    def _in_package(self, rest):
+    def _in_package(self, rest: str) -> str:
         name, _, path = rest.partition("/")
         try:
             folder = self._packages.get_path(name)
         except rospkg.ResourceNotFound as error:
-            found = self._search(rest)  # Gazebo takes package:// for model://
-            if found is None:
+            match = self._search(rest)  # Gazebo takes package:// for model://
+            if match is None:
                 raise ValueError(f"package '{name}' is not on ROS_PACKAGE_PATH") from error
-            return found
+            return match
         path = os.path.join(folder, path)
         return _sdf_file(path) or path
 
-    def _file(self, path):
+    def _file(self, path: str) -> str:
         """A file's path; a relative one that is nowhere is an error."""
         if os.path.isabs(path):
             return _sdf_file(path) or (path if os.path.exists(path) else self._moved(path))
-        found = self._search(path, resources_first=True)
-        if found is None and os.path.exists(path):
-            found = _sdf_file(path) or os.path.abspath(path)
-        if found is None:
-            raise ValueError(f"'{path}' is in none of {self._shown()}")
-        return found
+        match = self._search(path, resources_first=True)
+        if match is None and os.path.exists(path):
+            match = _sdf_file(path) or os.path.abspath(path)
+        if match is None:
+            raise ValueError(f"'{path}' is in none of {self._folders()}")
+        return match
 
-    def _moved(self, path):
+    def _moved(self, path: str) -> str:
         """A path of another machine, as saved worlds have them: in a package of this machine.
 
         Returns:
@@ -126,28 +132,29 @@ class Resolver:
         parts = path.split("/")
         for number, part in enumerate(parts[:-1]):
             rest = "/".join(parts[number + 1 :])
+            match: str | None
             if part in self._packages.list():
-                found = os.path.join(self._packages.get_path(part), rest)
+                match = os.path.join(self._packages.get_path(part), rest)
             elif parts[number - 1 : number + 1] == [".gazebo", "models"]:
-                found = self._search(rest)
+                match = self._search(rest)
             else:
                 continue
-            if found is not None and os.path.exists(found):
-                return found
+            if match is not None and os.path.exists(match):
+                return match
         return path
 
-    def _model(self, rest):
-        found = self._search(rest)
-        if found is not None:
-            return found
+    def _model(self, rest: str) -> str:
+        match = self._search(rest)
+        if match is not None:
+            return match
         name, _, path = rest.partition("/")
         try:
             path = os.path.join(self._packages.get_path(name), path)
             return _sdf_file(path) or path
         except rospkg.ResourceNotFound as error:
-            raise ValueError(f"model '{rest}' is in none of {self._shown()}") from error
+            raise ValueError(f"model '{rest}' is in none of {self._folders()}") from error
 
-    def _search(self, path, resources_first=False):
+    def _search(self, path: str, resources_first: bool = False) -> str | None:
         """First file, model or else folder below the resource paths and SUFFIXES, or None."""
         groups = [self._model_paths(), self._all_resources()]
         folders = [
@@ -156,19 +163,19 @@ class Resolver:
             for folder in group
             for suffix in SUFFIXES
         ]
-        found = [folder for folder in folders if os.path.exists(folder)]
-        for place in found:
-            if os.path.isfile(place):
-                return place
-            model = _sdf_file(place)
+        matches = [folder for folder in folders if os.path.exists(folder)]
+        for match in matches:
+            if os.path.isfile(match):
+                return match
+            model = _sdf_file(match)
             if model is not None:
                 return model
-        return found[0] if found else None
+        return matches[0] if matches else None
 
-    def _shown(self):
+    def _folders(self) -> str:
         return ", ".join((*self._model_paths(), *self._all_resources())) or "(no folder)"
 
-    def _model_paths(self):
+    def _model_paths(self) -> list[str]:
         if self._models is None:
             folders = _listed("GAZEBO_MODEL_PATH")
             folders += exported_folders(self._packages, "gazebo_model_path")
@@ -176,7 +183,7 @@ class Resolver:
             self._models = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
         return self._models
 
-    def _all_resources(self):
+    def _all_resources(self) -> list[str]:
         if self._resources is None:
             folders = _listed("GAZEBO_RESOURCE_PATH")
             try:
@@ -184,15 +191,15 @@ class Resolver:
             except rospkg.ResourceNotFound:
                 pass  # its worlds are not here then
             folders += exported_folders(self._packages, "gazebo_media_path")
-            self._resources = list(dict.fromkeys(map(os.path.expanduser, folders)))
+            self._resources = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
         return [*self._resources, *self._world]
 
 
-def _listed(variable):
+def _listed(variable: str) -> list[str]:
     return [folder for folder in os.environ.get(variable, "").split(":") if folder]
 
 
-def _package_above(folder):
+def _package_above(folder: str) -> tuple[str, ...]:
     """(folder of the package that a folder is in,), or () where it is in none."""
     while folder != os.path.dirname(folder):
         if os.path.isfile(os.path.join(folder, "package.xml")):
@@ -201,7 +208,7 @@ def _package_above(folder):
     return ()
 
 
-def exported_folders(packages, key):
+def exported_folders(packages: rospkg.RosPack, key: str) -> list[str]:
     """Folders that packages name in their <export><gazebo_ros KEY="..."/>, in order.
 
     Args:
@@ -225,20 +232,20 @@ def exported_folders(packages, key):
     return folders
 
 
-def is_in_manifest(word, folder):
-    """Whether a word is anywhere in the manifest of a package's folder, the one rospkg reads."""
+def is_in_manifest(text: str, folder: str) -> bool:
+    """Whether a text is anywhere in the manifest of a package's folder, the one rospkg reads."""
     for name in ("manifest.xml", "package.xml"):
         try:
             with open(os.path.join(folder, name), "rb") as file:
-                return word.encode() in file.read()
+                return text.encode() in file.read()
         except OSError:
             continue
     return False
 
 
-def _sdf_file(folder):
+def _sdf_file(folder: str) -> str | None:
     """The SDF file of a model's folder: the newest that its model.config names, or model.sdf."""
-    names = [((), "model.sdf")]
+    names: list[tuple[tuple[int, ...], str]] = [((), "model.sdf")]
     try:
         path = os.path.join(folder, "model.config")
         config = parse(read_file(path, "file", MAX_TEXT), path)
@@ -249,15 +256,15 @@ def _sdf_file(folder):
             version = tuple(map(int, re.findall(r"\d{1,9}", element.get("version") or "")))
             names.append((version, (element.text or "").strip()))
     names.sort(key=lambda entry: entry[0])  # of one version the last counts
-    found = [os.path.join(folder, name) for _, name in names if name]
-    return next((path for path in reversed(found) if os.path.isfile(path)), None)
+    files = [os.path.join(folder, name) for _, name in names if name]
+    return next((path for path in reversed(files) if os.path.isfile(path)), None)
 
 
 _details = logging.getLogger("bullet_bridge.resolve")  # goes to the node's log file alone
 
 
-def log_warnings(warnings, model=""):
-    """Log one line a cause; the single sentences go to the node's log file.
+def log_warnings(warnings: Sequence[str], model: str = "") -> None:
+    """Log one line a cause; the single messages go to the node's log file.
 
     Args:
         warnings: ReadWarnings.
@@ -271,17 +278,16 @@ def log_warnings(warnings, model=""):
             _details.info("%s", _with_name(warning, model))
 
 
-def _with_name(line, model):
+def _with_name(line: str, model: str) -> str:
     return f"model '{model}': {line}" if model and f"'{model}'" not in line else line
 
 
-def load_world(world, path, resolve):
-    """Load a world file; one that cannot be had is an error in the log, and the empty world loads.
+def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription | None:
+    """Load a world file; if that fails, log an error and load the empty world.
 
     Args:
-        world: of the core.
         path: of the file, as Gazebo takes it (see Resolver.world); empty: nothing is loaded.
-        resolve: Resolver; looks beside the world's file from now on.
+        resolve: Resolver; searches next to the world file from now on.
 
     Returns:
         The WorldDescription, or None for no path.
@@ -293,18 +299,18 @@ def load_world(world, path, resolve):
     return described
 
 
-def _described(path, resolve):
+def _described(path: str, resolve: Resolver) -> WorldDescription:
     try:
-        found = resolve.world(path)
-        text = read_file(found, "world file", MAX_TEXT)
-        resolve.set_world(found)
-        return parse_world(text, resolve, found)
+        file = resolve.world(path)
+        text = read_file(file, "world file", MAX_TEXT)
+        resolve.set_world(file)
+        return parse_world(text, resolve, file)
     except ValueError as error:
         problem = error
     name, ending = os.path.splitext(os.path.basename(path))
     if name in GAZEBO_WORLDS and ending == ".world" and not os.path.isabs(path):
         rospy.logwarn(
-            "world '%s' is one of Gazebo's own, which is not part of this stand-in; the empty "
+            "world '%s' is one of Gazebo's, which is not part of this stand-in; the empty "
             "world takes its place",
             path,
         )

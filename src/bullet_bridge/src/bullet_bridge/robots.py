@@ -4,60 +4,83 @@ import threading
 import time as wall
 import traceback
 import zlib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.plugins.custom import CustomSpec
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
-from bullet_bridge.loop.received import Arrivals
-from bullet_bridge.plugins.base import PluginContext, make_plugin
+from bullet_bridge.loop.received import ReceivedCounts
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, make_plugin
 from bullet_bridge.resolve import log_warnings
 
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.plugins.cameras import Cameras
+
 CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers ...
-CHECK_GAP = 0.005  # [s] ... and least wall time between them
+CHECK_GAP = 0.005  # [s] ... and minimum wall time between them
 
 
 class Robots:
     """Controllers, plugins and sensors of all models.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world: of the core.
-        cameras: Cameras.
         seed: base of all noise seeds.
-        arrivals: Arrivals, which count the commands.
-        extensions: Extensions, which have the classes of users' own plugins.
+        received: ReceivedCounts of the commands.
+        extensions: Extensions, which have users' plugin classes.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
-    one number; `refresh` updates them after jobs.
+    one index; `refresh` updates them after jobs.
     """
 
-    def __init__(self, jobs, world, cameras, seed, arrivals=None, extensions=None):
+    def __init__(
+        self,
+        jobs: "JobQueue",
+        world: "World",
+        cameras: "Cameras",
+        seed: int,
+        received: ReceivedCounts | None = None,
+        extensions: Any = None,
+    ) -> None:
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
-        self.arrivals, self.extensions = arrivals or Arrivals(), extensions
-        self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
-        self._controls, self._plugins, self._counts = {}, {}, {}
-        self._failed = set()  # plugins that raised an exception
-        self._skipped = {}  # name of a model -> messages about plugins that it does without
-        self._all_controls, self._all_plugins, self._next, self._next_check = (), (), 0, 0.0
+        self.received, self.extensions = received or ReceivedCounts(), extensions
+        self._claims: dict[str, Model] = {}  # by control namespace
+        self._claiming = threading.Lock()
+        self._controls: dict[str, RobotControl] = {}
+        self._plugins: dict[str, list[ModelPlugin]] = {}
+        self._counts: dict[ModelPlugin, int] = {}
+        self._failed: set[ModelPlugin] = set()  # plugins that raised an exception
+        # Messages about plugins that a model does without, by its name.
+        self._skipped: dict[str, list[str]] = {}
+        self._all_controls: tuple[RobotControl, ...] = ()
+        self._all_plugins: tuple[ModelPlugin, ...] = ()
+        self._next, self._next_check = 0, 0.0
 
     # connecting, outside the simulation thread ------------------------------------------------
-    def connect(self, model, namespace=""):
+    def connect(self, model: "Model", namespace: str = "") -> None:
         """Create a model's services and topics; called outside the simulation thread."""
         log_warnings(model.description.warnings, model.name)
         self._connect(model, namespace, self._jobs.call)
 
-    def connect_world_models(self):
+    def connect_world_models(self) -> None:
         """Connect the models of the world file; called before the simulation runs."""
         for model in list(self._world.models.values()):
             if model.description.sensors or model.manager is not None:
                 self._connect(model, "", lambda job: job())
 
-    def _connect(self, model, namespace, run):
-        parts, controls = [], []
+    def _connect(
+        self, model: "Model", namespace: str, run: Callable[[Callable[[], bool]], bool]
+    ) -> None:
+        parts: list[ModelPlugin] = []
+        controls: list[RobotControl] = []
 
-        def register():
+        def register() -> bool:
             if self._world.models.get(model.name) is not model:
                 return False
             for plugin in parts:  # steps were made since they were created
@@ -71,34 +94,34 @@ class Robots:
 
         registered = False
         try:
-            for number, spec in enumerate(model.description.sensors):
-                self._add_plugin(model, number, spec, parts)
+            for index, spec in enumerate(model.description.sensors):
+                self._add_plugin(model, index, spec, parts)
             control = self._make_control(model, namespace)
             controls += [control] if control is not None else []
             registered = run(register)  # False: the model was deleted in the meantime
         finally:
             if not registered:
-                self._close(model, controls + parts)
+                self._close(model, [*controls, *parts])
 
-    def _add_plugin(self, model, number, spec, parts):
-        """Append one of a model's plugins to a list; one that fails is left out."""
-        seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
-        context = PluginContext(self._world, model, spec, seed, self.arrivals, self._cameras)
-        own = isinstance(spec, CustomSpec)
+    def _add_plugin(self, model: "Model", index: int, spec: Any, parts: list[ModelPlugin]) -> None:
+        """Append one of a model's plugins to a list; one that fails is skipped."""
+        seed = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode())
+        context = PluginContext(self._world, model, spec, seed, self.received, self._cameras)
+        custom = isinstance(spec, CustomSpec)
         try:
-            parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
+            parts.append(make_plugin(context, self.extensions.plugin(spec) if custom else None))
         except (ValueError, ArithmeticError) as error:
             text = f"sensor on {spec.topic} is left out: {error}"
             self._skipped.setdefault(model.name, []).append(text)
             rospy.logerr("model '%s': %s", model.name, text)
         except Exception as error:
-            if not own:
+            if not custom:
                 raise
             text = f"{self.extensions.of(spec)}, and is left out: {error}"
             self._skipped.setdefault(model.name, []).append(text)
             rospy.logerr("model '%s': %s\n%s", model.name, text, traceback.format_exc().rstrip())
 
-    def _make_control(self, model, namespace):
+    def _make_control(self, model: "Model", namespace: str) -> RobotControl | None:
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
         if model.manager is None:
             return None
@@ -115,7 +138,7 @@ class Robots:
             )
             return None
         try:
-            return RobotControl(self._jobs, self._world, model, namespace, self.arrivals)
+            return RobotControl(self._jobs, self._world, model, namespace, self.received)
         except rospy.ServiceException as error:
             self._release(model)
             rospy.logerr("model '%s' has no controllers: %s", model.name, error)
@@ -124,14 +147,14 @@ class Robots:
             self._release(model)
             raise
 
-    def _release(self, model):
+    def _release(self, model: "Model") -> None:
         """Release a model's control namespace for other models; of any thread."""
         with self._claiming:
             self._claims = {
                 namespace: owner for namespace, owner in self._claims.items() if owner is not model
             }
 
-    def _close(self, model, parts):
+    def _close(self, model: "Model", parts: Sequence[ModelPlugin | RobotControl]) -> None:
         """Close parts of a failed spawn; if one raises, the others are closed all the same."""
         for part in parts:
             try:
@@ -141,7 +164,7 @@ class Robots:
         self._release(model)
 
     # simulation thread ------------------------------------------------------------------------
-    def disconnect(self, name):
+    def disconnect(self, name: str) -> list[Any]:
         """Remove a model.
 
         Returns:
@@ -158,9 +181,9 @@ class Robots:
             self._failed.discard(plugin)
         self._cameras.set_sources(self._world.sources())
         self.refresh()
-        return ([control] if control is not None else []) + removed
+        return [control, *removed] if control is not None else removed
 
-    def refresh(self):
+    def refresh(self) -> None:
         """Update the flat lists and the next due step, after jobs."""
         self._all_controls = tuple(self._controls.values())
         for control in self._all_controls:
@@ -173,7 +196,7 @@ class Robots:
         )
         self._update_next(check=True)
 
-    def _update_next(self, check=False):
+    def _update_next(self, check: bool = False) -> None:
         step, now = self._world.step_count, wall.monotonic()
         check = check or now >= self._next_check
         if check:
@@ -185,16 +208,16 @@ class Robots:
             due = min(due, control.next_due(check))
         self._next = due
 
-    def apply_commands(self):
+    def apply_commands(self) -> None:
         """Pass the latest commands of all robots to their controllers."""
         for control in self._all_controls:
             control.apply_commands()
 
-    def next_due(self):
+    def next_due(self) -> int:
         """Physics step after which publish() has to be called at the latest."""
         return self._next
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Update and publish what is due at this step and has subscribers."""
         if step < self._next:
             return
@@ -217,12 +240,12 @@ class Robots:
         self._update_next()
 
     @staticmethod
-    def _cannot_publish(what, error):
+    def _cannot_publish(label: str, error: Exception) -> None:
         """Log that a state that is NaN or infinite cannot be published."""
-        rospy.logerr_throttle(5.0, f"{what}: cannot be published: {error}")
+        rospy.logerr_throttle(5.0, f"{label}: cannot be published: {error}")
 
-    def _fail(self, plugin):
-        """Switch a plugin off that has raised an exception; the simulation goes on."""
+    def _fail(self, plugin: ModelPlugin) -> None:
+        """Switch a plugin off that has raised an exception; the simulation continues."""
         rospy.logerr(
             "%s: is switched off, since it has raised an exception:\n%s",
             _label(plugin),
@@ -231,17 +254,17 @@ class Robots:
         self._failed.add(plugin)
         self._all_plugins = tuple(each for each in self._all_plugins if each is not plugin)
 
-    def skipped(self, model):
+    def skipped(self, model: "Model") -> list[str]:
         """Messages about what a model does without: plugins that failed, controllers."""
         control = self._controls.get(model.name)
         refused = [] if control is None else list(control.refused.values())
         return self._skipped.get(model.name, []) + refused
 
-    def parts(self, name):
+    def parts(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
         """Plugins (a list) and RobotControl, or None, of a model."""
         return list(self._plugins.get(name, ())), self._controls.get(name)
 
-    def sensor_counts(self):
+    def sensor_counts(self) -> dict[str, int]:
         """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
         return {
             f"{self._world.name}::{plugin.model.name}::{plugin.spec.link}::"
@@ -249,21 +272,21 @@ class Robots:
             for plugin, count in self._counts.items()
         }
 
-    def take_failures(self):
-        """Sentences about due messages that could not be made since the last call."""
+    def take_failures(self) -> list[str]:
+        """Messages about due outputs that could not be made since the last call."""
         return self._cameras.take_failures()
 
-    def show_scene(self):
-        """Let the images show the world's present lights."""
+    def show_scene(self) -> None:
+        """Show the world's present lights in the images."""
         self._cameras.set_sources(self._world.sources())
 
-    def save_state(self):
+    def save_state(self) -> tuple[list[Any], list[Any]]:
         """State of plugins, and the commands that wait for the next step."""
         states = [(each, each.get_state()) for each in self._all_plugins]
         commands = [(control, control.waiting_commands()) for control in self._controls.values()]
         return states, commands
 
-    def restore_state(self, state):
+    def restore_state(self, state: tuple[list[Any], list[Any]]) -> None:
         """Restore the result of save_state() of the same models, after a restart()."""
         states, commands = state
         for plugin, saved in states:
@@ -273,7 +296,7 @@ class Robots:
                 control.buffer_command(name, values)
         self.refresh()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart controls, plugins and cameras after a reset."""
         for control in self._controls.values():
             control.restart()
@@ -281,13 +304,13 @@ class Robots:
         for of_model in self._plugins.values():
             for plugin in of_model:
                 plugin.reset(self._world.time)
-        self.arrivals.clear()  # the commands are dropped
+        self.received.clear()  # the commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()
 
 
-def _label(plugin):
+def _label(plugin: ModelPlugin) -> str:
     """Name of a plugin in messages."""
-    kind = "plugin" if plugin.always else "sensor"
-    return f"model '{plugin.model.name}', {kind} on {plugin.spec.topic}"
+    role = "plugin" if plugin.always else "sensor"
+    return f"model '{plugin.model.name}', {role} on {plugin.spec.topic}"

@@ -1,12 +1,14 @@
 """Actions of controllers: follow_joint_trajectory and gripper_cmd.
 
 Action servers of controllers. actionlib's server holds a lock while it calls back, and a callback
-waits for the simulation thread. So that thread never calls the server: what it has to say goes
-through a queue to a thread that does.
+waits for the simulation thread. So that thread never calls the server: its calls go
+through a queue to a thread that makes them.
 """
 
 import queue
 import threading
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
 import actionlib
 import rospy
@@ -15,6 +17,7 @@ from bullet_sim.controllers.trajectory import (
     Command,
     Goal,
     JointsError,
+    Motion,
     Point,
     Tolerance,
     TrajectoryControl,
@@ -34,49 +37,57 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bullet_bridge.control.topics import Commands, Topics, ros_side
 from bullet_bridge.transport.conversions import stamp
 
+if TYPE_CHECKING:
+    from bullet_bridge.control.robot import RobotControl
+
 STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
 
 
 class _Server(actionlib.ActionServer):
-    """A server without a timer of its own: one would die when simulated time jumps back."""
+    """A server without actionlib's timer, whose thread exits when simulated time jumps back."""
 
-    def initialize(self):
+    def initialize(self) -> None:
         super().initialize()
         if self.status_timer is not None:
             self.status_timer.shutdown()
 
 
-class Pursuit:
-    """The goal that a controller pursues; for Topics with an action, mixed in before them."""
+class GoalTopics(Topics):
+    """Topics with an action, and the goal that the controller executes."""
 
-    def _serve(self, name, action):
+    def _serve(self, name: str, action: type) -> None:
         """Start the action of a name in the controller's namespace; _on_goal gets its goals."""
-        self._handle = self._goal = None  # of the goal that is pursued
-        self._id = None  # asked of a handle, it would wait for the server's lock
+        self._handle: Any = None  # of the active goal
+        self._goal: Any = None
+        self._id: str | None = None  # reading it from a handle would wait for the server's lock
         self._action = ActionTopics(f"{self.name}/{name}", action, self._on_goal, self._on_cancel)
         self._endpoints.append(self._action)
 
-    def _check_running(self):
+    def _on_goal(self, handle: Any) -> None:
+        """Accept or reject the goal of an actionlib.ServerGoalHandle."""
+        raise NotImplementedError
+
+    def _check_running(self) -> None:
         if not self._robot.manager.is_running(self.config.name):
             raise ControllerError(f"controller '{self.config.name}' does not run")
 
-    def _accept(self, handle, name, goal):
+    def _accept(self, handle: Any, name: str, goal: Any) -> None:
         """Accept a goal (simulation thread, while the server waits for it)."""
         self._handle, self._goal, self._id = handle, goal, name
-        self._action.say(handle.set_accepted)
+        self._action.post(handle.set_accepted)
 
-    def _on_cancel(self, handle):
+    def _on_cancel(self, handle: Any) -> None:
         name = handle.get_goal_id().id
         try:
             self._robot.call(lambda: self._cancel(name))
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: goal cannot be cancelled: %s", self.name, error)
 
-    def _cancel(self, name):
+    def _cancel(self, name: str) -> None:
         if name == self._id:
             self.controller.cancel(self._goal)
 
-    def _finish(self, handle, outcome, result):
+    def _finish(self, handle: Any, outcome: str, result: Any) -> None:
         """Report the end of a goal (simulation thread)."""
         if handle is self._handle:
             self._handle = self._goal = self._id = None
@@ -85,7 +96,7 @@ class Pursuit:
             "aborted": handle.set_aborted,
             "canceled": handle.set_canceled,
         }[outcome]
-        self._action.say(finish, result)
+        self._action.post(finish, result)
 
 
 class ActionTopics:
@@ -98,44 +109,50 @@ class ActionTopics:
         on_cancel: function of a ServerGoalHandle.
     """
 
-    def __init__(self, name, action, on_goal, on_cancel):
-        self._orders = queue.SimpleQueue()
+    def __init__(
+        self,
+        name: str,
+        action: type,
+        on_goal: Callable[[Any], None],
+        on_cancel: Callable[[Any], None],
+    ) -> None:
+        self._calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._server = _Server(name, action, on_goal, on_cancel, auto_start=False)
         self._server.start()
         self._thread = threading.Thread(target=self._work, name=f"{name} results", daemon=True)
         self._thread.start()
 
-    def has_subscribers(self):
-        """Whether anybody hears feedback."""
+    def has_subscribers(self) -> bool:
+        """Whether feedback has subscribers."""
         return self._server.feedback_pub.get_num_connections() > 0
 
-    def say(self, call, *arguments):
-        """Have a method of a goal handle called soon, in order; returns at once."""
-        self._orders.put((call, arguments))
+    def post(self, call: Callable[..., Any], *arguments: Any) -> None:
+        """Have a method of a goal handle called soon, in order; does not block."""
+        self._calls.put((call, arguments))
 
-    def _work(self):
+    def _work(self) -> None:
         while True:
             try:
-                order = self._orders.get(timeout=STATUS_PERIOD)
+                entry = self._calls.get(timeout=STATUS_PERIOD)
             except queue.Empty:
-                order = self._server.publish_status_async, (None,)
-            if order is None:
+                entry = self._server.publish_status_async, (None,)
+            if entry is None:
                 return
-            call, arguments = order
+            call, arguments = entry
             try:
                 call(*arguments)
             except rospy.ROSException:
                 pass  # the topics were just unregistered
 
-    def unregister(self):
-        """Say what is left to say, then end the topics."""
-        self._orders.put(None)
+    def unregister(self) -> None:
+        """Make the queued calls, then close the topics."""
+        self._calls.put(None)
         if threading.current_thread() is not self._thread:
             self._thread.join(2.0)
         self._server.stop()
 
 
-def command_of(message):
+def command_of(message: JointTrajectory) -> Command:
     """Command of a trajectory_msgs/JointTrajectory."""
     points = tuple(
         Point(
@@ -149,12 +166,12 @@ def command_of(message):
     return Command(tuple(message.joint_names), points, message.header.stamp.to_sec())
 
 
-def tolerances_of(messages):
+def tolerances_of(messages: Iterable[Any]) -> tuple[tuple[str, Tolerance], ...]:
     """(joint name, Tolerance) pairs of control_msgs/JointTolerance messages."""
     return tuple((m.name, Tolerance(m.position, m.velocity, m.acceleration)) for m in messages)
 
 
-def _point(motion):
+def _point(motion: Motion) -> JointTrajectoryPoint:
     return JointTrajectoryPoint(
         positions=list(motion.positions),
         velocities=list(motion.velocities),
@@ -164,10 +181,10 @@ def _point(motion):
 
 
 @ros_side(TrajectoryControl)
-class Trajectories(Pursuit, Commands):
+class Trajectories(GoalTopics, Commands):
     """trajectory_msgs/JointTrajectory on command, control_msgs/FollowJointTrajectory as action."""
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         controller.clock = lambda: robot.world.time
         self._state = self._publisher(f"{self.name}/state", JointTrajectoryControllerState)
@@ -179,14 +196,14 @@ class Trajectories(Pursuit, Commands):
         )
         self._query = rospy.Service(f"{self.name}/query_state", QueryTrajectoryState, self._planned)
 
-    def _kind(self):
+    def _message_type(self) -> type:
         return JointTrajectory
 
-    def _on_command(self, message):
+    def _on_command(self, message: Any) -> None:
         self._robot.buffer_command(self.config.name, command_of(message))
 
     # the action -------------------------------------------------------------------------------
-    def _on_goal(self, handle):
+    def _on_goal(self, handle: Any) -> None:
         message, result = handle.get_goal(), FollowJointTrajectoryResult()
         name = handle.get_goal_id().id
         goal = Goal(
@@ -201,7 +218,7 @@ class Trajectories(Pursuit, Commands):
         )
         try:
             self._robot.call(
-                lambda: self._pursue(handle, name, command_of(message.trajectory), goal)
+                lambda: self._execute(handle, name, command_of(message.trajectory), goal)
             )
         except (SimError, TimeoutError) as error:
             wrong = isinstance(error, JointsError)
@@ -210,14 +227,14 @@ class Trajectories(Pursuit, Commands):
             rospy.logerr("%s: goal is rejected: %s", self.name, error)
             handle.set_rejected(result, str(error))
 
-    def _pursue(self, handle, name, command, goal):
+    def _execute(self, handle: Any, name: str, command: Command, goal: Goal) -> None:
         """Check and accept a goal (simulation thread)."""
         self._check_running()
         self.controller.pursue(command, goal)
         self._accept(handle, name, goal)
 
-    # what is published ------------------------------------------------------------------------
-    def _planned(self, request):
+    # published topics ------------------------------------------------------------------------
+    def _planned(self, request: Any) -> QueryTrajectoryStateResponse:
         try:
             motion = self._robot.call(lambda: self._motion_at(request.time.to_sec()))
         except (SimError, TimeoutError) as error:
@@ -229,11 +246,11 @@ class Trajectories(Pursuit, Commands):
             acceleration=motion.accelerations,
         )
 
-    def _motion_at(self, time):
+    def _motion_at(self, time: float) -> Motion:
         self._check_running()
         return self.controller.planned(time)
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish the last update, stamped with its time, as state and as feedback."""
         controller = self.controller
         state_due, feedback_due = (
@@ -245,31 +262,31 @@ class Trajectories(Pursuit, Commands):
         if state_due:
             self._state.publish(self._filled(JointTrajectoryControllerState(), time))
         if feedback_due and self._handle is not None:
-            self._action.say(
+            self._action.post(
                 self._handle.publish_feedback, self._filled(FollowJointTrajectoryFeedback(), time)
             )
 
-    def _filled(self, message, time):
+    def _filled(self, message: Any, time: float) -> Any:
         message.header.stamp, message.joint_names = stamp(time), list(self.config.joints)
         for name in ("desired", "actual", "error"):
             setattr(message, name, _point(getattr(self.controller, name)))
         return message
 
-    def close(self):
+    def close(self) -> None:
         """Unregister the topics and the service."""
-        self._query.shutdown("the controller is gone")
+        self._query.shutdown("the controller is unloaded")
         super().close()
 
 
 @ros_side(GripperControl)
-class Gripper(Pursuit, Topics):
+class Gripper(GoalTopics):
     """control_msgs/GripperCommand as action gripper_cmd."""
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._serve("gripper_cmd", GripperCommandAction)
 
-    def _on_goal(self, handle):
+    def _on_goal(self, handle: Any) -> None:
         command, name = handle.get_goal().command, handle.get_goal_id().id
         goal = GripperGoal(
             command.position,
@@ -277,16 +294,16 @@ class Gripper(Pursuit, Topics):
             lambda outcome, grip: self._finish(handle, outcome, GripperCommandResult(**vars(grip))),
         )
         try:
-            self._robot.call(lambda: self._pursue(handle, name, goal))
+            self._robot.call(lambda: self._execute(handle, name, goal))
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: goal is rejected: %s", self.name, error)
             handle.set_rejected(GripperCommandResult(), str(error))
 
-    def _pursue(self, handle, name, goal):
+    def _execute(self, handle: Any, name: str, goal: GripperGoal) -> None:
         """Check and accept a goal (simulation thread)."""
         self._check_running()
-        fault = check_goal(goal.position, goal.max_effort)
-        if fault:
-            raise ControllerError(fault)
+        problem = check_goal(goal.position, goal.max_effort)
+        if problem:
+            raise ControllerError(problem)
         self.controller.pursue(goal)
         self._accept(handle, name, goal)

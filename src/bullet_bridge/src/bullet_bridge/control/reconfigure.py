@@ -1,8 +1,11 @@
 """dynamic_reconfigure: servers whose first values are the simulation's, gains of PIDs."""
 
+import functools
 import math
 import threading
 import types
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.controllers import steer_bot
@@ -12,10 +15,16 @@ from bullet_sim.errors import ControllerError, SimError
 from control_toolbox.cfg import ParametersConfig
 from dynamic_reconfigure.server import Server
 
+if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import Hardware
+    from bullet_sim.models.model import Model
+
+    from bullet_bridge.loop.jobs import JobQueue
+
 NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
 
 
-def config_type(gains):
+def config_type(gains: PidGains) -> types.SimpleNamespace:
     """ParametersConfig with ranges widened to include the present gains."""
     widened = types.SimpleNamespace(
         **{
@@ -29,8 +38,8 @@ def config_type(gains):
     return widened
 
 
-def _checked(config):
-    """PidGains of a configuration; a NaN passes dynamic_reconfigure's own bounds.
+def _checked(config: Mapping[str, Any]) -> PidGains:
+    """PidGains of a configuration; a NaN passes dynamic_reconfigure's bounds.
 
     Raises:
         ControllerError: a gain is no finite number.
@@ -38,7 +47,7 @@ def _checked(config):
     for name in NAMES:
         if not math.isfinite(config[name]):
             raise ControllerError(
-                f"{name} is {config[name]}, must be a finite number; the gains stay as they are"
+                f"{name} is {config[name]}, must be a finite number; the gains are unchanged"
             )
     return PidGains(**{name: config[name] for name in NAMES})
 
@@ -52,11 +61,17 @@ class ValuesServer(Server):
         callback, namespace: as of Server.
     """
 
-    def __init__(self, config, values, callback, namespace):
+    def __init__(
+        self,
+        config: Any,
+        values: Mapping[str, Any],
+        callback: Callable[[Any, int], Any],
+        namespace: str,
+    ) -> None:
         self._values = values
         super().__init__(config, callback, namespace)
 
-    def _copy_from_parameter_server(self):
+    def _copy_from_parameter_server(self) -> None:
         self.config.update(self._values)
 
 
@@ -70,14 +85,14 @@ class PidTuning:
             logged, and the last gains are published again.
     """
 
-    def __init__(self, namespace, gains, apply):
+    def __init__(self, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> None:
         self._namespace, self._apply, self._started = namespace, apply, False
         self._last = gains
         values = {name: getattr(gains, name) for name in NAMES}
         self._server = ValuesServer(config_type(gains), values, self._changed, namespace)
         self._started = True
 
-    def _changed(self, config, _level):
+    def _changed(self, config: Any, _level: int) -> Any:
         if self._started:
             try:
                 gains = _checked(config)
@@ -88,9 +103,9 @@ class PidTuning:
                 config.update({name: getattr(self._last, name) for name in NAMES})
         return config
 
-    def close(self):
+    def close(self) -> None:
         """Shut down the service and unregister the topics."""
-        self._server.set_service.shutdown("the PID is gone")
+        self._server.set_service.shutdown("the controller is unloaded")
         self._server.descr_topic.unregister()
         self._server.update_topic.unregister()
 
@@ -99,47 +114,44 @@ PID_GAINS = "gazebo_ros_control/pid_gains"
 
 
 class Tunings:
-    """The dynamic_reconfigure servers of a robot's PIDs, by their owners.
+    """The dynamic_reconfigure servers of a robot's PIDs, by their owners."""
 
-    Args:
-        jobs: JobQueue of the simulation thread.
-    """
+    def __init__(self, jobs: "JobQueue") -> None:
+        self._jobs, self._lock = jobs, threading.Lock()
+        self._servers: dict[str, list[PidTuning]] = {}
 
-    def __init__(self, jobs):
-        self._jobs, self._lock, self._servers = jobs, threading.Lock(), {}
-
-    def add(self, owner, namespace, gains, apply):
+    def add(
+        self, owner: str, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]
+    ) -> None:
         """Start a server.
 
         Args:
             owner: name of what the PID belongs to.
             namespace: of the parameters.
-            gains: PidGains.
             apply: function of PidGains, run in the simulation thread.
         """
         server = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
         with self._lock:
             self._servers.setdefault(owner, []).append(server)
 
-    def take(self, owner):
+    def take(self, owner: str) -> list[PidTuning]:
         """Servers of an owner, which the caller closes."""
         with self._lock:
             return self._servers.pop(owner, [])
 
-    def take_all(self):
+    def take_all(self) -> list[PidTuning]:
         """All servers, which the caller closes."""
         with self._lock:
             servers, self._servers = self._servers, {}
         return [server for of_owner in servers.values() for server in of_owner]
 
 
-def set_hardware(model, namespace, tunings):
+def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
     """Set up the hardware layer that a model's <robotSimType> names.
 
     Args:
         model: of the core, with a manager.
         namespace: of its controllers.
-        tunings: Tunings.
     """
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
         _set_joint_gains(model.manager.hardware, f"{namespace}/{PID_GAINS}", tunings)
@@ -157,14 +169,14 @@ def set_hardware(model, namespace, tunings):
     )
 
 
-def _set_joint_gains(hardware, where, tunings):
+def _set_joint_gains(hardware: "Hardware", where: str, tunings: Tunings) -> None:
     """Read the gains of joints that follow their commands by a PID."""
     entries = rospy.get_param(where, None) or {}
     if not isinstance(entries, dict):
         rospy.logerr("%s is %r, must be a mapping from joints to gains", where, entries)
         return
     for joint, values in entries.items():
-        warnings = []
+        warnings: list[str] = []
         try:
             gains = parse_pid(values, f"{where}/{joint}", warnings)
             hardware.set_gains(joint, gains)
@@ -172,7 +184,7 @@ def _set_joint_gains(hardware, where, tunings):
                 PID_GAINS,
                 f"{where}/{joint}",
                 gains,
-                lambda new, j=joint: hardware.set_gains(j, new),
+                functools.partial(hardware.set_gains, joint),
             )
         except (SimError, TimeoutError) as error:
             warnings.append(f"{error}; the gains are not used")

@@ -1,46 +1,66 @@
 """A robot's controllers and what each of them has in ROS."""
 
-import math
+import functools
 import threading
 import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import rospy
 from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
-from bullet_bridge.control.reconfigure import Tunings, set_hardware
+from bullet_bridge.control.reconfigure import PidTuning, Tunings, set_hardware
 from bullet_bridge.control.services import ControllerServices
-from bullet_bridge.control.topics import topics_of
-from bullet_bridge.loop.jobs import Ended
-from bullet_bridge.loop.received import Arrivals
+from bullet_bridge.control.topics import Topics, topics_of
+from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
+from bullet_bridge.loop.jobs import Ended, JobQueue
+from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
+
+if TYPE_CHECKING:
+    from bullet_sim.controllers import Controller
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
+
+T = TypeVar("T")
 
 
 class RobotControl:
     """Controllers of one model.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world, model: of the core.
         namespace: e.g. '/racecar'.
-        arrivals: Arrivals, which count the commands.
+        received: ReceivedCounts of the commands.
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
         refused: name of a controller that could not be loaded -> why.
     """
 
-    def __init__(self, jobs, world, model, namespace, arrivals=None):
+    def __init__(
+        self,
+        jobs: JobQueue,
+        world: "World",
+        model: "Model",
+        namespace: str,
+        received: ReceivedCounts | None = None,
+    ) -> None:
         self._jobs = jobs
         self.world, self.model, self.manager = world, model, model.manager
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
-        self.arrivals = arrivals or Arrivals()
-        self._commands, self._lock = {}, threading.Lock()
-        self._topics, self._tunings, self._logged = {}, Tunings(jobs), set()
-        self._publishing = {}  # of the topics: those of running controllers that publish ...
-        self._schedules = []  # ... and their schedules
-        self.closed, self.refused = False, {}
+        self.received = received or ReceivedCounts()
+        self._commands: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._topics: dict[str, Topics] = {}
+        self._tunings = Tunings(jobs)
+        self._logged: set[str] = set()
+        # Those of running controllers that publish, and their schedules.
+        self._publishing: dict[str, Topics] = {}
+        self._schedules: list[SubscribedSchedule] = []
+        self.closed = False
+        self.refused: dict[str, str] = {}
         self.manager.on_failure = self._failed
         try:
             set_hardware(model, self.namespace, self._tunings)
@@ -52,7 +72,7 @@ class RobotControl:
             raise
 
     # simulation thread ------------------------------------------------------------------------
-    def apply_commands(self):
+    def apply_commands(self) -> None:
         """Pass the latest commands to the controllers."""
         if not self._commands:
             return
@@ -64,7 +84,7 @@ class RobotControl:
             except SimError as error:
                 rospy.logerr_throttle(1.0, f"{self.namespace}: {error}")
 
-    def refresh(self):
+    def refresh(self) -> None:
         """Update which controllers run and publish, after jobs."""
         before, self._publishing = (
             self._publishing,
@@ -79,16 +99,16 @@ class RobotControl:
                 topics.restart(self.world.step_count)
         self._schedules = [s for topics in self._publishing.values() for s in topics.schedules]
 
-    def next_due(self, check=True):
+    def next_due(self, check: bool = True) -> int:
         """First physics step after which a message is due, or infinity.
 
         Args:
             check: check for subscribers; False: as at the last check.
         """
         step = self.world.step_count
-        return min([s.next_due_subscribed(step, check) for s in self._schedules], default=math.inf)
+        return min([s.next_due_subscribed(step, check) for s in self._schedules], default=NEVER)
 
-    def _failed(self, name, error):
+    def _failed(self, name: str, error: Exception) -> None:
         """A controller has raised an exception and is stopped."""
         rospy.logerr(
             "%s: controller '%s' is stopped, since it has raised an exception:\n%s",
@@ -98,12 +118,12 @@ class RobotControl:
         )
         self.refresh()
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish what is due."""
         for topics in self._publishing.values():
             topics.publish(step, time)
 
-    def restart(self):
+    def restart(self) -> None:
         """Drop commands and restart the schedules after a reset."""
         with self._lock:
             self._commands = {}
@@ -111,17 +131,17 @@ class RobotControl:
             topics.restart(self.world.step_count)
 
     # other threads ----------------------------------------------------------------------------
-    def buffer_command(self, name, values):
+    def buffer_command(self, name: str, values: Any) -> None:
         """Store a command for the next step; the latest replaces earlier ones."""
         with self._lock:
             self._commands[name] = values
 
-    def waiting_commands(self):
+    def waiting_commands(self) -> dict[str, Any]:
         """The commands that wait for the next step, by controller."""
         with self._lock:
             return dict(self._commands)
 
-    def _load(self, name):
+    def _load(self, name: str) -> bool:
         config = rospy.get_param(f"{self.namespace}/{name}", None)
         if config is None:
             rospy.logerr(
@@ -159,24 +179,24 @@ class RobotControl:
             return False
         return True
 
-    def _register(self, name, topics):
+    def _register(self, name: str, topics: Topics) -> bool:
         """Add the topics of a loaded controller (simulation thread)."""
         if self.closed:
             raise ControllerError(f"controller '{name}' is not loaded, its model is deleted")
         self._topics[name] = topics
         return True
 
-    def _tune(self, controller):
-        """Let a controller's gains be changed by dynamic_reconfigure."""
+    def _tune(self, controller: Any) -> None:
+        """Make a controller's gains adjustable by dynamic_reconfigure."""
         config = controller.config
         if isinstance(config, PidConfig):
-            for pid, gains, place in zip(controller.pids, config.gains, config.gain_names):
-                namespace = f"{self.namespace}/{config.name}/{place}"
+            for pid, gains, path in zip(controller.pids, config.gains, config.gain_names):
+                namespace = f"{self.namespace}/{config.name}/{path}"
                 self._tunings.add(
-                    config.name, namespace, gains, lambda new, pid=pid: setattr(pid, "gains", new)
+                    config.name, namespace, gains, functools.partial(setattr, pid, "gains")
                 )
 
-    def _load_checked(self, name, values):
+    def _load_checked(self, name: str, values: Any) -> "Controller":
         """Load a controller, unless its publish_rate is above one per physics step."""
         try:
             config = self.manager.load(name, values)
@@ -193,13 +213,13 @@ class RobotControl:
             )
         return controller
 
-    def _log_once(self, log, key, text):
+    def _log_once(self, log: Callable[..., None], key: str, text: str) -> None:
         if key not in self._logged:
             self._logged.add(key)
             log("%s: %s", self.namespace, text)
 
-    def _unload(self, name):
-        def work():
+    def _unload(self, name: str) -> bool:
+        def work() -> tuple[Topics | None, list[PidTuning]]:
             self.manager.unload(name)
             with self._lock:
                 self._commands.pop(name, None)
@@ -209,33 +229,37 @@ class RobotControl:
         if done is None:
             return False
         topics, tunings = done
-        for part in [topics] * (topics is not None) + tunings:
-            part.close()
+        if topics is not None:
+            topics.close()
+        for server in tunings:
+            server.close()
         return True
 
-    def call(self, work):
+    def call(self, work: Callable[[], T]) -> T:
         """Result of a job of the simulation thread; what it raises is raised here."""
         return self._jobs.call(work)
 
-    def _run_job(self, work):
+    def _run_job(self, work: Callable[[], T]) -> T | None:
         """Result of a job, or None with the reason in the log."""
         try:
             return self._jobs.call(work)
         except Ended:
-            return None  # at the end of the simulation no reason is logged
+            return None  # while the simulation shuts down no reason is logged
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: %s", self.namespace, error)
             return None
 
-    def close(self):
+    def close(self) -> None:
         """Shut down the services and unregister the topics."""
         self.closed = True
         self._services.close()
         self._close_topics()
 
-    def _close_topics(self):
+    def _close_topics(self) -> None:
         """Close topics and tunings, each once."""
         with self._lock:
             topics, self._topics = self._topics, {}
-        for part in [*topics.values(), *self._tunings.take_all()]:
-            part.close()
+        for each in topics.values():
+            each.close()
+        for server in self._tunings.take_all():
+            server.close()

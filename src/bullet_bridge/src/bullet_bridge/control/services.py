@@ -1,5 +1,8 @@
 """The services of a controller_manager."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import rospy
 from bullet_sim.controllers.base import INTERFACES
 from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
@@ -19,6 +22,9 @@ from controller_manager_msgs.srv import (
     UnloadControllerResponse,
 )
 
+if TYPE_CHECKING:
+    from bullet_sim.controllers.manager import Manager
+
 
 class ControllerServices:
     """The services NAMESPACE/controller_manager/*.
@@ -31,12 +37,19 @@ class ControllerServices:
         load, unload: functions name -> whether it succeeded.
     """
 
-    def __init__(self, namespace, manager, run_job, load, unload):
+    def __init__(
+        self,
+        namespace: str,
+        manager: "Manager",
+        run_job: Callable[[Callable[[], Any]], Any],
+        load: Callable[[str], bool],
+        unload: Callable[[str], bool],
+    ) -> None:
         self._namespace, self._manager, self._run_job = namespace, manager, run_job
         self._do_load, self._do_unload = load, unload
         self._services = []
         try:
-            for name, kind, do in (
+            for name, service, handler in (
                 ("load_controller", LoadController, self._load),
                 ("unload_controller", UnloadController, self._unload),
                 ("switch_controller", SwitchController, self._switch),
@@ -45,41 +58,41 @@ class ControllerServices:
                 ("reload_controller_libraries", ReloadControllerLibraries, self._reload),
             ):
                 self._services.append(
-                    rospy.Service(f"{namespace}/controller_manager/{name}", kind, do)
+                    rospy.Service(f"{namespace}/controller_manager/{name}", service, handler)
                 )
         except BaseException:
             self.close()
             raise
 
-    def _name(self, text):
+    def _name(self, text: str) -> str:
         """A controller's name, without slashes and the robot's namespace."""
         prefix = self._namespace.strip("/") + "/"
         text = text.strip("/")
         return text[len(prefix) :] if len(prefix) > 1 and text.startswith(prefix) else text
 
-    def _load(self, request):
+    def _load(self, request: Any) -> LoadControllerResponse:
         return LoadControllerResponse(ok=self._do_load(self._name(request.name)))
 
-    def _unload(self, request):
+    def _unload(self, request: Any) -> UnloadControllerResponse:
         return UnloadControllerResponse(ok=self._do_unload(self._name(request.name)))
 
-    def _switch(self, request):
+    def _switch(self, request: Any) -> SwitchControllerResponse:
         start, stop = (
             [self._name(name) for name in names]
             for names in (request.start_controllers, request.stop_controllers)
         )
         strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
-        left_out = self._run_job(lambda: self._manager.switch(start, stop, strict))
-        if left_out is None:
+        skipped = self._run_job(lambda: self._manager.switch(start, stop, strict))
+        if skipped is None:
             return SwitchControllerResponse(ok=False)
-        for reason in left_out:
+        for reason in skipped:
             rospy.logwarn("%s: %s", self._namespace, reason)
         return SwitchControllerResponse(ok=True)
 
-    def _list(self, _):
+    def _list(self, _: Any) -> ListControllersResponse:
         response = ListControllersResponse()
-        for kind, config, state in self._run_job(self._manager.list) or []:
-            claims = config.claims or ((kind.interface, ()),)
+        for controller, config, state in self._run_job(self._manager.list) or []:
+            claims = config.claims or ((controller.interface, ()),)
             response.controller.append(
                 ControllerState(
                     name=config.name,
@@ -95,13 +108,13 @@ class ControllerServices:
             )
         return response
 
-    def _types(self, _):
+    def _types(self, _: Any) -> ListControllerTypesResponse:
         types = self._manager.types()
         return ListControllerTypesResponse(
             types=types, base_classes=["controller_interface::ControllerBase"] * len(types)
         )
 
-    def _reload(self, request):
+    def _reload(self, request: Any) -> ReloadControllerLibrariesResponse:
         """There are no libraries; as upstream, force_kill stops and unloads all controllers."""
         loaded = self._run_job(self._manager.list)
         if loaded is None:
@@ -121,7 +134,7 @@ class ControllerServices:
             ok=all([self._do_unload(config.name) for _, config, _ in loaded])
         )
 
-    def close(self):
+    def close(self) -> None:
         """Shut down the services."""
         for service in self._services:
             service.shutdown("model deleted")

@@ -2,7 +2,9 @@
 
 import math
 import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
@@ -21,8 +23,14 @@ from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedJointState
 from bullet_bridge.transport.publishing import publisher
 
+if TYPE_CHECKING:
+    from bullet_sim.controllers.joint import Sample
+    from bullet_sim.controllers.pid import Pid, PidGains
 
-def controller_state(time, sample, gains):
+    from bullet_bridge.control.robot import RobotControl
+
+
+def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointControllerState:
     """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
     message = JointControllerState(
         set_point=sample.set_point,
@@ -41,7 +49,7 @@ def controller_state(time, sample, gains):
     return message
 
 
-def pid_state(time, period, pid):
+def pid_state(time: float, period: float, pid: "Pid") -> PidState:
     """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
     message = PidState(
         timestep=rospy.Duration.from_sec(period),
@@ -61,7 +69,7 @@ def pid_state(time, period, pid):
     return message
 
 
-def drive_odometry(time, config, odometry):
+def drive_odometry(time: float, config: drive.BaseConfig, odometry: Any) -> Odometry:
     """nav_msgs/Odometry of a BaseConfig and an Odometry; the twist is in the base's frame."""
     message = Odometry(child_frame_id=config.base_frame)
     message.header.stamp, message.header.frame_id = stamp(time), config.odom_frame
@@ -76,7 +84,9 @@ def drive_odometry(time, config, odometry):
     return message
 
 
-def four_wheel_state(time, frame, odometry):
+def four_wheel_state(
+    time: float, frame: str, odometry: four_wheel.FourWheelOdometry
+) -> FourWheelSteeringStamped:
     """four_wheel_steering_msgs/FourWheelSteeringStamped of a FourWheelOdometry."""
     message = FourWheelSteeringStamped()
     message.header.stamp, message.header.frame_id = stamp(time), frame
@@ -91,13 +101,13 @@ def four_wheel_state(time, frame, odometry):
     return message
 
 
-def _diagonal(values):
+def _diagonal(values: Sequence[float]) -> list[float]:
     matrix = [0.0] * 36
     matrix[::7] = values
     return matrix
 
 
-def limited_twist(time, linear, angular):
+def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
     """geometry_msgs/TwistStamped of a limited command."""
     message = TwistStamped()
     message.header.stamp = stamp(time)
@@ -105,22 +115,25 @@ def limited_twist(time, linear, angular):
     return message
 
 
-ROS_SIDE = {}  # class of a controller -> the Topics of it and its subclasses
+T = TypeVar("T", bound="Topics")
+
+# Class of a controller -> the Topics of it and its subclasses.
+ROS_SIDE: "dict[type[Controller], type[Topics]]" = {}
 
 
-def ros_side(*kinds):
+def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
     """Decorator that enters Topics for classes of controllers."""
 
-    def enter(topics):
-        ROS_SIDE.update(dict.fromkeys(kinds, topics))
+    def enter(topics: type[T]) -> type[T]:
+        ROS_SIDE.update(dict.fromkeys(controllers, topics))
         return topics
 
     return enter
 
 
-def topics_of(robot, controller):
-    """The Topics of a Controller: those of its class, or of the nearest base that has some."""
-    return next(ROS_SIDE[kind] for kind in type(controller).__mro__ if kind in ROS_SIDE)(
+def topics_of(robot: "RobotControl", controller: Any) -> "Topics":
+    """The Topics of a Controller: those of its class, or of the closest base that has some."""
+    return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
         robot, controller
     )
 
@@ -132,7 +145,7 @@ class Topics:
     """Topics of one controller. The base class has none.
 
     Args:
-        robot: RobotControl: namespace, world, model, manager, arrivals, buffer_command.
+        robot: RobotControl: namespace, world, model, manager, received, buffer_command.
         controller: Controller.
 
     Attributes:
@@ -140,18 +153,19 @@ class Topics:
         schedules: of what it publishes periodically.
     """
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         self._robot, self.controller, self.config = robot, controller, controller.config
-        self.schedules, self._endpoints = [], []
+        self.schedules: list[SubscribedSchedule] = []
+        self._endpoints: list[Any] = []
 
-    def _every(self, rate, *publishers):
+    def _every(self, rate: float, *publishers: Any) -> SubscribedSchedule:
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
         return self._every_while(
             rate, lambda: any(publisher.get_num_connections() > 0 for publisher in publishers)
         )
 
-    def _every_while(self, rate, has_subscribers):
-        """As _every, due while a function says so."""
+    def _every_while(self, rate: float, has_subscribers: Callable[[], bool]) -> SubscribedSchedule:
+        """As _every, due while has_subscribers() is true."""
         world = self._robot.world
         schedule = SubscribedSchedule(
             min(rate, 1.0 / world.time_step),
@@ -162,29 +176,29 @@ class Topics:
         self.schedules.append(schedule)
         return schedule
 
-    def _publisher(self, topic, kind):
-        made = publisher(topic, kind)
+    def _publisher(self, topic: str, message_type: type) -> rospy.Publisher:
+        made = publisher(topic, message_type)
         self._endpoints.append(made)
         return made
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Namespace of the controller."""
         return f"{self._robot.namespace}/{self.config.name}"
 
-    def is_periodic(self):
+    def is_periodic(self) -> bool:
         """Whether the controller publishes periodically."""
         return bool(self.schedules)
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish what is due; called only while the controller runs."""
 
-    def restart(self, step):
+    def restart(self, step: int) -> None:
         """Restart the schedules at a step, after a reset or a start."""
         for schedule in self.schedules:
             schedule.restart(step)
 
-    def close(self):
+    def close(self) -> None:
         """Unregister the topics."""
         for endpoint in self._endpoints:
             endpoint.unregister()
@@ -194,7 +208,7 @@ class Topics:
 class JointStates(Topics):
     """sensor_msgs/JointState of a joint state controller."""
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
         self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
@@ -205,7 +219,7 @@ class JointStates(Topics):
         self._extra = [row for row in config.extra_joints if row[0] not in joints]
         self._sender = PackedJointState(self._states, [*joints, *(row[0] for row in self._extra)])
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish joint states that are due."""
         if not self._schedule.due(step):
             return
@@ -221,18 +235,18 @@ class Commands(Topics):
 
     topic = "command"
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
-        self._subscriber = robot.arrivals.subscribe(
-            f"{self.name}/{self.topic}", self._kind(), self._on_command, tcp_nodelay=True
+        self._subscriber = robot.received.subscribe(
+            f"{self.name}/{self.topic}", self._message_type(), self._on_command, tcp_nodelay=True
         )
         self._endpoints.append(self._subscriber)
 
-    def _kind(self):
+    def _message_type(self) -> type:
         several = self.controller.group or len(self.config.joints) != 1
         return Float64MultiArray if several else Float64
 
-    def _on_command(self, message):
+    def _on_command(self, message: Any) -> None:
         data = message.data
         self._robot.buffer_command(
             self.config.name, (data,) if isinstance(data, float) else tuple(data)
@@ -243,21 +257,21 @@ class Commands(Topics):
 class PidCommands(Commands):
     """Commands, and the state topics of a controller with PIDs."""
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
-        self._state = None
+        self._state: Any = None
         if not controller.group:
             self._state = self._publisher(f"{self.name}/state", JointControllerState)
             self._schedule = self._every(rate / STATE_EVERY, self._state)
-        self._inner = []
+        self._inner: list[tuple[SubscribedSchedule, int, Any]] = []
         config = self.config
-        for number, (wanted, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
-            if wanted:
+        for number, (published, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
+            if published:
                 states = self._publisher(f"{self.name}/{gains}/state", PidState)
                 self._inner.append((self._every(rate, states), number, states))
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish the last update, stamped with the time of its measurement."""
         state_due = self._state is not None and self._schedule.due(step)
         inner_due = [row for row in self._inner if row[0].due(step)]
@@ -278,7 +292,7 @@ class Drive(Commands):
 
     topic = "cmd_vel"
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._odometry = self._publisher(f"{self.name}/odom", Odometry)
         config = self.config
@@ -292,10 +306,10 @@ class Drive(Commands):
                 1.0 / robot.manager.control_period(robot.world.time_step), self._limited
             )
 
-    def _kind(self):
+    def _message_type(self) -> type:
         return Twist
 
-    def _on_command(self, message):
+    def _on_command(self, message: Any) -> None:
         values = (message.linear.x, message.angular.z)
         if self.config.single_publisher and self._subscriber.get_num_connections() > 1:
             rospy.logerr_throttle(
@@ -306,7 +320,7 @@ class Drive(Commands):
             values = (0.0, 0.0)
         self._robot.buffer_command(self.config.name, values)
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step and the limited command."""
         if self._limited is not None and self._limited_schedule.due(step):
             self._limited.publish(limited_twist(time, *self.controller.limited))
@@ -323,21 +337,21 @@ class Drive(Commands):
 class FourWheelDrive(Drive):
     """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer."""
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._endpoints.append(
-            robot.arrivals.subscribe(
+            robot.received.subscribe(
                 f"{self.name}/cmd_four_wheel_steering", FourWheelSteering, self._on_angles
             )
         )
         self._steering = self._publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
         self._steering_schedule = self._every(self.config.publish_rate, self._steering)
 
-    def _on_angles(self, message):
+    def _on_angles(self, message: Any) -> None:
         values = (message.speed, message.front_steering_angle, message.rear_steering_angle)
         self._robot.buffer_command(self.config.name, values)
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step, also as speed and steering angles."""
         super().publish(step, time)
         if self._steering_schedule.due(step):
@@ -349,37 +363,37 @@ class FourWheelDrive(Drive):
 
 @ros_side(joint.SensorController)
 class Sensors(Topics):
-    """Each sensor of a kind on a topic of its own name in the robot's namespace.
+    """Each sensor of one type on a topic named after it, in the robot's namespace.
 
     A joint's sensor has the joint's name.
     """
 
-    def __init__(self, robot, controller):
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._sensors, config = [], self.config
-        for found in robot.model.description.sensors:
-            if type(found) is not controller.sensor:
+        for spec in robot.model.description.sensors:
+            if type(spec) is not controller.sensor:
                 continue
-            name = getattr(found, "joint", found.name)
-            wanted = replace(found, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
+            name = getattr(spec, "joint", spec.name)
+            adapted = replace(spec, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
             seed = zlib.crc32(f"{config.name}/{name}".encode())
-            sensor = make_plugin(PluginContext(robot.world, robot.model, wanted, seed))
+            sensor = make_plugin(PluginContext(robot.world, robot.model, adapted, seed))
             self._sensors.append(sensor)
             self.schedules.append(sensor.schedule)
 
-    def publish(self, step, time):
+    def publish(self, step: int, time: float) -> None:
         """Publish the sensors that are due."""
         for sensor in self._sensors:
             if sensor.schedule.due(step):
                 sensor.update(time, time - sensor.updated)
                 sensor.updated = time
 
-    def restart(self, step):
+    def restart(self, step: int) -> None:
         """Restart schedules and noise."""
         for sensor in self._sensors:
             sensor.reset(self._robot.world.time)
 
-    def close(self):
+    def close(self) -> None:
         """Unregister the topics."""
         for sensor in self._sensors:
             sensor.close()

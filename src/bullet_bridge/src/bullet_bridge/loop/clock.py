@@ -3,6 +3,8 @@
 import collections
 import math
 import time as wall
+from collections.abc import Callable
+from typing import Any, ClassVar
 
 import rospy
 from bullet_sim.component import Stateful
@@ -12,40 +14,42 @@ from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedClock
 from bullet_bridge.transport.publishing import publisher
 
-CLOCK_GAP = 0.002  # [s] least wall time between two messages on /clock when running free ...
-CLOCK_STRIDE = 0.05  # [s] ... and most simulated time
+CLOCK_GAP = 0.002  # [s] minimum wall time between two messages on /clock when running free ...
+CLOCK_STRIDE = 0.05  # [s] ... and maximum simulated time
 
 
-class Thinning:
+class ClockThrottle:
     """Skips due times of a clock at the present speed of the simulation.
 
     Args:
-        clock: SimClock.
-        now: function that gives wall time [s].
-        step: physics step at which it begins.
+        now: function that returns wall time [s].
+        step: physics step at which it starts.
 
     Attributes:
         waits: whether messages are further apart than a batch; then the clock is published at the
             end of a batch, which it does not cut short.
     """
 
-    def __init__(self, clock, now, step):
+    def __init__(self, clock: "SimClock", now: Callable[[], float], step: int) -> None:
         self._clock, self._now = clock, now
-        self._mark, self.waits = (now(), step), False
+        self._last, self.waits = (now(), step), False
         self._batch = self._stride = 1
 
-    def set_batch(self, batch, time_step):
+    def set_batch(self, batch: int, time_step: float) -> None:
         """Set the longest batch [steps] and the physics step [s]."""
         self._batch, self._stride = batch, round(CLOCK_STRIDE / time_step)
 
-    def skip(self, step):
+    def skip(self, step: int) -> None:
         """After a message: skip the due times that lie within CLOCK_GAP."""
-        now, (before, last_step) = self._now(), self._mark
-        self._mark = now, step
+        now, (before, last_step) = self._now(), self._last
+        self._last = now, step
         passed = max(now - before, 1e-6)
         steps = min(int((step - last_step) * CLOCK_GAP / passed), self._stride)
         self.waits = steps > self._batch
         self._clock.skip(min(steps, self._stride - self._batch) if self.waits else steps)
+
+
+NEVER: Any = math.inf  # a physics step that is not reached
 
 
 class Schedule(Stateful):
@@ -63,9 +67,9 @@ class Schedule(Stateful):
         ValueError: the rate is not above 0 or higher than the step rate.
     """
 
-    STATE = ("_count", "next")
+    STATE: ClassVar[tuple[str, ...]] = ("_count", "next")
 
-    def __init__(self, rate, time_step, start=0):
+    def __init__(self, rate: float, time_step: float, start: int = 0) -> None:
         if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
             raise ValueError(
                 f"rate is {rate} Hz, must be above 0 and at most "
@@ -74,18 +78,18 @@ class Schedule(Stateful):
         self._ratio = 1.0 / (rate * time_step)
         self.restart(start)
 
-    def restart(self, step):
+    def restart(self, step: int) -> None:
         """Count on from a step: the first due step after it that is k periods from 0."""
         self._count = math.floor(step / self._ratio + 1e-9) + 1
         self.next = round(self._count * self._ratio)
 
-    def skip(self, steps):
+    def skip(self, steps: int) -> None:
         """Skip due steps that are less than `steps` after the last one before `next`."""
         first = round((self._count - 1) * self._ratio) + steps
         self._count = max(self._count, math.ceil(first / self._ratio - 1e-9))
         self.next = round(self._count * self._ratio)
 
-    def due(self, step):
+    def due(self, step: int) -> bool:
         """Whether it is due at this step; then the next due step is set."""
         if step < self.next:
             return False
@@ -111,12 +115,19 @@ class SubscribedSchedule(Schedule):
 
     STATE = ("subscribed",)
 
-    def __init__(self, rate, time_step, start, has_subscribers, on_start=lambda: None):
+    def __init__(
+        self,
+        rate: float,
+        time_step: float,
+        start: int,
+        has_subscribers: Callable[[], Any],
+        on_start: Callable[[], None] = lambda: None,
+    ) -> None:
         super().__init__(rate, time_step, start)
         self._has_subscribers, self.subscribed = has_subscribers, False
         self._on_start = on_start
 
-    def check_subscribers(self, step):
+    def check_subscribers(self, step: int) -> bool:
         """Check after a step whether there are subscribers, and return it."""
         subscribed = bool(self._has_subscribers())
         if subscribed and not self.subscribed:
@@ -125,7 +136,7 @@ class SubscribedSchedule(Schedule):
         self.subscribed = subscribed
         return subscribed
 
-    def next_due_subscribed(self, step, check=True):
+    def next_due_subscribed(self, step: int, check: bool = True) -> int:
         """Step after which a message with subscribers is due, or infinity.
 
         Args:
@@ -133,9 +144,9 @@ class SubscribedSchedule(Schedule):
             check: check for subscribers; False: as at the last check.
         """
         subscribed = self.check_subscribers(step) if check else self.subscribed
-        return self.next if subscribed else math.inf
+        return self.next if subscribed else NEVER
 
-    def due(self, step):
+    def due(self, step: int) -> bool:
         """As Schedule's; False without subscribers at the last check."""
         return self.subscribed and step >= self.next and super().due(step)
 
@@ -150,30 +161,35 @@ class Pace:
 
     Args:
         factor: simulated seconds per wall second; 0: as fast as possible.
-        now: function that gives wall time [s].
+        now: function that returns wall time [s].
         on_measured: called with the measured real time factor after each full WINDOW.
 
     Attributes:
         factor: as above.
     """
 
-    def __init__(self, factor, now=wall.monotonic, on_measured=None):
+    def __init__(
+        self,
+        factor: float,
+        now: Callable[[], float] = wall.monotonic,
+        on_measured: Callable[[float], None] | None = None,
+    ) -> None:
         self.factor, self._now, self._on_measured = factor, now, on_measured
-        self._late = collections.deque(maxlen=HISTORY)
+        self._late: collections.deque[float] = collections.deque(maxlen=HISTORY)
         self._measured = 0.0
         self.anchor(0.0)
 
-    def anchor(self, time):
+    def anchor(self, time: float) -> None:
         """Restart the pace: simulated time [s] is due now."""
-        self._wall_start = self._mark_wall = self._now()
-        self._sim_start = self._mark_sim = time
+        self._wall_start = self._window_wall = self._now()
+        self._sim_start = self._window_sim = time
 
-    def delay(self, time):
+    def delay(self, time: float) -> float:
         """Wall time [s] until the step that follows simulated time [s] is due; 0: it is due."""
         now = self._now()
-        if now - self._mark_wall >= WINDOW:
-            self._measured = (time - self._mark_sim) / (now - self._mark_wall)
-            self._mark_wall, self._mark_sim = now, time
+        if now - self._window_wall >= WINDOW:
+            self._measured = (time - self._window_sim) / (now - self._window_wall)
+            self._window_wall, self._window_sim = now, time
             if self._on_measured is not None:
                 self._on_measured(self._measured)
         if self.factor == 0:
@@ -186,7 +202,7 @@ class Pace:
             self._wall_start, self._sim_start = now, time
         return 0.0
 
-    def statistics(self):
+    def statistics(self) -> dict[str, float]:
         """Lateness of the last batches and the measured real time factor.
 
         Returns:
@@ -196,9 +212,9 @@ class Pace:
         """
         late = sorted(self._late)
         pick = (
-            (lambda share: late[min(int(share * len(late)), len(late) - 1)])
+            (lambda fraction: late[min(int(fraction * len(late)), len(late) - 1)])
             if late
-            else lambda share: 0.0
+            else lambda fraction: 0.0
         )
         return {
             "lateness_p50": pick(0.5),
@@ -209,7 +225,7 @@ class Pace:
         }
 
 
-def set_own_time(now):
+def set_process_time(now: rospy.Time) -> None:
     """Set rospy's time in this process, as a subscription to /clock would."""
     rospy.rostime._rostime_current = now
 
@@ -224,11 +240,17 @@ class SimClock:
         rate: messages per simulated second [Hz].
         time_step: physics step [s].
         send: function of a simulated time [s], instead of the topic /clock (tests).
-        own: function of a rospy.Time that sets the time of this process.
+        set_time: function of a rospy.Time that sets the time of this process.
     """
 
-    def __init__(self, rate, time_step, send=None, own=None):
-        self._own = own
+    def __init__(
+        self,
+        rate: float,
+        time_step: float,
+        send: Callable[[float], None] | None = None,
+        set_time: Callable[[rospy.Time], None] | None = None,
+    ) -> None:
+        self._set_time = set_time
         if send is None:
             send = PackedClock(publisher("/clock", Clock, latch=True)).send
         self._send = send
@@ -236,31 +258,31 @@ class SimClock:
         self.set_time_step(time_step, 0)
 
     @property
-    def next(self):
+    def next(self) -> int:
         """Physics step after which the next message is due."""
         return self._schedule.next
 
-    def set_time_step(self, time_step, step):
+    def set_time_step(self, time_step: float, step: int) -> None:
         """Continue after a step with another physics step [s]; at most one message per step."""
         self._schedule = Schedule(min(self._rate, 1.0 / time_step), time_step, step)
 
-    def restart(self, step):
+    def restart(self, step: int) -> None:
         """Count on from a step."""
         self._schedule.restart(step)
 
-    def skip(self, steps):
+    def skip(self, steps: int) -> None:
         """Skip messages due less than so many steps after the last one."""
         self._schedule.skip(steps)
 
-    def publish_due(self, step, time):
+    def publish_due(self, step: int, time: float) -> bool:
         """Publish the time [s] if it is due at this step; returns whether it was."""
         if not self._schedule.due(step):
             return False
         self.publish(time)
         return True
 
-    def publish(self, time):
+    def publish(self, time: float) -> None:
         """Publish the time [s] now."""
-        if self._own is not None:
-            self._own(stamp(time))
+        if self._set_time is not None:
+            self._set_time(stamp(time))
         self._send(time)

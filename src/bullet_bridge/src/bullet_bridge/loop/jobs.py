@@ -2,8 +2,12 @@
 
 import collections
 import threading
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 TIMEOUT = 30.0  # [s] wall time a caller waits for its job
+
+T = TypeVar("T")
 
 
 class Ended(TimeoutError):
@@ -11,9 +15,10 @@ class Ended(TimeoutError):
 
 
 class _Job:
-    def __init__(self, work):
+    def __init__(self, work: Callable[[], Any]) -> None:
         self.work, self.done = work, threading.Event()
-        self.result = self.error = None
+        self.result: Any = None
+        self.error: BaseException | None = None
 
 
 class JobQueue:
@@ -24,13 +29,13 @@ class JobQueue:
     a handler takes longer than the time-out.)
     """
 
-    def __init__(self):
-        self._jobs = collections.deque()
+    def __init__(self) -> None:
+        self._jobs: collections.deque[_Job] = collections.deque()
         self._wakeup = threading.Lock()
         self._wakeup.acquire()
         self._closed = False
 
-    def close(self):
+    def close(self) -> None:
         """Raise Ended in all waiting and later callers, so that none blocks the shutdown."""
         self._closed = True
         while True:
@@ -41,18 +46,18 @@ class JobQueue:
             job.error = Ended("the simulation has ended")
             job.done.set()
 
-    def waiting(self):
+    def waiting(self) -> int:
         """Number of queued jobs."""
         return len(self._jobs)
 
-    def call(self, work, timeout=TIMEOUT):
+    def call(self, work: Callable[[], T], timeout: float = TIMEOUT) -> T:
         """Have `work()` run by the owner and return its result.
 
         Raises:
             TimeoutError: the owner did not start it within `timeout` seconds of wall time; it is
                 cancelled then. A job that has started is waited for.
             Ended: the simulation has ended.
-            Exception: whatever the job raised.
+            Exception: what the job raised.
         """
         job = _Job(work)
         self._jobs.append(job)
@@ -68,12 +73,12 @@ class JobQueue:
             except ValueError:  # it has started
                 job.done.wait()
             else:
-                raise TimeoutError(f"the simulation did not answer within {timeout} s")
+                raise TimeoutError(f"the simulation did not respond within {timeout} s")
         if job.error is not None:
             raise job.error
         return job.result
 
-    def run_pending(self, wait=0.0):
+    def run_pending(self, wait: float = 0.0) -> int:
         """Run the queued jobs in order; wait up to `wait` seconds for a first one.
 
         Returns:

@@ -6,41 +6,48 @@ the subscriber's side can be waited for.
 
 import threading
 import time
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import rospy
 
+Taken = tuple[int, dict[str, dict[Any, int]]]  # number of clears, the counts
 
-class Arrivals:
+
+class ReceivedCounts:
     """Messages received on each subscribed topic since the last requested step.
 
     A message on a topic with several subscribers counts when all of them have received it.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._counts = {}  # resolved topic -> {subscriber: messages since the last take}
+        # resolved topic -> {subscriber: messages since the last take}
+        self._counts: dict[str, dict[Any, int]] = {}
         self._clears = 0
 
-    def subscribe(self, topic, kind, callback, **options):
+    def subscribe(
+        self, topic: str, message_type: type, callback: Callable[[Any], None], **options: Any
+    ) -> "_Counted":
         """A rospy.Subscriber whose messages are counted once `callback` has returned.
 
         It has no queue size, so that no message of a burst is dropped and each one counts.
 
         Args:
-            topic, kind, callback: as for rospy.Subscriber.
+            topic, message_type, callback: as for rospy.Subscriber.
             options: of rospy.Subscriber.
 
         Returns:
             The subscriber; its unregister() also ends the counting.
         """
-        return _Counted(self, topic, kind, callback, options)
+        return _Counted(self, topic, message_type, callback, options)
 
-    def add(self, topic, subscriber=None):
+    def add(self, topic: str, subscriber: Any = None) -> None:
         """Count a topic's messages for a subscriber (any key) from now on."""
         with self._changed:
             self._counts.setdefault(topic, {})[subscriber] = 0
 
-    def remove(self, topic, subscriber=None):
+    def remove(self, topic: str, subscriber: Any = None) -> None:
         """Remove a subscriber, and a topic without one; a take() that waits for it then fails."""
         with self._changed:
             subscribers = self._counts.get(topic, {})
@@ -49,20 +56,20 @@ class Arrivals:
                 self._counts.pop(topic, None)
             self._changed.notify_all()
 
-    def count(self, topic, subscriber=None):
+    def count(self, topic: str, subscriber: Any = None) -> None:
         """Count a message that a subscriber has processed: the next step uses it."""
         with self._changed:
             if subscriber in self._counts.get(topic, ()):
                 self._counts[topic][subscriber] += 1
                 self._changed.notify_all()
 
-    def clear(self):
+    def clear(self) -> None:
         """Count all topics from 0 again: a reset dropped the messages."""
         with self._changed:
             self._clears += 1
             self._start_again()
 
-    def restore(self, taken):
+    def restore(self, taken: Taken) -> None:
         """Restore the counts that a take() returned, unless clear() was called since."""
         clears, counts = taken
         with self._changed:
@@ -74,24 +81,26 @@ class Arrivals:
                     current[subscriber] += subscribers[subscriber]
             self._changed.notify_all()
 
-    def _start_again(self):
+    def _start_again(self) -> None:
         self._counts = {
             topic: dict.fromkeys(subscribers, 0) for topic, subscribers in self._counts.items()
         }
 
-    def _received(self, topic):
+    def _received(self, topic: str) -> int:
         return min(self._counts[topic].values())
 
-    def topics(self):
+    def topics(self) -> list[str]:
         """Names of all counted topics, sorted."""
         with self._changed:
             return sorted(self._counts)
 
-    def take(self, wanted, timeout, now=time.monotonic):
+    def take(
+        self, required: Mapping[str, int], timeout: float, now: Callable[[], float] = time.monotonic
+    ) -> Taken:
         """Wait until every topic has enough messages, then count all topics from 0 again.
 
         Args:
-            wanted: mapping of resolved topic -> least number of messages.
+            required: resolved topic -> minimum number of messages.
             timeout: wall time [s].
 
         Returns:
@@ -99,19 +108,19 @@ class Arrivals:
 
         Raises:
             ValueError: a topic is not subscribed here.
-            TimeoutError: too few messages; the counts stay, so that a second try may succeed.
+            TimeoutError: too few messages; the counts are unchanged, and another call may succeed.
         """
         deadline = now() + timeout
         with self._changed:
             while True:
-                for topic in wanted:
+                for topic in required:
                     if topic not in self._counts:
                         known = ", ".join(sorted(self._counts)) or "(none)"
                         raise ValueError(
                             f"topic '{topic}' is not subscribed by the simulation; "
                             f"topics are {known}"
                         )
-                missing = [topic for topic in wanted if self._received(topic) < wanted[topic]]
+                missing = [topic for topic in required if self._received(topic) < required[topic]]
                 if not missing:
                     taken = self._clears, self._counts
                     self._start_again()
@@ -121,7 +130,7 @@ class Arrivals:
                     raise TimeoutError(
                         f"not all commands came within {timeout:g} s: "
                         + ", ".join(
-                            f"{topic}: {self._received(topic)} of {wanted[topic]}"
+                            f"{topic}: {self._received(topic)} of {required[topic]}"
                             for topic in missing
                         )
                     )
@@ -131,25 +140,32 @@ class Arrivals:
 class _Counted:
     """A rospy.Subscriber whose messages are counted."""
 
-    def __init__(self, arrivals, topic, kind, callback, options):
-        self._arrivals, self._topic = arrivals, rospy.resolve_name(topic)
-        arrivals.add(self._topic, self)
+    def __init__(
+        self,
+        counts: ReceivedCounts,
+        topic: str,
+        message_type: type,
+        callback: Callable[[Any], None],
+        options: dict[str, Any],
+    ) -> None:
+        self._counts, self._topic = counts, rospy.resolve_name(topic)
+        counts.add(self._topic, self)
 
-        def counted(message):
+        def counted(message: Any) -> None:
             callback(message)
-            arrivals.count(self._topic, self)
+            counts.count(self._topic, self)
 
         try:
-            self._subscriber = rospy.Subscriber(topic, kind, counted, **options)
+            self._subscriber = rospy.Subscriber(topic, message_type, counted, **options)
         except BaseException:
-            arrivals.remove(self._topic, self)
+            counts.remove(self._topic, self)
             raise
 
-    def get_num_connections(self):
+    def get_num_connections(self) -> int:
         """Number of publishers connected."""
         return self._subscriber.get_num_connections()
 
-    def unregister(self):
+    def unregister(self) -> None:
         """End the subscription."""
         self._subscriber.unregister()
-        self._arrivals.remove(self._topic, self)
+        self._counts.remove(self._topic, self)

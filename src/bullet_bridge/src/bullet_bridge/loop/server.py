@@ -4,12 +4,52 @@ import gc
 import sys
 import threading
 import time as wall
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
 
 import rospy
 from bullet_sim.errors import WorldError
 
-from bullet_bridge.loop.clock import Pace, SimClock, Thinning
-from bullet_bridge.loop.rtf_monitor import Slowness
+from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
+from bullet_bridge.loop.rtf_monitor import RealTimeFactorMonitor
+
+if TYPE_CHECKING:
+    from bullet_sim.world import World, WorldState
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.transport.relay import Relay
+
+
+class Reporter(Protocol):
+    """Publishes in every batch of steps."""
+
+    def next_due(self) -> int:
+        """Physics step after which publish() has to be called at the latest."""
+
+    def publish(self, step: int, time: float) -> None:
+        """Publish what is due after a batch that ended at a step, simulated time [s]."""
+
+    def restart(self) -> None:
+        """Restart the schedule, after a reset or a change of the physics step."""
+
+
+class ModelOutputs(Reporter, Protocol):
+    """What the loop uses of bullet_bridge.robots.Robots."""
+
+    def apply_commands(self) -> None:
+        """Pass the latest commands to the controllers."""
+
+    def refresh(self) -> None:
+        """Update what is published, after jobs."""
+
+    def take_failures(self) -> list[str]:
+        """Messages about what could not be published since the last call."""
+
+    def save_state(self) -> Any:
+        """State of plugins and commands."""
+
+    def restore_state(self, state: Any) -> None:
+        """Restore a result of save_state()."""
 
 
 class Steps:
@@ -21,7 +61,7 @@ class Steps:
         error: why they were aborted or are incomplete, or ''.
     """
 
-    def __init__(self, count):
+    def __init__(self, count: int) -> None:
         self.left, self.error, self.done = count, "", threading.Event()
 
 
@@ -29,23 +69,24 @@ class StepRequests:
     """The request that is being served.
 
     Args:
-        world: of the core.
         robots: Robots, whose failures to publish are reported.
-        before_done: called when steps have ended, before their caller goes on.
+        before_done: called when the steps are made, before their caller continues.
 
     Attributes:
         steps: Steps, or None.
     """
 
-    def __init__(self, world, robots, before_done):
+    def __init__(
+        self, world: "World", robots: ModelOutputs, before_done: Callable[[], None]
+    ) -> None:
         self._world, self._robots, self._before_done = world, robots, before_done
-        self.steps = None
+        self.steps: Any = None
 
-    def begin(self, count):
+    def begin(self, count: int) -> Steps:
         """Take a request for so many steps.
 
         Returns:
-            Steps.
+            The Steps.
 
         Raises:
             WorldError: steps are being made already.
@@ -56,20 +97,20 @@ class StepRequests:
         self.steps = Steps(count)
         return self.steps
 
-    def make(self, advance, most):
+    def make(self, advance: Callable[[int], None], limit: int) -> None:
         """Make steps of the request, and end it after its last one.
 
         Args:
             advance: Server.advance.
-            most: steps at a time.
+            limit: maximum number of steps at a time.
         """
         steps, before = self.steps, self._world.step_count
-        advance(min(steps.left, most))
+        advance(min(steps.left, limit))
         steps.left -= self._world.step_count - before
         if steps.left <= 0:
             self.end("; ".join(self._robots.take_failures()))
 
-    def end(self, error):
+    def end(self, error: str) -> None:
         """End the request, if there is one; error: why it is incomplete, or ''."""
         steps, self.steps = self.steps, None
         if steps is not None:
@@ -87,33 +128,40 @@ class Server:
     """The simulation loop of a world.
 
     Args:
-        world: of the core.
         jobs: JobQueue that other threads fill.
         robots: Robots, given their commands and published in every batch.
         config: Config.
         clock: SimClock; None: a new one.
-        now: function that gives wall time [s].
-        relay: Relay, or None.
+        now: function that returns wall time [s].
     """
 
-    def __init__(self, world, jobs, robots, config, clock=None, now=wall.monotonic, relay=None):
+    def __init__(
+        self,
+        world: "World",
+        jobs: "JobQueue",
+        robots: ModelOutputs,
+        config: Any,
+        clock: SimClock | None = None,
+        now: Callable[[], float] = wall.monotonic,
+        relay: "Relay | None" = None,
+    ) -> None:
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic = config.monotonic_clock
         self._relay = relay
-        self._slowness = Slowness(now=now)
+        self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
-        self._thinning = Thinning(self._clock, now, world.step_count)
+        self._throttle = ClockThrottle(self._clock, now, world.step_count)
         self._requests = StepRequests(world, robots, self._settle)
-        self._reporters = []
+        self._reporters: list[Reporter] = []
         self._set_batches()
         self._anchor()
 
-    def _set_batches(self):
+    def _set_batches(self) -> None:
         step = self._world.time_step
         self._free_batch = max(1, round(FREE_BATCH / step))
-        self._thinning.set_batch(self._free_batch, step)
+        self._throttle.set_batch(self._free_batch, step)
         self._batch = (
             max(1, round(self._pace.factor * PACED_BATCH / step))
             if self._pace.factor
@@ -122,37 +170,37 @@ class Server:
         if self._relay is not None:
             self._relay.set_polling(self._pace.factor == 0)  # running free
 
-    def add_reporter(self, reporter):
+    def add_reporter(self, reporter: Reporter) -> None:
         """Add an object with next_due(), publish(step, time) and restart(), used in every batch."""
         self._reporters.append(reporter)
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Simulated time [s]."""
         return self._world.time
 
     @property
-    def real_time_factor(self):
+    def real_time_factor(self) -> float:
         """Simulated seconds per wall second; 0: as fast as possible."""
         return self._pace.factor
 
-    def statistics(self):
-        """How well the pace is kept: see Pace.statistics; real_time_factor is 0 while paused."""
+    def statistics(self) -> dict[str, float]:
+        """As Pace.statistics; real_time_factor is 0 while paused."""
         values = self._pace.statistics()
         if self.paused:
             values["real_time_factor"] = 0.0
         return values
 
-    def _measured(self, factor):
-        self._slowness.measured(factor, self._pace.factor, self._world.time_step)
+    def _measured(self, factor: float) -> None:
+        self._rtf_monitor.measured(factor, self._pace.factor, self._world.time_step)
 
-    def set_pace(self, factor):
+    def set_pace(self, factor: float) -> None:
         """Change the real time factor (simulation thread)."""
         self._pace.factor = factor
         self._set_batches()
         self._anchor()
 
-    def set_time_step(self, time_step):
+    def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] and restart all schedules (simulation thread)."""
         before = self._world.time_step
         self._clock.set_time_step(time_step, self._world.step_count)
@@ -167,12 +215,12 @@ class Server:
         self._set_batches()
         self._anchor()
 
-    def _anchor(self):
-        """Measure the pace from now on."""
-        self._slowness.restart()
+    def _anchor(self) -> None:
+        """Restart the measurement of the pace."""
+        self._rtf_monitor.restart()
         self._pace.anchor(self._world.time)
 
-    def run(self):
+    def run(self) -> None:
         """Loop until the node shuts down."""
         sys.setswitchinterval(0.0005)  # other threads release the GIL sooner
         gc.collect()
@@ -182,13 +230,13 @@ class Server:
             try:
                 self.spin_once()
             except rospy.ROSException:
-                # A shutdown from another thread (rosnode kill, a master that is gone) closes the
+                # A shutdown from another thread (rosnode kill, a master that has exited) closes the
                 # topics while a batch is being published.
                 if not rospy.core.is_shutdown_requested():
                     raise
                 return
 
-    def spin_once(self):
+    def spin_once(self) -> None:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         if self._jobs.run_pending():
             self._robots.refresh()
@@ -201,47 +249,47 @@ class Server:
         else:
             wait = min(self._pace.delay(self._world.time), IDLE_WAIT)
             if wait == 0:
-                self.advance(self._batch, thin=self._pace.factor == 0)
+                self.advance(self._batch, throttle=self._pace.factor == 0)
                 return
         if self._jobs.run_pending(wait=wait):
             self._robots.refresh()
 
-    def advance(self, limit, thin=False):
+    def advance(self, limit: int, throttle: bool = False) -> None:
         """Commands in, physics steps until something is due or `limit` is reached, results out.
 
         Args:
-            limit: most physics steps.
-            thin: skip messages on /clock, see Thinning.
+            limit: maximum number of physics steps.
+            throttle: skip messages on /clock, see ClockThrottle.
         """
         world, robots = self._world, self._robots
         if world.sort_before_start():
             robots.refresh()
         robots.apply_commands()
         due = robots.next_due()
-        if not (thin and self._thinning.waits):
+        if not (throttle and self._throttle.waits):
             due = min(due, self._clock.next)
         for reporter in self._reporters:
             due = min(due, reporter.next_due())
         world.step(max(1, min(limit, due - world.step_count)))
         if self._relay is None:
-            self._publish(thin)
+            self._publish(throttle)
             return
         self._relay.begin_batch()
         try:
-            self._publish(thin)
+            self._publish(throttle)
         finally:
             self._relay.end_batch()
 
-    def _publish(self, thin):
+    def _publish(self, throttle: bool) -> None:
         step, time = self._world.step_count, self._world.time
-        if self._clock.publish_due(step, time) and thin:
-            self._thinning.skip(step)
+        if self._clock.publish_due(step, time) and throttle:
+            self._throttle.skip(step)
         self._robots.publish(step, time)
         for reporter in self._reporters:
             reporter.publish(step, time)
 
     # steps on request -------------------------------------------------------------------------
-    def begin_steps(self, count):
+    def begin_steps(self, count: int) -> Steps:
         """Make `count` steps, as fast as possible, while paused (simulation thread).
 
         Returns:
@@ -255,7 +303,7 @@ class Server:
         return self._requests.begin(count)
 
     # commands ---------------------------------------------------------------------------------
-    def set_paused(self, paused):
+    def set_paused(self, paused: bool) -> None:
         """Pause or resume (simulation thread).
 
         Raises:
@@ -263,18 +311,18 @@ class Server:
         """
         if not paused and self.lockstep:
             raise WorldError("in lockstep time advances only by /gazebo/step")
-        self._requests.end("the simulation was paused or set going by another call")
+        self._requests.end("the simulation was paused or resumed by another call")
         self.paused = paused
         self._settle()
 
-    def reset(self, time):
+    def reset(self, time: bool) -> None:
         """Reset the world; with time=True also simulated time, unless it is monotonic."""
         self._requests.end("the simulation was reset by another call")
         self._world.sort_models()
         self._world.reset(time=time and not self._monotonic)
         self._restart()
 
-    def _restart(self):
+    def _restart(self) -> None:
         """Restart all schedules at the present step."""
         self._clock.restart(self._world.step_count)
         self._robots.restart()
@@ -282,15 +330,15 @@ class Server:
             reporter.restart()
         self._settle()
 
-    def save_state(self):
+    def save_state(self) -> "tuple[WorldState, Any]":
         """The state of world, controllers and sensors, for restore_state()."""
         return self._world.save_state(), self._robots.save_state()
 
-    def restore_state(self, state):
+    def restore_state(self, state: "tuple[WorldState, Any]") -> str:
         """Go back to a saved state, also of simulated time.
 
         Returns:
-            What is not as it was, one sentence, or ''.
+            What is not as it was, one line of text, or ''.
 
         Raises:
             WorldError: the models are others, or the clock is monotonic; nothing has changed then.
@@ -307,8 +355,8 @@ class Server:
         self._robots.restore_state(robots)
         return note
 
-    def _settle(self):
-        """Measure the pace anew; return when the time and all earlier messages are sent."""
+    def _settle(self) -> None:
+        """Restart measuring the pace; return when the time and all earlier messages are sent."""
         self._anchor()
         self._clock.publish(self._world.time)
         if self._relay is not None:

@@ -1,24 +1,33 @@
-"""What models do and measure in ROS: the base of all plugins and sensors, also of users' own."""
+"""What models do and measure in ROS: the base of all plugins and sensors, also of users'."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
+import rospy
 from bullet_sim.component import Component
-from bullet_sim.pose import Pose, cross
+from bullet_sim.pose import Array, Pose, cross
 
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
 
-ROS_SIDE = {}  # class of a specification -> the ModelPlugin that does it, and its subclasses
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
+
+P = TypeVar("P", bound="ModelPlugin")
+
+# Class of a specification -> the ModelPlugin that does it, and its subclasses.
+ROS_SIDE: "dict[type, type[ModelPlugin]]" = {}
 
 
-def ros_side(*specs):
+def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
     """Decorator that enters a ModelPlugin for classes of specifications."""
 
-    def enter(kind):
-        ROS_SIDE.update(dict.fromkeys(specs, kind))
-        return kind
+    def enter(plugin: type[P]) -> type[P]:
+        ROS_SIDE.update(dict.fromkeys(specs, plugin))
+        return plugin
 
     return enter
 
@@ -28,40 +37,39 @@ class PluginContext:
     """What a plugin gets when its model is connected.
 
     Attributes:
-        world, model: of the core.
-        spec: what the model's file says about it.
+        spec: its entry in the model's file.
         seed: of its noise.
-        arrivals: Arrivals, which count the messages that it receives.
+        received: ReceivedCounts of the messages that it receives.
         cameras: Cameras, which have images rendered.
     """
 
-    world: Any
-    model: Any
+    world: "World"
+    model: "Model"
     spec: Any
     seed: int = 0
-    arrivals: Any = None
+    received: Any = None
     cameras: Any = None
 
 
-def make_plugin(context, kind=None):
+def make_plugin(
+    context: PluginContext, plugin_class: "type[ModelPlugin] | None" = None
+) -> "ModelPlugin":
     """The ModelPlugin of a specification, as after a reset; it leaves no topic if it fails.
 
     Args:
-        context: PluginContext.
-        kind: its class; None: that of the specification's class, or of its nearest base.
+        plugin_class: None: that of the specification's class, or of its closest base.
     """
-    kind = kind or next(ROS_SIDE[spec] for spec in type(context.spec).__mro__ if spec in ROS_SIDE)
+    if plugin_class is None:
+        bases = type(context.spec).__mro__
+        plugin_class = next(ROS_SIDE[base] for base in bases if base in ROS_SIDE)
     with all_or_none():
-        plugin = kind(context)
+        plugin = plugin_class(context)
         plugin.reset(context.world.time)
     return plugin
 
 
 class ModelPlugin(Component):
     """Acts on its model, has topics. It runs whether or not there are subscribers.
-
-    Args:
-        context: PluginContext.
 
     Attributes:
         context, world, model, spec: as above.
@@ -73,16 +81,17 @@ class ModelPlugin(Component):
         reports: it publishes periodically, so that its rate can be measured.
     """
 
-    STATE = ("schedule", "rng", "updated")
-    CACHE = ("_endpoints", "_publishers")
+    STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated")
+    CACHE: ClassVar[tuple[str, ...]] = ("_endpoints", "_publishers")
     every_step: ClassVar[bool] = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         self.context, self.updated = context, 0.0
         self.world, self.model, self.spec = context.world, context.model, context.spec
-        self._publishers, self._endpoints = [], []
+        self._publishers: list[Any] = []
+        self._endpoints: list[Any] = []
         self.rng = np.random.default_rng(context.seed)
         fastest = 1.0 / self.world.time_step  # as in Gazebo: at most one message per step
         rate = fastest if self.every_step else min(self.spec.rate or fastest, fastest)
@@ -90,24 +99,24 @@ class ModelPlugin(Component):
             rate,
             self.world.time_step,
             self.world.step_count,
-            self.is_wanted,
+            self.needs_update,
             lambda: self.start(self.world.time),
         )
         offset = Pose.from_xyz_rpy(*getattr(self.spec, "pose", ((0, 0, 0), (0, 0, 0))))
         self._offset = None if offset == Pose() else offset
         self.configure(getattr(self.spec, "xml", None))
 
-    def configure(self, sdf):
-        """Read the plugin's element and make its topics; for classes of users' own.
+    def configure(self, sdf: Any) -> None:
+        """Read the plugin's element and make its topics; for users' classes.
 
         Args:
             sdf: PluginXml; None for specifications that the simulator reads itself.
 
         Raises:
-            SimError: names what is wrong and what would be valid; the plugin is left out.
+            SimError: names the error and what would be valid; the plugin is skipped.
         """
 
-    def publisher(self, topic, message, **options):
+    def publisher(self, topic: str, message: type, **options: Any) -> rospy.Publisher:
         """A publisher, which is closed with the plugin.
 
         Args:
@@ -115,33 +124,35 @@ class ModelPlugin(Component):
             message: class of the messages.
             options: see transport.publishing.publisher.
         """
-        made = publisher(topic, message, **options)
-        self._publishers.append(made)
-        self._endpoints.append(made)
-        return made
+        endpoint = publisher(topic, message, **options)
+        self._publishers.append(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
 
-    def subscribe(self, topic, message, callback):
+    def subscribe(self, topic: str, message: type, callback: Callable[[Any], None]) -> Any:
         """Subscribe to a topic until the plugin is closed; `callback` gets each message."""
-        made = self.context.arrivals.subscribe(topic, message, callback)
-        note_endpoint(made)
-        self._endpoints.append(made)
-        return made
+        endpoint = self.context.received.subscribe(topic, message, callback)
+        note_endpoint(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
 
-    def message_type(self):
+    def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
         return self._publishers[0].type if self._publishers else ""
 
-    def is_wanted(self):
+    def needs_update(self) -> bool:
         """Whether it is to be updated: always, or while a topic of it has subscribers."""
-        return self.always or any(made.get_num_connections() > 0 for made in self._publishers)
+        return self.always or any(
+            endpoint.get_num_connections() > 0 for endpoint in self._publishers
+        )
 
-    def reset(self, time):
-        """Begin as configured: schedule, noise, start()."""
+    def reset(self, time: float) -> None:
+        """Restart as configured: schedule, noise, start()."""
         self.schedule.restart(self.world.step_count)
         self.rng, self.updated = np.random.default_rng(self.context.seed), time
         self.start(time)
 
-    def sensor_state(self):
+    def sensor_state(self) -> tuple[Pose, Array, Array]:
         """Pose of the sensor frame in the world, velocity of its origin, world axes."""
         pose, linear, angular = self.model.link_state(self.spec.link)
         if self._offset is None:
@@ -149,11 +160,11 @@ class ModelPlugin(Component):
         arm = pose.matrix @ np.asarray(self._offset.position)
         return pose * self._offset, linear + cross(angular, arm), angular
 
-    def pose(self):
+    def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""
         return self.sensor_state()[0]
 
-    def close(self):
+    def close(self) -> None:
         """Unregister the topics."""
         for endpoint in self._endpoints:
             endpoint.unregister()
@@ -168,20 +179,20 @@ class Sensor(ModelPlugin):
         pub: publisher on the topic of the specification.
     """
 
-    message: ClassVar[Any] = None
+    message: Any = None
     relayed: ClassVar[bool] = True
     always = False
     reports = True
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self.pub = self.publisher(self.spec.topic, self.message, relayed=self.relayed)
 
-    def measure(self, time):
+    def measure(self, time: float) -> Any:
         """A message for simulated time [s], or None."""
         raise NotImplementedError
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         """Publish a measurement."""
         message = self.measure(time)
         if message is not None:

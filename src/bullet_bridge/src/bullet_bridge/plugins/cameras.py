@@ -1,24 +1,31 @@
-"""Cameras and depth cameras: pictures asked of the renderer, published when they come."""
+"""Cameras and depth cameras: images requested from the renderer, published when they arrive."""
 
 import json
 import threading
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.request import DEFAULT, CameraRequest
+from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
 from bullet_sim.sensors import camera
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
 from bullet_bridge.transport.publishing import publisher
+
+if TYPE_CHECKING:
+    from bullet_sim.description.world import Scene
+    from bullet_sim.snapshot import BodySource
+    from bullet_sim.world import World
 
 
 class Cameras:
@@ -26,28 +33,38 @@ class Cameras:
 
     Args:
         renderer: auto, gl or tiny.
-        wait: True: wait for each due picture, as in lockstep: none is left out, and the physics
+        wait: True: wait for each due image, as in lockstep: none is skipped, and the physics
             waits for the renderer.
         quality: Quality of the OpenGL renderer.
-        scene: function without arguments that gives the world's Scene.
+        scene: function without arguments that returns the world's Scene.
     """
 
-    def __init__(self, renderer, wait, quality=DEFAULT, scene=lambda: None):
+    def __init__(
+        self,
+        renderer: str,
+        wait: bool,
+        quality: Quality = DEFAULT,
+        scene: "Callable[[], Scene | None]" = lambda: None,
+    ) -> None:
         self._renderer, self._wait, self._quality = renderer, wait, quality
         self._scene = scene
-        self._client, self._sensors, self._due = None, {}, []
-        self._starter, self._starting, self._sending = None, threading.Lock(), threading.Lock()
+        self._client: Any = None  # RenderClient, once start() was called
+        self._sensors: dict[str, CameraSensor] = {}
+        self._due: list[CameraRequest] = []
+        self._starter: Any = None
+        self._starting, self._sending = threading.Lock(), threading.Lock()
         self._publishing = threading.Lock()
         self._ready = False
-        self._sources = []
-        self._failures = []
-        self._names = self._legend = None
+        self._sources: list[BodySource] = []
+        self._failures: list[str] = []
+        self._names: Any = None
+        self._legend: Any = None
 
-    def start(self):
-        """Begin to start the worker unless that was done; called outside the simulation thread.
+    def start(self) -> None:
+        """Start the worker unless that was done; called outside the simulation thread.
 
-        Where each picture is waited for this returns when the worker is up or has failed;
-        elsewhere at once, and pictures come when it is up.
+        Where each image is waited for this returns when the worker is up or has failed;
+        elsewhere immediately, and images come when it is up.
         """
         with self._starting:
             if self._starter is None:
@@ -64,11 +81,11 @@ class Cameras:
         if self._wait:
             self._starter.join()
 
-    def _start(self):
+    def _start(self) -> None:
         try:
             chosen = self._client.start(self._renderer)
         except RenderError as error:
-            rospy.logerr("cameras stay dark: %s", error)
+            rospy.logerr("cameras publish no images: %s", error)
             return
         rospy.loginfo(
             "cameras are rendered by '%s' (%s)%s",
@@ -80,29 +97,29 @@ class Cameras:
             self._client.set_sources(self._sources, self._scene())
             self._ready = True
 
-    def publish_labels(self, names):
+    def publish_labels(self, names: Callable[[], dict[int, str]]) -> None:
         """Publish a label image for each camera, and the latched topic ~labels: what labels mean,
         as JSON {"label": "model's name"}.
 
         Args:
-            names: function without arguments that gives them as a dict.
+            names: function without arguments that returns them by label.
         """
         self._names = names
         self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
 
-    def add(self, sensor):
+    def add(self, sensor: "CameraSensor") -> None:
         """Add a camera sensor."""
         self.start()
         if self._legend is not None:
             sensor.add_labels()
         self._sensors[sensor.request.name] = sensor
 
-    def remove(self, sensor):
+    def remove(self, sensor: "CameraSensor") -> None:
         """Remove a camera sensor."""
         if self._sensors.get(sensor.request.name) is sensor:  # not a later one of the same name
             del self._sensors[sensor.request.name]
 
-    def set_sources(self, sources):
+    def set_sources(self, sources: "list[BodySource]") -> None:
         """Send the worker the present bodies."""
         if self._legend is not None:
             self._legend.publish(json.dumps(self._names()))
@@ -111,24 +128,24 @@ class Cameras:
             if self._ready:
                 self._client.set_sources(sources, self._scene())
 
-    def restart(self):
-        """Discard pictures ordered before a reset: none is published once this has returned."""
+    def restart(self) -> None:
+        """Discard images requested before a reset: none is published once this has returned."""
         client = self._client
         if client is not None:
             with self._publishing:
                 client.discard()
 
-    def request(self, request):
+    def request(self, request: CameraRequest) -> None:
         """Have an image rendered with the next flush() (simulation thread)."""
         self._due.append(request)
 
-    def flush(self, world):
+    def flush(self, world: "World") -> None:
         """Have what was requested rendered, all from one snapshot (simulation thread)."""
         requests, self._due = self._due, []
         if not requests:
             return
         if not self._ready:
-            self._failures = ["there is no renderer, pictures are missing"]
+            self._failures = ["there is no renderer, images are missing"]
             return
         if not self._wait:
             self._client.submit(world.snapshot(), requests)
@@ -137,33 +154,33 @@ class Cameras:
             for frame in self._client.render_sync(world.snapshot(), requests):
                 self._publish(frame)
         except RenderError as error:
-            text = f"pictures at {world.time:.3f} s are missing: {error}"
+            text = f"images at {world.time:.3f} s are missing: {error}"
             rospy.logerr_throttle(5.0, text)
             self._failures = self._failures[-2:] + [text]
 
-    def take_failures(self):
-        """Failures in lockstep since the last call, at most three sentences."""
+    def take_failures(self) -> list[str]:
+        """Failures in lockstep since the last call, at most three messages."""
         failures, self._failures = self._failures, []
         return failures
 
-    def _publish_late(self, frame):
-        """Publish a picture of the worker, unless there was a reset since it was ordered."""
+    def _publish_late(self, frame: Frame) -> None:
+        """Publish an image of the worker, unless there was a reset since it was requested."""
         with self._publishing:
             if frame.epoch == self._client.epoch:
                 self._publish(frame)
 
-    def _publish(self, frame):
+    def _publish(self, frame: Frame) -> None:
         sensor = self._sensors.get(frame.camera)
         if sensor is not None and not rospy.is_shutdown():
             try:
                 sensor.publish_frame(frame)
                 if frame.labels is not None:
-                    sensor.publish_labels(frame)
+                    sensor.publish_labels(frame.time, frame.labels)
             except rospy.ROSException:
                 pass  # the topic was just unregistered
 
-    def close(self):
-        """End the worker."""
+    def close(self) -> None:
+        """Shut the worker down."""
         self._ready = False
         if self._client is not None:
             self._client.close()
@@ -171,18 +188,18 @@ class Cameras:
 
 @ros_side(CameraSpec)
 class CameraSensor(Sensor):
-    """sensor_msgs/Image and CameraInfo; pictures come from the render worker."""
+    """sensor_msgs/Image and CameraInfo; images come from the render worker."""
 
     CACHE = ("_labels", "_label_sender")
     message = Image
     relayed = False
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         spec, model = context.spec, context.model
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
         super().__init__(context)
         self._info_publisher = self.publisher(spec.info_topic, CameraInfo, relayed=False)
-        self._labels = None
+        self._labels: Any = None
         self._sender = PackedImage(self.pub, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(
             spec.width, spec.height, spec.horizontal_fov, spec.distortion
@@ -202,46 +219,46 @@ class CameraSensor(Sensor):
         self._request = CameraRequest(**values)
         context.cameras.add(self)
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         """Have an image rendered, which publish_frame gets later."""
         self.context.cameras.request(self.request)
 
     @property
-    def request(self):
-        """CameraRequest of the pictures that have subscribers."""
+    def request(self) -> CameraRequest:
+        """CameraRequest of the images that have subscribers."""
         return replace(self._request, labels=True) if self._has_labels() else self._request
 
-    def add_labels(self):
-        """Publish label images, too: labels/image_raw beside camera_info."""
+    def add_labels(self) -> None:
+        """Publish label images, too: labels/image_raw next to camera_info."""
         namespace = self.spec.info_topic.rsplit("/", 1)[0]
         self._labels = self.publisher(f"{namespace}/labels/image_raw", Image, relayed=False)
         self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
 
-    def _has_labels(self):
+    def _has_labels(self) -> bool:
         return self._labels is not None and self._labels.get_num_connections() > 0
 
-    def publish_labels(self, frame):
+    def publish_labels(self, time: float, labels: Array) -> None:
         """Publish a finished label image with the snapshot's stamp."""
-        self._label_sender.send(frame.time, frame.labels)
+        self._label_sender.send(time, labels)
 
-    def publish_frame(self, frame):
-        """Publish a finished picture and its camera_info with the snapshot's stamp."""
+    def publish_frame(self, frame: Frame) -> None:
+        """Publish a finished image and its camera_info with the snapshot's stamp."""
         self._info_publisher.publish(self.info_message(frame.time))
         self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
 
-    def info_message(self, time):
+    def info_message(self, time: float) -> CameraInfo:
         """camera_info for a simulated time [s]."""
         info = conversions.camera_info(self.spec, self._info)
         info.header.stamp = conversions.stamp(time)
         return info
 
-    def close(self):
+    def close(self) -> None:
         """Unregister the topics; nothing is rendered any more."""
         self.context.cameras.remove(self)
         super().close()
 
 
-# PCL's layout of a point: x y z, 4 unused bytes, colour (blue, green, red, 0).
+# PCL's layout of a point: x y z, 4 unused bytes, color (blue, green, red, 0).
 _POINT = np.dtype(
     {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
 )
@@ -251,7 +268,7 @@ _FIELDS = [
 ]
 
 
-def depth_image(time, spec, depth):
+def depth_image(time: float, spec: Any, depth: Array) -> Image:
     """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
 
     32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown.
@@ -269,8 +286,8 @@ def depth_image(time, spec, depth):
     return message
 
 
-def point_cloud(time, spec, depth, rgb, k):
-    """sensor_msgs/PointCloud2, organised like the picture, in the optical frame.
+def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> PointCloud2:
+    """sensor_msgs/PointCloud2, organised like the image, in the optical frame.
 
     Args:
         depth: (H, W) float32 [m], NaN: unknown.
@@ -287,9 +304,9 @@ def point_cloud(time, spec, depth, rgb, k):
 
 @ros_side(DepthCameraSpec)
 class DepthCameraSensor(CameraSensor):
-    """A colour camera's topics, depth pictures with their camera_info, and points."""
+    """A color camera's topics, depth images with their camera_info, and points."""
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
@@ -297,8 +314,8 @@ class DepthCameraSensor(CameraSensor):
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
-    def publish_frame(self, frame):
-        """Publish a finished picture, its depths and its points with the snapshot's stamp."""
+    def publish_frame(self, frame: Frame) -> None:
+        """Publish a finished image, its depths and its points with the snapshot's stamp."""
         super().publish_frame(frame)
         self._depth_info.publish(self.info_message(frame.time))
         deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))
@@ -315,18 +332,18 @@ class DepthCameraSensor(CameraSensor):
 class RangeCameraSensor(CameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
-        self._points = None
+        self._points: Any = None
         if spec.points_topic:
             self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
-    def _has_points(self):
+    def _has_points(self) -> bool:
         return self._points is not None and self._points.get_num_connections() > 0
 
-    def publish_frame(self, frame):
+    def publish_frame(self, frame: Frame) -> None:
         """Publish depths and points with the snapshot's stamp."""
         self._info_publisher.publish(self.info_message(frame.time))
         if frame.depth is None:

@@ -1,6 +1,7 @@
 """Drive plugins, planar move, hand of god, joint poses, forces on links."""
 
 import math
+from typing import Any
 
 import numpy as np
 import rospy
@@ -9,7 +10,7 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import SimError
 from bullet_sim.plugins.drives import JointStatesSpec, PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -19,7 +20,7 @@ from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
 from bullet_bridge.loop.clock import Schedule
-from bullet_bridge.plugins.base import ModelPlugin, Sensor, ros_side
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
@@ -31,7 +32,7 @@ class JointStatesSensor(Sensor):
 
     message = JointState
 
-    def measure(self, time):
+    def measure(self, time: float) -> JointState:
         positions, velocities = self.model.joints.state()
         message = JointState(
             name=list(self.spec.joints),
@@ -52,7 +53,7 @@ class WheelDrivePlugin(ModelPlugin):
     STATE = ("_command", "_before", "_drive")
     reports = True
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec, joints = self.spec, self.model.joints
         self._drive = WheelDrive(spec)
@@ -65,25 +66,29 @@ class WheelDrivePlugin(ModelPlugin):
         self._wheel_names = [*spec.left, *spec.right]
         self.subscribe(spec.command_topic, Twist, self._on_command)
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """At rest, odometry at zero."""
-        self._command, self._before = (0.0, 0.0), None
+        self._command: tuple[float, ...] = (0.0, 0.0)
+        self._before: float | None = None
         self._drive.restart()
 
-    def _on_command(self, message):
+    def _on_command(self, message: Any) -> None:
         command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
         if command is not None:
             self._command = command
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         elapsed = 0.0 if self._before is None else time - self._before
         self._before = time
-        for wheels, speed in zip(self._wheels, self._drive.wheel_speeds(*self._command, elapsed)):
+        forward, yaw_rate = self._command
+        for wheels, speed in zip(
+            self._wheels, self._drive.wheel_speeds(forward, yaw_rate, elapsed)
+        ):
             for joint in wheels:
                 self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
         if self.spec.from_wheels:
-            angles = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
-            self._drive.measure(*angles, elapsed)
+            left, right = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
+            self._drive.measure(left, right, elapsed)
         self._publish_wheels(time)
         outputs = [
             out
@@ -97,7 +102,7 @@ class WheelDrivePlugin(ModelPlugin):
             transform = out is self._transform
             out.publish(TFMessage([transform_of(message)]) if transform else message)
 
-    def _publish_wheels(self, time):
+    def _publish_wheels(self, time: float) -> None:
         """Positions of the wheels, and their frames below the links that carry them."""
         states, frames, names = self._wheel_states, self._wheel_frames, self._wheel_names
         if states is not None and states.get_num_connections() > 0:
@@ -107,13 +112,13 @@ class WheelDrivePlugin(ModelPlugin):
         if frames is not None and frames.get_num_connections() > 0:
             frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
 
-    def _wheel_transform(self, name, time):
+    def _wheel_transform(self, name: str, time: float) -> Any:
         joint = self.model.description.joints[name]
         parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
         pose = parent.inverse() * child
         return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
 
-    def _odometry_message(self, time):
+    def _odometry_message(self, time: float) -> Odometry:
         if self.spec.from_wheels:
             pose, (linear, angular) = self._drive.pose, self._drive.twist
         else:
@@ -122,19 +127,19 @@ class WheelDrivePlugin(ModelPlugin):
         return odometry_message(time, self.spec, pose, linear, angular)
 
 
-def command_of(topic, values):
-    """Returns a velocity command, or None, logged, where a number is not usable."""
+def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
+    """A velocity command, or None, logged, where a number is not usable."""
     if all(abs(value) <= MAX_COMMAND for value in values):
         return tuple(values)
     rospy.logerr_throttle(
         1.0,
         f"{topic}: command {tuple(values)}, must be finite numbers, at most {MAX_COMMAND:g} "
-        "either way; the last good one stays",
+        "either way; the last valid one is kept",
     )
     return None
 
 
-def odometry_message(time, spec, pose, linear, angular):
+def odometry_message(time: float, spec: Any, pose: Pose, linear: Array, angular: Array) -> Odometry:
     """nav_msgs/Odometry of a base that moves in the plane.
 
     Args:
@@ -163,7 +168,7 @@ class PlanarMovePlugin(ModelPlugin):
     STATE = ("_command", "_since", "_new", "_due")
     every_step = reports = True
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         rate = min(self.spec.rate, 1.0 / self.world.time_step)
         self._due = Schedule(rate, self.world.time_step, self.world.step_count)
@@ -171,34 +176,36 @@ class PlanarMovePlugin(ModelPlugin):
         self._transform = self.publisher("/tf", TFMessage)
         self.subscribe(self.spec.command_topic, Twist, self._on_command)
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Without a command."""
-        self._command, self._since, self._new = (0.0, 0.0, 0.0), None, False
+        self._command: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self._since: float | None = None
+        self._new = False
         self._due.restart(self.world.step_count)
 
-    def _on_command(self, message):
+    def _on_command(self, message: Any) -> None:
         command = command_of(
             self.spec.command_topic, (message.linear.x, message.linear.y, message.angular.z)
         )
         if command is not None:
             self._command, self._new = command, True
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         if self._new:
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
             self._command = (0.0, 0.0, 0.0)
         pose, linear, angular = self.model.link_state(self.spec.link)
-        x, y, turn = self._command
+        x, y, yaw_rate = self._command
         yaw = pose.rpy[2]
         c, s = math.cos(yaw), math.sin(yaw)
         self.world.engine.set_base_velocity(
-            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, turn)
+            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
         if self._due.due(self.world.step_count):
             self._publish(time, pose, linear, angular)
 
-    def _publish(self, time, pose, linear, angular):
+    def _publish(self, time: float, pose: Pose, linear: Array, angular: Array) -> None:
         linear, angular = inertial.twist(pose.orientation, linear, angular)
         message = odometry_message(time, self.spec, pose, linear, angular)
         self._odometry.publish(message)
@@ -212,7 +219,7 @@ class HandOfGodPlugin(ModelPlugin):
     CACHE = ("_missing",)  # whether it was logged
     every_step = True
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec, model = self.spec, self.model
         index, _ = model.link_in_body(spec.link)
@@ -226,7 +233,7 @@ class HandOfGodPlugin(ModelPlugin):
         self._actual = self.publisher(spec.topic, TFMessage)
         self._buffer = self._listen()
 
-    def _listen(self):
+    def _listen(self) -> Any:
         """Buffer of the transforms on /tf."""
         import tf2_ros  # takes a while, and few models need it
 
@@ -234,12 +241,12 @@ class HandOfGodPlugin(ModelPlugin):
         self._endpoints.append(tf2_ros.TransformListener(buffer))
         return buffer
 
-    def _desired(self):
-        """Pose to pull to, or None, said once."""
+    def _desired(self) -> Pose | None:
+        """Pose to pull to, or None, logged once."""
         from tf2_ros import TransformException
 
         try:
-            found = self._buffer.lookup_transform(
+            transform = self._buffer.lookup_transform(
                 "world", f"{self.spec.frame}_desired", rospy.Time(0)
             ).transform
         except TransformException as error:
@@ -248,10 +255,10 @@ class HandOfGodPlugin(ModelPlugin):
             self._missing = True
             return None
         self._missing = False
-        p, q = found.translation, found.rotation
+        p, q = transform.translation, transform.rotation
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         desired = self._desired()
         if desired is None:
             return
@@ -261,9 +268,11 @@ class HandOfGodPlugin(ModelPlugin):
         sign = -1.0 if w < 0.0 else 1.0
         sine = math.sqrt(x * x + y * y + z * z)
         half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
-        turn = sign * half * np.array((x, y, z))  # half the rotation vector, as upstream takes it
+        rotation = (
+            sign * half * np.array((x, y, z))
+        )  # half the rotation vector, as upstream takes it
         force = self.spec.linear * away - self._damping[0] * linear
-        torque = pose.matrix @ (self.spec.angular * turn) - self._damping[1] * angular
+        torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
         self.model.apply_wrench(self._index, force, torque)
         if self._actual.get_num_connections() > 0:
             actual = f"{self.spec.frame}_actual"
@@ -281,21 +290,22 @@ class JointPosesPlugin(ModelPlugin):
     STATE = ("_points", "_next")
     every_step = True
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._points, self._next = [], 0.0
+        self._points: list[tuple[dict[str, float], float]] = []
+        self._next = 0.0
         self.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
 
-    def reset(self, time):
+    def reset(self, time: float) -> None:
         """Without a trajectory."""
         super().reset(time)
         self._points, self._next = [], 0.0
 
-    def is_wanted(self):
+    def needs_update(self) -> bool:
         """While there are points to come."""
         return bool(self._points)
 
-    def _on_trajectory(self, message):
+    def _on_trajectory(self, message: Any) -> None:
         known = set(self.model.joints.names)
         points = []
         for point in message.points:
@@ -313,7 +323,7 @@ class JointPosesPlugin(ModelPlugin):
         self._next = message.header.stamp.to_sec()
         self._points = points
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         if not self._points or time < self._next:
             return
         values, wait = self._points.pop(0)

@@ -1,12 +1,15 @@
 """Lidars, range sensors and point clouds."""
 
+from typing import Any, ClassVar
+
 import numpy as np
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
+from bullet_sim.pose import Array
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedScan
 
@@ -18,13 +21,13 @@ class RaysSensor(Sensor):
         lidar: class of the core's lidar.
     """
 
-    lidar = Lidar
+    lidar: ClassVar[type[Lidar]] = Lidar
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._lidar = self.lidar(self.spec)
+        self._lidar: Any = self.lidar(self.spec)
 
-    def _scan(self):
+    def _scan(self) -> Array:
         position, orientation, _, _ = self.model.link_motion(self.spec.link)
         return self._lidar.scan(
             self.world.engine,
@@ -41,13 +44,13 @@ class LidarSensor(RaysSensor):
 
     message = LaserScan
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._sender = PackedScan(
             self.pub, self.spec, self._lidar.angle_increment, len(self._lidar.angles)
         )
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         self._sender.send(time, self._scan())
 
 
@@ -61,8 +64,8 @@ _POINT = np.dtype(
     }
 )
 _FIELDS = [
-    PointField(name=name, offset=offset, datatype=kind, count=1)
-    for name, offset, kind in (
+    PointField(name=name, offset=offset, datatype=datatype, count=1)
+    for name, offset, datatype in (
         ("x", 0, PointField.FLOAT32),
         ("y", 4, PointField.FLOAT32),
         ("z", 8, PointField.FLOAT32),
@@ -73,11 +76,10 @@ _FIELDS = [
 ]
 
 
-def velodyne_cloud(spec, points, rings):
+def velodyne_cloud(spec: CloudSpec, points: Array, rings: Array) -> PointCloud2:
     """sensor_msgs/PointCloud2 of points (n, 3), without stamp.
 
     Args:
-        spec: CloudSpec.
         points: [m] in the sensor frame, the layers of one direction after each other; NaN: none.
         rings: (n,) layer of each point.
     """
@@ -97,7 +99,7 @@ class CloudSensor(RaysSensor):
     message, lidar = PointCloud2, LayeredLidar
     relayed = False
 
-    def measure(self, time):
+    def measure(self, time: float) -> PointCloud2:
         message = velodyne_cloud(self.spec, self._lidar.points(self._scan()), self._lidar.rings)
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = self.spec.frame_id
@@ -111,7 +113,7 @@ class BlockLaserSensor(RaysSensor):
     message, lidar = PointCloud, LayeredLidar
     relayed = False
 
-    def measure(self, time):
+    def measure(self, time: float) -> PointCloud:
         points = self._lidar.points(self._scan())
         points = points[np.isfinite(points).all(axis=1)]
         message = PointCloud(points=[Point32(*point) for point in points.tolist()])
@@ -123,19 +125,19 @@ class BlockLaserSensor(RaysSensor):
 
 @ros_side(RangeSpec)
 class RangeSensor(RaysSensor):
-    """sensor_msgs/Range: the nearest hit, max_range where there is none."""
+    """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
     message, lidar = Range, LayeredLidar
 
-    def measure(self, time):
+    def measure(self, time: float) -> Range:
         spec, ranges = self.spec, self._scan()
-        nearest = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
+        minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         message = Range(
             radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
             field_of_view=spec.field_of_view,
             min_range=spec.range_min,
             max_range=spec.range_max,
-            range=nearest,
+            range=minimum,
         )
         message.header.stamp = conversions.stamp(time)
         message.header.frame_id = spec.frame_id

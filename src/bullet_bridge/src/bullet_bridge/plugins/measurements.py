@@ -1,9 +1,11 @@
 """Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from bullet_sim.plugins.forces import ContactSpec, ForceTorqueSpec, LinkForceSpec
 from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose, Vector
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
 from bullet_sim.sensors.inertial import add_noise, joint_wrench, net_wrench
@@ -12,10 +14,14 @@ from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedOdometry
+
+if TYPE_CHECKING:
+    from bullet_sim.description.model import Shape
+    from bullet_sim.models.model import Model
 
 
 @ros_side(GroundTruthSpec)
@@ -24,14 +30,14 @@ class GroundTruthSensor(Sensor):
 
     message = Odometry
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._sender = PackedOdometry(
             self.pub, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
         )
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         if self._offset is None:
             position, orientation, linear, angular = self.model.link_motion(self.spec.link)
         else:
@@ -51,11 +57,11 @@ class ImuSensor(Sensor):
     STATE = ("_before",)
     message = Imu
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Measure from now on."""
-        self._before = None
+        self._before: Any = None  # (velocity, time) at the last measurement
 
-    def measure(self, time):
+    def measure(self, time: float) -> Imu:
         pose, linear, angular = self.sensor_state()
         if self._before is None:
             acceleration = np.zeros(3)
@@ -83,11 +89,11 @@ class GpsSensor(Sensor):
 
     message = NavSatFix
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._velocity = self.publisher(self.spec.velocity_topic, Vector3Stamped)
 
-    def measure(self, time):
+    def measure(self, time: float) -> NavSatFix:
         spec = self.spec
         pose, linear, _ = self.sensor_state()
         noise = self.rng.normal(0.0, 1.0, 6)
@@ -115,7 +121,7 @@ class MagneticSensor(Sensor):
 
     message = Vector3Stamped
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         spec = context.spec
         if spec.field_message:
             self.message = MagneticField
@@ -124,7 +130,7 @@ class MagneticSensor(Sensor):
             spec.magnitude, spec.heading, spec.declination, spec.inclination
         )
 
-    def measure(self, time):
+    def measure(self, time: float) -> Any:
         pose, _, _ = self.sensor_state()
         values = pose.matrix.T @ self._field + self.spec.offset
         values = values + add_noise(np.zeros(3), 1.0, self.rng) * self.spec.noise_stddev
@@ -135,7 +141,7 @@ class MagneticSensor(Sensor):
         return message
 
 
-def wrench_message(time, frame, force, torque):
+def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> WrenchStamped:
     """geometry_msgs/WrenchStamped of two (3,) [N, N m]."""
     message = WrenchStamped()
     message.header.stamp, message.header.frame_id = conversions.stamp(time), frame
@@ -150,7 +156,7 @@ class ForceTorqueSensor(Sensor):
 
     message = WrenchStamped
 
-    def measure(self, time):
+    def measure(self, time: float) -> WrenchStamped:
         wrench = joint_wrench(self.model, self.spec.joint)
         if self.spec.noise_stddev:
             wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
@@ -164,11 +170,11 @@ class LinkForceSensor(Sensor):
     STATE = ("_before",)
     message = WrenchStamped
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Measure from now on."""
-        self._before = None
+        self._before: Any = None  # (velocity, angular velocity, time) at the last measurement
 
-    def measure(self, time):
+    def measure(self, time: float) -> WrenchStamped | None:
         part = self.model.description.links[self.spec.link]
         pose, linear, angular = self.model.link_state(self.spec.link)
         speed = linear + np.cross(angular, pose.matrix @ part.centre)
@@ -182,41 +188,41 @@ class LinkForceSensor(Sensor):
 
 @ros_side(ContactSpec)
 class ContactSensor(Sensor):
-    """Contacts of the watched shapes, one state per pair of shapes; without contacts an empty list.
+    """Contacts of the monitored shapes, one state per pair of shapes; an empty list without any.
 
     As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
-    about its centre of mass; the sensor's shape comes first.
+    about its center of mass; the sensor's shape comes first.
     """
 
     message = ContactsState
 
-    def __init__(self, context):
-        self._watched = watched_links(context.spec, context.model.description)
-        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._watched})
+    def __init__(self, context: PluginContext) -> None:
+        self._monitored = watched_links(context.spec, context.model.description)
+        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._monitored})
         super().__init__(context)
 
-    def measure(self, time):
+    def measure(self, time: float) -> ContactsState:
         message = ContactsState()
         message.header.stamp, message.header.frame_id = stamp(time), self.spec.frame_id
-        pairs = {}
+        pairs: dict[tuple[str, str], tuple[int, list[Any]]] = {}
         for index in self._indices:
             for contact in self.world.engine.contacts(self.model.body, index):
-                mine = self._named(self.model, index, contact.position)
-                if not self._is_watched(mine[1]):
+                mine, shape = self._named(self.model, index, contact.position)
+                if not self._is_monitored(shape):
                     continue
                 other = self._other(contact)
-                pairs.setdefault((mine[0], other), (index, []))[1].append(contact)
+                pairs.setdefault((mine, other), (index, []))[1].append(contact)
         for (mine, other), (index, contacts) in pairs.items():
             message.states.append(self._state(mine, other, index, contacts))
         return message
 
-    def _is_watched(self, shape):
+    def _is_monitored(self, shape: "Shape | None") -> bool:
         return shape is not None and (
-            (shape.link, shape.name) in self._watched or (shape.link, "") in self._watched
+            (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
         )
 
     @staticmethod
-    def _named(model, index, position):
+    def _named(model: "Model", index: int, position: Array) -> "tuple[str, Shape | None]":
         """(model::link::collision, its Shape) of the shape that a point in the world is on."""
         pose = Pose(*model.frame_at(index))
         name, shapes = model.collisions_at(index)
@@ -225,16 +231,16 @@ class ContactSensor(Sensor):
             return f"{model.name}::{name}::collision", None
         return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
 
-    def _other(self, contact):
+    def _other(self, contact: Any) -> str:
         for model in self.world.models.values():
             if model.body == contact.body:
                 return self._named(model, contact.link, contact.position)[0]
         return "world"
 
-    def _state(self, mine, other, index, contacts):
+    def _state(self, mine: str, other: str, index: int, contacts: list[Any]) -> ContactState:
         engine, body = self.world.engine, self.model.body
         rotation = Pose(*self.model.frame_at(index)).matrix.T
-        centre = engine.link_centre(body, index)
+        center = engine.link_centre(body, index)
         state = ContactState(
             collision1_name=mine,
             collision2_name=other,
@@ -242,7 +248,7 @@ class ContactSensor(Sensor):
         )
         total = np.zeros(6)
         for contact in contacts:
-            torque = np.cross(contact.position - centre, contact.force)
+            torque = np.cross(contact.position - center, contact.force)
             wrench = np.concatenate([rotation @ contact.force, rotation @ torque])
             total += wrench
             state.wrenches.append(_wrench(wrench))
@@ -253,5 +259,5 @@ class ContactSensor(Sensor):
         return state
 
 
-def _wrench(values):
+def _wrench(values: Array) -> Wrench:
     return Wrench(force=Vector3(*values[:3].tolist()), torque=Vector3(*values[3:].tolist()))

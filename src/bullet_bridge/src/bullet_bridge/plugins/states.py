@@ -1,19 +1,25 @@
-"""Topics about the whole world: states of models and links, and performance."""
+"""Topics about the full world: states of models and links, and performance."""
 
-import math
 import time as wall
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import rospy
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
-from bullet_bridge.loop.clock import SubscribedSchedule
+from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
 from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
 from bullet_bridge.transport.publishing import publisher
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
 
 METRICS_PERIOD = 0.2  # [s] wall time
 
 
-def model_states(world):
+def model_states(world: "World") -> ModelStates:
     """gazebo_msgs/ModelStates of all models, by their root links."""
     message = ModelStates()
     for model in world.models.values():
@@ -21,7 +27,7 @@ def model_states(world):
     return message
 
 
-def link_states(world):
+def link_states(world: "World") -> LinkStates:
     """gazebo_msgs/LinkStates of all links but those that fixed joints merge into others."""
     message = LinkStates()
     for model in world.models.values():
@@ -30,7 +36,7 @@ def link_states(world):
     return message
 
 
-def _add(message, name, model, link):
+def _add(message: Any, name: str, model: "Model", link: str) -> None:
     pose, linear, angular = model.link_state(link)
     if model.is_static:
         linear = angular = np.zeros(3)
@@ -44,36 +50,35 @@ class StateTopics:
 
     Args:
         prefix: of the topic names.
-        world: of the core.
         rate: [Hz] of simulated time, limited to one message per step.
     """
 
-    def __init__(self, prefix, world, rate):
+    def __init__(self, prefix: str, world: "World", rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
-            (publisher(f"{prefix}/{name}", kind), read)
-            for name, kind, read in (
+            (publisher(f"{prefix}/{name}", message_type), read)
+            for name, message_type, read in (
                 ("model_states", ModelStates, model_states),
                 ("link_states", LinkStates, link_states),
             )
         ]
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart the schedule, after a reset or a change of the physics step."""
         step = self._world.time_step
         self._schedule = SubscribedSchedule(
             min(self._rate, 1.0 / step), step, self._world.step_count, self._subscribed
         )
 
-    def _subscribed(self):
+    def _subscribed(self) -> "list[tuple[rospy.Publisher, Callable[[World], Any]]]":
         return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
 
-    def next_due(self):
+    def next_due(self) -> int:
         """Physics step after which a message is due; infinity without subscribers."""
         return self._schedule.next_due_subscribed(self._world.step_count)
 
-    def publish(self, step, _time):
+    def publish(self, step: int, _time: float) -> None:
         """Publish what is due and has subscribers."""
         if self._schedule.due(step):
             for topic, read in self._subscribed():
@@ -85,25 +90,30 @@ class PerformanceTopic:
 
     Args:
         prefix: of the topic's name.
-        world: of the core.
         counts: function -> {sensor name: messages so far}.
         clock: function -> wall time [s].
     """
 
-    def __init__(self, prefix, world, counts, clock=wall.monotonic):
+    def __init__(
+        self,
+        prefix: str,
+        world: "World",
+        counts: Callable[[], dict[str, int]],
+        clock: Callable[[], float] = wall.monotonic,
+    ) -> None:
         self._world, self._counts, self._clock = world, counts, clock
         self._topic = publisher(f"{prefix}/performance_metrics", PerformanceMetrics)
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart the measurement."""
         self._since = (self._clock(), self._world.time, dict(self._counts()))
 
-    def next_due(self):
+    def next_due(self) -> int:
         """Infinity: it never ends a batch of steps."""
-        return math.inf
+        return NEVER
 
-    def publish(self, _step, time):
+    def publish(self, _step: int, time: float) -> None:
         """Publish after METRICS_PERIOD of wall time if there are subscribers."""
         now = self._clock()
         start, sim_start, before = self._since

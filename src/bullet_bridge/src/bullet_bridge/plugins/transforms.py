@@ -2,29 +2,34 @@
 
 import math
 import threading
+from typing import TYPE_CHECKING, Any
 
 from bullet_sim.plugins.drives import JointTransformsSpec, RootTransformSpec
-from bullet_sim.pose import Pose, multiply
+from bullet_sim.pose import Pose, Quat, Vec3, multiply
 from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedTransforms
 from bullet_bridge.transport.publishing import publisher
 
+if TYPE_CHECKING:
+    from bullet_sim.description.model import Joint
+
 
 class FixedTransforms:
-    """/tf_static of all models: latched, so that each message has to hold them all.
+    """/tf_static of all models: latched, so that each message has to contain them all.
 
-    A publisher keeps its last message only; the one here lives as long as there are transforms.
+    A publisher stores its last message only; this one exists as long as there are transforms.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._publisher, self._of = None, {}
+        self._publisher: Any = None
+        self._of: dict[object, list[Any]] = {}
 
-    def put(self, owner, transforms):
-        """Publishes an owner's transforms (list of TransformStamped), too; none: forgets him."""
+    def put(self, owner: object, transforms: list[Any]) -> None:
+        """Set an owner's transforms (TransformStamped; empty: remove them) and publish all."""
         with self._lock:
             self._of.pop(owner, None)
             if transforms:
@@ -50,7 +55,7 @@ class JointTransformsSensor(Sensor):
     message = TFMessage
     reports = False  # others publish on /tf, too
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         model = self.model
         joints = model.description.joints.values()
@@ -66,11 +71,11 @@ class JointTransformsSensor(Sensor):
         ]
         _fixed.put(self, self._fixed)
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         positions = self.model.joints.positions_of(self._names)
         self._packed.send(time, list(map(joint_pose, self._moving, positions)))
 
-    def close(self):
+    def close(self) -> None:
         super().close()
         _fixed.put(self, [])
 
@@ -82,16 +87,16 @@ class RootTransformSensor(Sensor):
     message = TFMessage
     reports = False
 
-    def __init__(self, context):
+    def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._packed = PackedTransforms(self.pub, [(spec.frame_id, spec.link)])
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])
 
 
-def joint_pose(joint, value):
+def joint_pose(joint: "Joint", value: float) -> tuple[Vec3, Quat]:
     """The child link's frame in the parent link's.
 
     Args:
@@ -107,8 +112,8 @@ def joint_pose(joint, value):
         pose = pose * Pose((x * value, y * value, z * value))
     else:
         sine = math.sin(value / 2.0)
-        turn = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
-        pose = Pose(pose.position, multiply(pose.orientation, turn))
+        rotation = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
+        pose = Pose(pose.position, multiply(pose.orientation, rotation))
     if joint.anchor != Pose():
         pose = pose * joint.anchor.inverse()
     return pose.position, pose.orientation

@@ -7,66 +7,81 @@ a view takes well under a millisecond.
 import os
 import sys
 import threading
+from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.child import Child
 from bullet_sim.errors import SimError
-from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.request import DEFAULT, Quality
 from bullet_sim.sensors.views import Observer
 from std_srvs.srv import Trigger, TriggerResponse
 
-from bullet_bridge.loop.jobs import Ended
+from bullet_bridge.loop.jobs import Ended, JobQueue
+
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.server import Server
 
 COMMAND = (sys.executable, "-m", "bullet_viewer.main")
-CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to end
+CLOSE_TIMEOUT = 5.0  # [s] wall time for the viewer to exit
 
 
-def missing_display(environment=os.environ):
-    """The reason why no window can open, in one sentence; empty: it can."""
+def missing_display(environment: Mapping[str, str] = os.environ) -> str:
+    """The reason why no window can open, in one line; empty: it can."""
     if any(environment.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
         return ""
     return "there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set)"
 
 
 class ViewerLink:
-    """Opens the viewer and answers its requests. If it crashes, the simulation goes on.
+    """Opens the viewer and responds to its requests. If it crashes, the simulation continues.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world: of the core.
         server: Server, for pause, step and reset.
         renderer: auto, gl or tiny.
         command: of the viewer process; socket, renderer and the Quality's values are appended.
         quality: Quality of the OpenGL renderer.
     """
 
-    def __init__(self, jobs, world, server, renderer, command=COMMAND, quality=DEFAULT):
+    def __init__(
+        self,
+        jobs: JobQueue,
+        world: "World",
+        server: "Server",
+        renderer: str,
+        command: Sequence[str] = COMMAND,
+        quality: Quality = DEFAULT,
+    ) -> None:
         self._jobs, self._world, self._server = jobs, world, server
         self._command = tuple(command)
-        self._drawing = (renderer, quality.shadows, quality.antialias)
+        self._render_arguments = (renderer, quality.shadows, quality.antialias)
         self._opening = threading.Lock()
-        self._child = self._thread = self._connection = None
+        self._child: Any = None
+        self._thread: Any = None
+        self._connection: Any = None
         self._closing = False
 
-    def advertise(self):
+    def advertise(self) -> None:
         """Advertise the service that opens the viewer."""
         rospy.Service("~open_viewer", Trigger, self._handle)
 
-    def _handle(self, _):
+    def _handle(self, _: Any) -> TriggerResponse:
         problem = self.open()
         return TriggerResponse(success=not problem, message=problem or "the viewer is open")
 
     @property
-    def process(self):
+    def process(self) -> Any:
         """The newest viewer's subprocess.Popen, or None."""
         return self._child and self._child.process
 
-    def is_open(self):
+    def is_open(self) -> bool:
         """Whether a viewer is running."""
         return self._thread is not None and self._thread.is_alive()
 
-    def open(self):
+    def open(self) -> str:
         """Start the viewer unless it runs.
 
         Returns:
@@ -77,12 +92,12 @@ class ViewerLink:
                 return ""
             problem = missing_display() or self._start()
         if problem:
-            rospy.logwarn("no viewer: %s; the simulation goes on without", problem)
+            rospy.logwarn("no viewer: %s; the simulation continues without", problem)
         return problem
 
-    def _start(self):
+    def _start(self) -> str:
         try:
-            self._child = Child("the viewer", self._command, self._drawing)
+            self._child = Child("the viewer", self._command, self._render_arguments)
         except OSError as error:
             return f"{self._command[0]} does not start: {error.strerror}"
         self._connection = Connection(os.dup(self._child.socket.fileno()))
@@ -90,8 +105,8 @@ class ViewerLink:
         self._thread.start()
         return ""
 
-    def _serve(self):
-        """Answer requests until the viewer or the simulation ends."""
+    def _serve(self) -> None:
+        """Respond to requests until the viewer or the simulation exits."""
         observer = Observer(self._world)
         try:
             while True:
@@ -106,10 +121,10 @@ class ViewerLink:
             self._child.shut_down()
         self._child.wait(CLOSE_TIMEOUT)
         if self.process.returncode and not self._closing and not rospy.is_shutdown():
-            rospy.logwarn("%s; the simulation goes on", self._child.ending("QStandardPaths"))
+            rospy.logwarn("%s; the simulation continues", self._child.ending("QStandardPaths"))
         self._child.close()
 
-    def _execute(self, observer, request, *arguments):
+    def _execute(self, observer: Observer, request: str, *arguments: Any) -> Any:
         """Execute a request; returns the response or None.
 
         Raises:
@@ -131,14 +146,14 @@ class ViewerLink:
         except (SimError, TimeoutError) as error:
             return ("error", str(error))
 
-    def _step(self, count):
-        """Pause and begin so many physics steps."""
+    def _step(self, count: int) -> None:
+        """Pause and start so many physics steps."""
         if not self._server.paused:
             self._server.set_paused(True)
         self._server.begin_steps(count)
 
-    def close(self):
-        """End the viewer."""
+    def close(self) -> None:
+        """Shut the viewer down."""
         self._closing = True
         if self.is_open():
             self._child.shut_down()  # the viewer exits, which ends the thread

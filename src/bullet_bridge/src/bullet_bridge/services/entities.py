@@ -1,10 +1,21 @@
 """Names of gazebo_ros' interfaces -> models, links, joints and frames of the world."""
 
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from bullet_sim.errors import WorldError
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose
+
+from bullet_bridge.loop.received import ReceivedCounts
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
+
+    from bullet_bridge.control.robot import RobotControl
+    from bullet_bridge.plugins.base import ModelPlugin
 
 WORLD_FRAMES = ("", "world", "map", "/world", "/map")
 LISTED = 30  # names in an error message
@@ -18,8 +29,8 @@ class Frame:
     linear: np.ndarray = field(default_factory=lambda: np.zeros(3))
     angular: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    def inward(self, pose, linear, angular):
-        """A pose and a velocity of the world as seen from this frame, along its axes."""
+    def inward(self, pose: Pose, linear: Array, angular: Array) -> tuple[Pose, Array, Array]:
+        """A pose and a velocity of the world relative to this frame, along its axes."""
         rotation = self.pose.matrix.T
         return (
             self.pose.inverse() * pose,
@@ -28,7 +39,29 @@ class Frame:
         )
 
 
-def find_frame(world, name):
+class ConnectedModels(Protocol):
+    """What services use of bullet_bridge.robots.Robots."""
+
+    received: ReceivedCounts
+    extensions: Any
+
+    def connect(self, model: "Model", namespace: str = "") -> None:
+        """Create a model's services and topics; called outside the simulation thread."""
+
+    def disconnect(self, name: str) -> list[Any]:
+        """Remove a model; returns its parts, which the caller closes (simulation thread)."""
+
+    def parts(self, name: str) -> "tuple[list[ModelPlugin], RobotControl | None]":
+        """Plugins and RobotControl of a model."""
+
+    def sensor_counts(self) -> dict[str, int]:
+        """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
+
+    def show_scene(self) -> None:
+        """Show the world's present lights in the images."""
+
+
+def find_frame(world: "World", name: str) -> Frame:
     """Frame of a name: a world frame, MODEL, MODEL::LINK or a link's plain name.
 
     Raises:
@@ -43,37 +76,39 @@ def find_frame(world, name):
     return Frame(*model.link_state(link))
 
 
-def find_link(world, name, what="link"):
+def find_link(world: "World", name: str, label: str = "link") -> "tuple[Model, str]":
     """(Model, link name) of MODEL::LINK or of a plain link name (the first model's that has it).
 
     Raises:
         WorldError: there is none; lists the links.
     """
-    found = _find(world, name, lambda model: model.link_names)
-    if found is None:
+    match = _find(world, name, lambda model: model.link_names)
+    if match is None:
         raise WorldError(
-            f"{what} '{name}' does not exist; "
+            f"{label} '{name}' does not exist; "
             f"{_known(world, lambda model: model.link_names, 'links')}"
         )
-    return found
+    return match
 
 
-def find_joint(world, name):
+def find_joint(world: "World", name: str) -> "tuple[Model, str]":
     """(Model, joint name) of a joint's plain name (the first model's that has it) or MODEL::JOINT.
 
     Raises:
         WorldError: there is none; lists the joints.
     """
-    found = _find(world, name, lambda model: model.description.joints)
-    if found is None:
+    match = _find(world, name, lambda model: model.description.joints)
+    if match is None:
         raise WorldError(
             f"joint '{name}' does not exist; "
             f"{_known(world, lambda model: model.description.joints, 'joints')}"
         )
-    return found
+    return match
 
 
-def _find(world, name, parts):
+def _find(
+    world: "World", name: str, parts: "Callable[[Model], Collection[str]]"
+) -> "tuple[Model, str] | None":
     model_name, scoped, part = name.partition("::")
     if scoped:
         model = world.models.get(model_name)
@@ -84,7 +119,7 @@ def _find(world, name, parts):
     return None
 
 
-def _known(world, parts, kind):
+def _known(world: "World", parts: "Callable[[Model], Iterable[str]]", label: str) -> str:
     names = [f"{model.name}::{part}" for model in world.models.values() for part in parts(model)]
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return f"{kind} are {', '.join(names[:LISTED]) or '(none)'}{more}"
+    return f"{label} are {', '.join(names[:LISTED]) or '(none)'}{more}"

@@ -1,5 +1,7 @@
 """The services and topics of gazebo_ros below /gazebo."""
 
+from typing import TYPE_CHECKING
+
 from bullet_bridge.plugins.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.lights import LightServices
 from bullet_bridge.services.links import JointServices, LinkServices
@@ -7,25 +9,37 @@ from bullet_bridge.services.models import ModelServices
 from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices, PhysicsTuning
 from bullet_bridge.services.simulation import StateServices
 
+if TYPE_CHECKING:
+    from bullet_sim.world import Resolve, World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.server import Server
+    from bullet_bridge.services.entities import ConnectedModels
+
 
 class GazeboServices:
     """Creates all of them.
 
     Args:
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
-        robots: Robots.
-        server: Server.
         resolve: function URI -> path.
         states_rate: of model_states and link_states [Hz].
         prefix: of all names.
     """
 
-    def __init__(self, world, jobs, robots, server, resolve, states_rate=100.0, prefix="/gazebo"):
+    def __init__(
+        self,
+        world: "World",
+        jobs: "JobQueue",
+        robots: "ConnectedModels",
+        server: "Server",
+        resolve: "Resolve",
+        states_rate: float = 100.0,
+        prefix: str = "/gazebo",
+    ) -> None:
         server.add_reporter(StateTopics(prefix, world, states_rate))
         server.add_reporter(PerformanceTopic(prefix, world, robots.sensor_counts))
         ModelServices(prefix, world, jobs, robots, resolve)
-        LinkServices(prefix, world, jobs, robots.arrivals)
+        LinkServices(prefix, world, jobs, robots.received)
         JointServices(prefix, world, jobs)
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)

@@ -1,37 +1,42 @@
 """Handlers of services and topics that log errors and return them to the caller."""
 
+from collections.abc import Callable
+from typing import Any
+
 import rospy
 from bullet_sim.errors import SimError
 from std_srvs.srv import EmptyResponse
 
 
-def service_handler(work, kind):
+def service_handler(work: Callable[[Any], Any], service: Any) -> Callable[[Any], Any]:
     """Handler for a service with `success` and `status_message`.
 
     Args:
         work: function request -> response.
-        kind: service class.
+        service: its class.
 
     Returns:
         Function request -> response; an error is logged and becomes success=False with the text.
     """
 
-    def handle(request):
+    def handle(request: Any) -> Any:
         try:
             response = work(request)
             response.success = True
             return response
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s", error)
-            return kind._response_class(success=False, status_message=str(error))
+            return service._response_class(success=False, status_message=str(error))
 
     return handle
 
 
-def empty_service_handler(work, response=EmptyResponse):
+def empty_service_handler(
+    work: Callable[[Any], Any], response: type = EmptyResponse
+) -> Callable[[Any], Any]:
     """Handler for a service with an empty response: an error is a failed call."""
 
-    def handle(request):
+    def handle(request: Any) -> Any:
         try:
             work(request)
         except (SimError, TimeoutError) as error:
@@ -42,10 +47,10 @@ def empty_service_handler(work, response=EmptyResponse):
     return handle
 
 
-def topic_callback(work):
+def topic_callback(work: Callable[[Any], Any]) -> Callable[[Any], None]:
     """Callback of a topic: an error is logged, at most once a second."""
 
-    def handle(message):
+    def handle(message: Any) -> None:
         try:
             work(message)
         except (SimError, TimeoutError) as error:

@@ -1,11 +1,13 @@
 """Services about lights: read, change and delete those of the world."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from bullet_sim.description.world import Light
+from bullet_sim.description.world import RGB, Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs.srv import (
@@ -20,6 +22,11 @@ from std_msgs.msg import ColorRGBA
 
 from bullet_bridge.services.handlers import service_handler
 
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -28,29 +35,29 @@ class LightServices:
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
         show: function without arguments, called after a change (simulation thread).
     """
 
-    def __init__(self, prefix, world, jobs, show):
+    def __init__(
+        self, prefix: str, world: "World", jobs: "JobQueue", show: Callable[[], None]
+    ) -> None:
         self._world, self._jobs, self._show = world, jobs, show
-        for name, kind, work in (
+        for name, service, work in (
             ("get_light_properties", GetLightProperties, self._get),
             ("set_light_properties", SetLightProperties, self._set),
             ("delete_light", DeleteLight, self._delete),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
-    def _light(self, name):
+    def _light(self, name: str) -> Light:
         lights = self._world.scene.lights
-        found = next((light for light in lights if light.name == name), None)
-        if found is None:
+        light = next((light for light in lights if light.name == name), None)
+        if light is None:
             names = ", ".join(light.name for light in lights) or "(none)"
             raise WorldError(f"light '{name}' does not exist; lights are {names}")
-        return found
+        return light
 
-    def _get(self, request):
+    def _get(self, request: Any) -> GetLightPropertiesResponse:
         light = self._jobs.call(lambda: self._light(request.light_name))
         return GetLightPropertiesResponse(
             diffuse=ColorRGBA(*light.diffuse, 1.0),
@@ -59,15 +66,15 @@ class LightServices:
             attenuation_quadratic=light.quadratic,
         )
 
-    def _set(self, request):
+    def _set(self, request: Any) -> SetLightPropertiesResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda old: changed(old, request)))
         return SetLightPropertiesResponse()
 
-    def _delete(self, request):
+    def _delete(self, request: Any) -> DeleteLightResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
         return DeleteLightResponse()
 
-    def _change(self, name, change):
+    def _change(self, name: str, change: Callable[[Light], Light | None]) -> None:
         """Replace a light by what `change` makes of it; None: delete it."""
         light = self._light(name)
         new = change(light)
@@ -79,37 +86,41 @@ class LightServices:
         self._show()
 
 
-def changed(light, request):
-    """A Light as a SetLightProperties request wants it.
+def changed(light: Light, request: Any) -> Light:
+    """A Light as a SetLightProperties request specifies it.
 
-    A direction of length zero leaves the light's own, an orientation of length zero counts as none.
+    A direction of length zero leaves it unchanged, an orientation of length zero counts as none.
 
     Raises:
         WorldError: a number is not finite, negative where it must not be, or out of bounds.
     """
-    place, turn, way = request.pose.position, request.pose.orientation, request.direction
-    given = (turn.x, turn.y, turn.z, turn.w)
-    pose = Pose((place.x, place.y, place.z), given if any(given) else LEVEL)
+    position, rotation, vector = request.pose.position, request.pose.orientation, request.direction
+    given = (rotation.x, rotation.y, rotation.z, rotation.w)
+    pose = Pose((position.x, position.y, position.z), given if any(given) else LEVEL)
     if not pose.is_placeable():
         raise WorldError(f"pose of light '{light.name}' is {pose.position}, {given}; {PLACEABLE}")
-    direction = np.array((way.x, way.y, way.z))
+    direction = np.array((vector.x, vector.y, vector.z))
     length = float(np.linalg.norm(direction))
     if not math.isfinite(length):
         raise WorldError(f"direction of light '{light.name}' is {tuple(direction)}, must be finite")
     if length > 1e-9:
         direction = pose.normalised().matrix @ (direction / length)
+    x, y, z = direction.tolist()
+    constant, linear, quadratic = (
+        _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
+        for name in ("constant", "linear", "quadratic")
+    )
     return Light(
         light.name,
         light.kind,
         pose.position,
-        tuple(direction.tolist()) if length > 1e-9 else light.direction,
+        (x, y, z) if length > 1e-9 else light.direction,
         _color(request.diffuse, f"diffuse of light '{light.name}'"),
         _color(request.specular, f"specular of light '{light.name}'"),
         light.reach,
-        *[
-            _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
-            for name in ("constant", "linear", "quadratic")
-        ],
+        constant,
+        linear,
+        quadratic,
         light.inner,
         light.outer,
         light.falloff,
@@ -117,14 +128,15 @@ def changed(light, request):
     )
 
 
-def _color(color, what):
+def _color(color: Any, label: str) -> RGB:
     values = (color.r, color.g, color.b)
     if not all(math.isfinite(value) and value >= 0.0 for value in values):
-        raise WorldError(f"{what} is {values}, must be finite and 0 or more")
-    return tuple(min(1.0, value) for value in values)
+        raise WorldError(f"{label} is {values}, must be finite and 0 or more")
+    red, green, blue = (min(1.0, value) for value in values)
+    return red, green, blue
 
 
-def _not_negative(value, name, light):
+def _not_negative(value: float, name: str, light: Light) -> float:
     if not (math.isfinite(value) and value >= 0.0):
         raise WorldError(f"{name} of light '{light.name}' is {value}, must be finite and 0 or more")
     return float(value)

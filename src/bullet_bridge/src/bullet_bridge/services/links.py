@@ -1,11 +1,13 @@
 """Services about links and joints: state, properties, wrenches and efforts."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
-from bullet_sim.pose import PLACEABLE
+from bullet_sim.pose import PLACEABLE, Array, Pose
 from gazebo_msgs.msg import LinkState
 from gazebo_msgs.srv import (
     ApplyBodyWrench,
@@ -35,36 +37,42 @@ from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_joint
 from bullet_bridge.services.handlers import empty_service_handler, service_handler, topic_callback
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.received import ReceivedCounts
+
 
 class LinkServices:
-    """Reading, placing, changing and pushing links.
+    """Services that read, move, change and push links.
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
-        arrivals: Arrivals, which count the messages.
+        received: ReceivedCounts of the messages.
     """
 
-    def __init__(self, prefix, world, jobs, arrivals):
+    def __init__(
+        self, prefix: str, world: "World", jobs: "JobQueue", received: "ReceivedCounts"
+    ) -> None:
         self._world, self._jobs = world, jobs
-        for name, kind, work in (
+        for name, service, work in (
             ("get_link_state", GetLinkState, self._get_state),
             ("set_link_state", SetLinkState, lambda request: self._set_state(request.link_state)),
             ("get_link_properties", GetLinkProperties, self._get_properties),
             ("set_link_properties", SetLinkProperties, self._set_properties),
             ("apply_body_wrench", ApplyBodyWrench, self._push),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_body_wrenches",
             BodyRequest,
             empty_service_handler(self._clear, BodyRequestResponse),
         )
-        arrivals.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
+        received.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
-    def _get_state(self, request):
-        def work():
+    def _get_state(self, request: Any) -> GetLinkStateResponse:
+        def work() -> tuple[Pose, Array, Array]:
             model, link = find_link(self._world, request.link_name)
             frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
@@ -80,17 +88,17 @@ class LinkServices:
             status_message="got the state",
         )
 
-    def _set_state(self, state):
+    def _set_state(self, state: LinkState) -> SetLinkStateResponse:
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, state.link_name)
             index, offset = model.link_in_body(link)
             if index >= 0:
                 raise ModelError(
-                    f"link '{state.link_name}' hangs on a joint and cannot be put anywhere; "
-                    f"place the model by '{model.name}::{model.description.root}', its joints "
+                    f"link '{state.link_name}' hangs on a joint and has no pose that can be set; "
+                    f"set the model's by '{model.name}::{model.description.root}', its joints "
                     "with set_model_configuration"
                 )
             frame = find_frame(self._world, state.reference_frame).pose
@@ -108,13 +116,13 @@ class LinkServices:
         self._jobs.call(work)
         return SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
 
-    def _get_properties(self, request):
-        def work():
+    def _get_properties(self, request: Any) -> GetLinkPropertiesResponse:
+        def work() -> tuple[float, Array, Array]:
             return changes.link_properties(*find_link(self._world, request.link_name))
 
-        mass, centre, inertia = self._jobs.call(work)
+        mass, center, inertia = self._jobs.call(work)
         com = PoseMsg()
-        com.position.x, com.position.y, com.position.z = (float(c) for c in centre)
+        com.position.x, com.position.y, com.position.z = (float(c) for c in center)
         com.orientation.w = 1.0
         return GetLinkPropertiesResponse(
             com=com,
@@ -129,14 +137,14 @@ class LinkServices:
             status_message="got the properties",
         )
 
-    def _set_properties(self, request):
+    def _set_properties(self, request: Any) -> SetLinkPropertiesResponse:
         inertia = [
             [request.ixx, request.ixy, request.ixz],
             [request.ixy, request.iyy, request.iyz],
             [request.ixz, request.iyz, request.izz],
         ]
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, request.link_name)
             changes.set_link_properties(
                 model,
@@ -150,29 +158,29 @@ class LinkServices:
         self._jobs.call(work)
         return SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
 
-    def _push(self, request):
-        """Wrench of a request, turned into world axes about the centre of mass.
+    def _push(self, request: Any) -> ApplyBodyWrenchResponse:
+        """Wrench of a request, rotated into world axes about the center of mass.
 
-        As in gazebo_ros, the force acts at the body's centre of mass; reference_point and, for
-        an entity's frame, the way between the two origins add their torque.
+        As in gazebo_ros, the force acts at the body's center of mass; reference_point and, for
+        an entity's frame, the offset between the two origins add their torque.
         """
         force, torque = vector(request.wrench.force), vector(request.wrench.torque)
         torque = torque + np.cross(vector(request.reference_point), force)
 
-        def work():
+        def work() -> None:
             model, link = find_link(self._world, request.body_name, "body")
-            turned, moment = force, torque
+            rotated, moment = force, torque
             if request.reference_frame not in WORLD_FRAMES:
                 frame = find_frame(self._world, request.reference_frame).pose
                 body = model.link_state(link)[0]
-                turned = frame.matrix @ force
+                rotated = frame.matrix @ force
                 moment = frame.matrix @ torque + np.cross(
-                    np.subtract(frame.position, body.position), turned
+                    np.subtract(frame.position, body.position), rotated
                 )
             self._world.forces.apply_wrench(
                 model,
                 link,
-                turned,
+                rotated,
                 moment,
                 step_range(
                     self._world.step_count,
@@ -185,14 +193,14 @@ class LinkServices:
         self._jobs.call(work)
         return ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
 
-    def _clear(self, request):
+    def _clear(self, request: Any) -> None:
         try:
             self._jobs.call(
                 lambda: self._world.forces.clear_link(
                     *find_link(self._world, request.body_name, "body")
                 )
             )
-        except SimError as error:  # the response is empty and gazebo_ros always answers
+        except SimError as error:  # the response is empty and gazebo_ros always responds
             rospy.logerr("%s", error)
 
 
@@ -206,45 +214,43 @@ CHANGEABLE = ("damping", "loStop", "hiStop")
 
 
 class JointServices:
-    """Reading, changing and driving joints.
+    """Services that read, change and drive joints.
 
     Args:
         prefix: of the service names.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
     """
 
-    def __init__(self, prefix, world, jobs):
+    def __init__(self, prefix: str, world: "World", jobs: "JobQueue") -> None:
         self._world, self._jobs = world, jobs
-        for name, kind, work in (
+        for name, service, work in (
             ("get_joint_properties", GetJointProperties, self._get_properties),
             ("set_joint_properties", SetJointProperties, self._set_properties),
             ("apply_joint_effort", ApplyJointEffort, self._drive),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_joint_forces",
             JointRequest,
             empty_service_handler(self._clear, JointRequestResponse),
         )
 
-    def _get_properties(self, request):
-        def work():
+    def _get_properties(self, request: Any) -> GetJointPropertiesResponse:
+        def work() -> GetJointPropertiesResponse:
             model, joint = find_joint(self._world, request.joint_name)
             response = GetJointPropertiesResponse(type=TYPES[model.description.joints[joint].kind])
             if joint in model.joints.names:
-                number = model.joints.names.index(joint)
+                index = model.joints.names.index(joint)
                 positions, rates, _ = model.joints.arrays()
                 response.damping = [model.joints.limits[joint].damping]
-                response.position = [float(positions[number])]
-                response.rate = [float(rates[number])]
+                response.position = [float(positions[index])]
+                response.rate = [float(rates[index])]
             return response
 
         response = self._jobs.call(work)
         response.status_message = "got the properties"
         return response
 
-    def _set_properties(self, request):
+    def _set_properties(self, request: Any) -> SetJointPropertiesResponse:
         config = request.ode_joint_config
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
@@ -266,7 +272,7 @@ class JointServices:
                 f"{', '.join(CHANGEABLE)}"
             )
 
-        def work():
+        def work() -> None:
             model, joint = find_joint(self._world, request.joint_name)
             if "loStop" in given or "hiStop" in given:
                 changes.set_joint_stops(
@@ -280,8 +286,8 @@ class JointServices:
             status_message=f"changed {', '.join(given)} of '{request.joint_name}'"
         )
 
-    def _drive(self, request):
-        def work():
+    def _drive(self, request: Any) -> ApplyJointEffortResponse:
+        def work() -> float:
             model, joint = find_joint(self._world, request.joint_name)
             return self._world.forces.apply_effort(
                 model,
@@ -301,10 +307,10 @@ class JointServices:
             text += f", clipped to {effort:g}, the limit of its description"
         return ApplyJointEffortResponse(status_message=text)
 
-    def _clear(self, request):
+    def _clear(self, request: Any) -> None:
         try:
             self._jobs.call(
                 lambda: self._world.forces.clear_joint(*find_joint(self._world, request.joint_name))
             )
-        except SimError as error:  # the response is empty and gazebo_ros always answers
+        except SimError as error:  # the response is empty and gazebo_ros always responds
             rospy.logerr("%s", error)

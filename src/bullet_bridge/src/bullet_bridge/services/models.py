@@ -2,9 +2,12 @@
 
 import gc
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.errors import ModelError, SimError
+from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import parse
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import (
@@ -24,7 +27,7 @@ from gazebo_msgs.srv import (
     SpawnModelResponse,
 )
 
-from bullet_bridge.services.entities import find_frame
+from bullet_bridge.services.entities import ConnectedModels, find_frame
 from bullet_bridge.services.handlers import service_handler, topic_callback
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
@@ -34,8 +37,14 @@ from bullet_bridge.transport.conversions import (
     vector,
 )
 
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import Resolve, World
 
-def with_robot_namespace(text, namespace):
+    from bullet_bridge.loop.jobs import JobQueue
+
+
+def with_robot_namespace(text: Any, namespace: str) -> Any:
     """The model with <robotNamespace> in every <plugin> that has none, as gazebo_ros does.
 
     Args:
@@ -44,7 +53,7 @@ def with_robot_namespace(text, namespace):
 
     Returns:
         The text, or the root of what was read of it, whose elements know their lines; a text that
-        is not XML comes back unchanged, its reader says why.
+        is not XML comes back unchanged, its reader reports why.
     """
     if not namespace:
         return text
@@ -59,20 +68,24 @@ def with_robot_namespace(text, namespace):
 
 
 class ModelServices:
-    """Spawning, deleting, moving and asking models.
+    """Services that spawn, delete, move and query models.
 
     Args:
         prefix: of the service names, e.g. '/gazebo'.
-        world: of the core.
-        jobs: JobQueue of the simulation thread.
-        robots: Robots.
         resolve: function URI -> path.
     """
 
-    def __init__(self, prefix, world, jobs, robots, resolve):
+    def __init__(
+        self,
+        prefix: str,
+        world: "World",
+        jobs: "JobQueue",
+        robots: ConnectedModels,
+        resolve: "Resolve",
+    ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
-        self._asked = {}
-        for name, kind, work in (
+        self._requests: dict[str, int] = {}
+        for name, service, work in (
             ("spawn_urdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
             ("spawn_sdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
             ("delete_model", DeleteModel, self._delete),
@@ -86,16 +99,16 @@ class ModelServices:
             ("get_world_properties", GetWorldProperties, self._get_world),
             ("get_model_properties", GetModelProperties, self._get_properties),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
-        robots.arrivals.subscribe(
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        robots.received.subscribe(
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
 
-    def _spawn(self, request, spawn):
+    def _spawn(self, request: Any, spawn: "Callable[..., Model]") -> SpawnModelResponse:
         pose = pose_from_msg(request.initial_pose)
         text = with_robot_namespace(request.model_xml, request.robot_namespace)
 
-        def work():
+        def work() -> "Model":
             return spawn(
                 request.model_name,
                 text,
@@ -107,25 +120,25 @@ class ModelServices:
         try:
             self._robots.connect(model, request.robot_namespace)
         except Exception:
-            self._remove(model.name)  # no half a robot stays behind
+            self._remove(model.name)  # so that no part of it remains
             raise
         return SpawnModelResponse(status_message=f"spawned '{model.name}'")
 
-    def _remove(self, name):
-        def work():
+    def _remove(self, name: str) -> None:
+        def work() -> list[Any]:
             self._world.delete(name)
             return self._robots.disconnect(name)
 
         for part in self._jobs.call(work):
             part.close()
-        gc.collect()  # rospy's topics refer to themselves and hold a descriptor each until then
+        gc.collect()  # rospy's topics refer to themselves and own a file descriptor each until then
 
-    def _delete(self, request):
+    def _delete(self, request: Any) -> DeleteModelResponse:
         self._remove(request.model_name)
         return DeleteModelResponse(status_message=f"deleted '{request.model_name}'")
 
-    def _get_state(self, request):
-        def work():
+    def _get_state(self, request: Any) -> GetModelStateResponse:
+        def work() -> tuple[float, tuple[Pose, Array, Array]]:
             model = self._world.model(request.model_name)
             frame = find_frame(self._world, request.relative_entity_name)
             return self._world.time, frame.inward(*model.link_state(model.description.root))
@@ -136,17 +149,17 @@ class ModelServices:
             twist=twist_to_msg(linear, angular),
             status_message="got the state",
         )
-        self._asked[request.model_name] = self._asked.get(request.model_name, 0) + 1
-        response.header.seq = self._asked[request.model_name]
+        self._requests[request.model_name] = self._requests.get(request.model_name, 0) + 1
+        response.header.seq = self._requests[request.model_name]
         response.header.stamp = stamp(time)
         response.header.frame_id = request.relative_entity_name
         return response
 
-    def _set_state(self, state):
+    def _set_state(self, state: ModelState) -> SetModelStateResponse:
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
-        def work():
+        def work() -> None:
             frame = find_frame(self._world, state.reference_frame).pose
             self._world.model(state.model_name).set_state(
                 frame * pose, frame.matrix @ linear, frame.matrix @ angular
@@ -155,7 +168,7 @@ class ModelServices:
         self._jobs.call(work)
         return SetModelStateResponse(status_message=f"moved '{state.model_name}'")
 
-    def _set_configuration(self, request):
+    def _set_configuration(self, request: Any) -> SetModelConfigurationResponse:
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
             raise ModelError(
@@ -168,14 +181,14 @@ class ModelServices:
             )
         )
         return SetModelConfigurationResponse(
-            status_message=f"placed {len(names)} joints of '{request.model_name}'"
+            status_message=f"set {len(names)} joints of '{request.model_name}'"
         )
 
-    def _get_world(self, _):
+    def _get_world(self, _: Any) -> GetWorldPropertiesResponse:
         time, names = self._jobs.call(lambda: (self._world.time, list(self._world.models)))
         return GetWorldPropertiesResponse(sim_time=time, model_names=names, rendering_enabled=True)
 
-    def _get_properties(self, request):
+    def _get_properties(self, request: Any) -> GetModelPropertiesResponse:
         model = self._jobs.call(lambda: self._world.model(request.model_name))
         return GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
             canonical_body_name=model.description.root,

@@ -1,7 +1,9 @@
 """Physics: services that get and set properties, pause, reset; dynamic_reconfigure."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.description.world import MIN_STEP
@@ -20,6 +22,12 @@ from bullet_bridge.control.reconfigure import ValuesServer
 from bullet_bridge.services import physics_config
 from bullet_bridge.services.handlers import empty_service_handler, service_handler
 from bullet_bridge.transport.conversions import vector
+
+if TYPE_CHECKING:
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.server import Server
 
 MAX_ITERATIONS = 1000
 # ODE settings that are fixed in Bullet: reported, and requests to change them are ignored.
@@ -52,7 +60,7 @@ class Properties:
     gravity: tuple[float, float, float]
     iterations: int
 
-    def check(self):
+    def check(self) -> None:
         """Raise WorldError with name, value and what is valid when a value is impossible."""
         if not MIN_STEP <= self.time_step < 1:
             raise WorldError(
@@ -74,31 +82,30 @@ class PhysicsProperties:
     """Reads and changes the properties (simulation thread).
 
     Args:
-        world: of the core.
-        server: Server, which keeps the pace.
+        server: whose real time factor is read and set.
     """
 
-    def __init__(self, world, server):
+    def __init__(self, world: "World", server: "Server") -> None:
         self._world, self._server = world, server
 
-    def read(self):
+    def read(self) -> Properties:
         """Properties now."""
         step = self._world.time_step
         return Properties(
             step,
             self._server.real_time_factor / step,
-            tuple(self._world.gravity),
+            self._world.gravity,
             self._world.engine.solver_iterations,
         )
 
-    def change(self, **wanted):
+    def change(self, **values: Any) -> None:
         """Change some fields of Properties.
 
         Raises:
             WorldError: a value is impossible, or the step cannot change now; nothing has changed.
         """
         now = self.read()
-        new = replace(now, **wanted)
+        new = replace(now, **values)
         new.check()
         if not math.isclose(new.time_step, now.time_step, rel_tol=1e-9):
             self._server.set_time_step(new.time_step)
@@ -115,31 +122,31 @@ class PhysicsServices:
 
     Args:
         prefix: of the service names.
-        jobs: JobQueue of the simulation thread.
-        server: Server.
-        properties: PhysicsProperties.
     """
 
-    def __init__(self, prefix, jobs, server, properties):
+    def __init__(
+        self, prefix: str, jobs: "JobQueue", server: "Server", properties: PhysicsProperties
+    ) -> None:
         self._jobs, self._server, self._properties = jobs, server, properties
-        for name, work in (
-            ("pause_physics", lambda: server.set_paused(True)),
-            ("unpause_physics", lambda: server.set_paused(False)),
-            ("reset_simulation", lambda: server.reset(time=True)),
-            ("reset_world", lambda: server.reset(time=False)),
-        ):
-            rospy.Service(
-                f"{prefix}/{name}",
-                Empty,
-                empty_service_handler(lambda _, work=work: jobs.call(work)),
-            )
-        for name, kind, work in (
+        empty: dict[str, Callable[[], Any]] = {
+            "pause_physics": lambda: server.set_paused(True),
+            "unpause_physics": lambda: server.set_paused(False),
+            "reset_simulation": lambda: server.reset(time=True),
+            "reset_world": lambda: server.reset(time=False),
+        }
+        for name, job in empty.items():
+            self._add_empty(f"{prefix}/{name}", job)
+        for name, service, work in (
             ("get_physics_properties", GetPhysicsProperties, self._get),
             ("set_physics_properties", SetPhysicsProperties, self._set),
         ):
-            rospy.Service(f"{prefix}/{name}", kind, service_handler(work, kind))
+            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
-    def _get(self, _):
+    def _add_empty(self, name: str, job: Callable[[], Any]) -> None:
+        """Service with an empty request and response that runs a job."""
+        rospy.Service(name, Empty, empty_service_handler(lambda _: self._jobs.call(job)))
+
+    def _get(self, _: Any) -> GetPhysicsPropertiesResponse:
         now = self._jobs.call(self._properties.read)
         return GetPhysicsPropertiesResponse(
             time_step=now.time_step,
@@ -150,7 +157,7 @@ class PhysicsServices:
             status_message="got the properties",
         )
 
-    def _set(self, request):
+    def _set(self, request: Any) -> SetPhysicsPropertiesResponse:
         config = request.ode_config
         self._jobs.call(
             lambda: self._properties.change(
@@ -174,7 +181,7 @@ class PhysicsServices:
 AXES = ("gravity_x", "gravity_y", "gravity_z")
 
 
-def as_config(properties):
+def as_config(properties: Properties) -> dict[str, Any]:
     """dict of physics_config's names with the values of Properties."""
     return dict(
         FIXED,
@@ -185,7 +192,7 @@ def as_config(properties):
     )
 
 
-def wanted_changes(config, before):
+def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments for PhysicsProperties.change: what differs from the configuration before."""
     changes = {
         name: config[name]
@@ -204,21 +211,19 @@ class PhysicsTuning:
 
     Args:
         namespace: of its service, topics and parameters.
-        jobs: JobQueue of the simulation thread.
-        properties: PhysicsProperties.
     """
 
-    def __init__(self, namespace, jobs, properties):
+    def __init__(self, namespace: str, jobs: "JobQueue", properties: PhysicsProperties) -> None:
         self._jobs, self._properties = jobs, properties
         self._last = as_config(properties.read())
         self._started = False
         self._server = ValuesServer(physics_config, self._last, self._changed, namespace)
         self._started = True
 
-    def _changed(self, config, _level):
+    def _changed(self, config: Any, _level: int) -> Any:
         if not self._started:
             return config
-        changes = wanted_changes(config, self._last)
+        changes = requested_changes(config, self._last)
         try:
             self._jobs.call(lambda: self._properties.change(**changes))
         except (SimError, TimeoutError) as error:

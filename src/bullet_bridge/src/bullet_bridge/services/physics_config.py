@@ -6,7 +6,7 @@ the upper bound of max_update_rate is above upstream's 1000, which is real time 
 
 from paddock_common.reconfigure import describe
 
-# name, type, default, least, greatest, description; every one of level 1
+# name, type, default, min, max, description; every one of level 1
 _PARAMETERS = (
     ("time_step", "double", 0.001, 0.0, 10.0, "Physics step [s]."),
     ("max_update_rate", "double", 1000.0, 0.0, 1e6, "Steps per wall second [Hz]; 0: no limit."),

@@ -1,6 +1,7 @@
 """Services beyond Gazebo's: step, save and restore states, describe, statistics."""
 
 import json
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.controllers import CONTROLLERS
@@ -13,38 +14,47 @@ from bullet_bridge.plugins.cameras import CameraSensor
 from bullet_bridge.services.handlers import service_handler
 from bullet_bridge.srv import State, StateResponse, Step, StepResponse
 
+if TYPE_CHECKING:
+    from bullet_sim.description.world import WorldDescription
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
+
+    from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.received import ReceivedCounts, Taken
+    from bullet_bridge.loop.server import Server, Steps
+    from bullet_bridge.services.entities import ConnectedModels
+
 
 class StateServices:
-    """Keeps states by their names, in memory.
+    """Stores states by their names, in memory.
 
     Args:
         prefix: of the service names.
-        jobs: JobQueue of the simulation thread.
-        server: Server.
     """
 
-    def __init__(self, prefix, jobs, server):
-        self._jobs, self._server, self._states = jobs, server, {}
+    def __init__(self, prefix: str, jobs: "JobQueue", server: "Server") -> None:
+        self._jobs, self._server = jobs, server
+        self._states: dict[str, Any] = {}
         for name, work in (("save_state", self.save), ("restore_state", self.restore)):
             rospy.Service(f"{prefix}/{name}", State, service_handler(work, State))
 
-    def save(self, request):
+    def save(self, request: Any) -> StateResponse:
         """Save a state; one of the same name is replaced."""
         name = request.name
         if not name:
             raise WorldError("a state needs a name, this one is empty")
 
-        def work():
+        def work() -> float:
             self._states[name] = self._server.save_state()
             return self._server.time
 
         time = self._jobs.call(work)
         return StateResponse(status_message=f"saved '{name}' at {time:.3f} s")
 
-    def restore(self, request):
+    def restore(self, request: Any) -> StateResponse:
         """Restore a state."""
 
-        def work():
+        def work() -> tuple[str, float]:
             return self._server.restore_state(self._get(request.name)), self._server.time
 
         note, time = self._jobs.call(work)
@@ -52,7 +62,7 @@ class StateServices:
             status_message=f"restored '{request.name}', it is {time:.3f} s" + (note and f"; {note}")
         )
 
-    def _get(self, name):
+    def _get(self, name: str) -> Any:
         if name not in self._states:
             raise WorldError(
                 f"state '{name}' does not exist; saved are {', '.join(self._states) or '(none)'}"
@@ -61,46 +71,49 @@ class StateServices:
 
 
 class DescribeService:
-    """Answers std_srvs/Trigger with what is in the world.
+    """Responds to std_srvs/Trigger with what is in the world.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        world: of the core.
-        robots: Robots.
         described: WorldDescription that was loaded, or None.
     """
 
-    def __init__(self, jobs, world, robots, described=None):
+    def __init__(
+        self,
+        jobs: "JobQueue",
+        world: "World",
+        robots: "ConnectedModels",
+        described: "WorldDescription | None" = None,
+    ) -> None:
         self._jobs, self._world, self._robots = jobs, world, robots
         warnings = [] if described is None else described.warnings
-        self._furniture = set() if described is None else _furniture(described)
+        self._static_props = set() if described is None else _static_props(described)
         self._warnings = [warning for warning in warnings if not is_loss(warning)]
-        self._lost = [warning for warning in warnings if is_loss(warning)]
+        self._losses = [warning for warning in warnings if is_loss(warning)]
         self._service = rospy.Service("~describe", Trigger, self.handle)
 
-    def handle(self, _):
-        """Answer a request."""
+    def handle(self, _: Any) -> TriggerResponse:
+        """Handle a request."""
         try:
             return TriggerResponse(True, json.dumps(self._jobs.call(self._describe)))
         except TimeoutError as error:
             return TriggerResponse(False, str(error))
 
-    def _describe(self):
+    def _describe(self) -> dict[str, Any]:
         return {
             "world": self._world.name,
             "time_step": self._world.time_step,
             "warnings": grouped(self._warnings),
-            "lost": [str(warning) for warning in self._lost],
+            "lost": [str(warning) for warning in self._losses],
             "models": [self._model(model) for model in self._world.models.values()],
         }
 
-    def _model(self, model):
+    def _model(self, model: "Model") -> dict[str, Any]:
         plugins, control = self._robots.parts(model.name)
-        found = [warning for warning in model.description.warnings if self._is_new(warning)]
+        warnings = [warning for warning in model.description.warnings if self._is_new(warning)]
         return {
             "name": model.name,
             "static": model.is_static,
-            "furniture": model.name in self._furniture,
+            "furniture": model.name in self._static_props,
             "control_namespace": None if control is None else control.namespace,
             "sensors": [
                 {
@@ -114,15 +127,15 @@ class DescribeService:
                 if plugin.reports
             ],
             "extensions": self._extensions(model),
-            "warnings": grouped(warning for warning in found if not is_loss(warning)),
+            "warnings": grouped(warning for warning in warnings if not is_loss(warning)),
             "lost": [
-                *(str(warning) for warning in found if is_loss(warning)),
+                *(str(warning) for warning in warnings if is_loss(warning)),
                 *self._robots.skipped(model),
             ],
         }
 
-    def _extensions(self, model):
-        """Sentences about classes of users' own that the model uses."""
+    def _extensions(self, model: "Model") -> list[str]:
+        """Messages about users' classes that the model uses."""
         known = self._robots.extensions
         used = [
             known.of(spec) for spec in model.description.sensors if isinstance(spec, CustomSpec)
@@ -134,12 +147,12 @@ class DescribeService:
             ]
         return [str(extension) for extension in used]
 
-    def _is_new(self, warning):
-        """Whether the world file's own warnings do not have it already."""
-        return warning not in self._warnings and warning not in self._lost
+    def _is_new(self, warning: str) -> bool:
+        """Whether it is not among the warnings of the world file."""
+        return warning not in self._warnings and warning not in self._losses
 
 
-def _furniture(described):
+def _static_props(described: "WorldDescription") -> set[str]:
     """Names of a world file's models that have no plugin and no sensor."""
     return {
         model.name
@@ -155,23 +168,23 @@ class StepService:
     """Waits for commands, makes steps, responds when all due messages are published.
 
     Args:
-        jobs: JobQueue of the simulation thread.
-        server: Server.
-        arrivals: Arrivals of the command topics.
+        received: ReceivedCounts of the command topics.
         timeout: wall time [s] to wait for commands.
     """
 
-    def __init__(self, jobs, server, arrivals, timeout):
-        self._jobs, self._server, self._arrivals = jobs, server, arrivals
+    def __init__(
+        self, jobs: "JobQueue", server: "Server", received: "ReceivedCounts", timeout: float
+    ) -> None:
+        self._jobs, self._server, self._received = jobs, server, received
         self._timeout = timeout
         self._service = rospy.Service("~step", Step, self.handle)
 
-    def handle(self, request):
+    def handle(self, request: Any) -> StepResponse:
         """Handle a Step request."""
         try:
-            wanted = self._wanted(request)
+            required = self._required(request)
             self._jobs.call(self._check)
-            steps = self._begin(request.n, self._arrivals.take(wanted, self._timeout))
+            steps = self._begin(request.n, self._received.take(required, self._timeout))
         except (ValueError, TimeoutError) as error:  # SimError is a ValueError
             rospy.logerr("step: %s", error)
             return StepResponse(False, str(error))
@@ -182,20 +195,20 @@ class StepService:
             rospy.logerr("step: %s", steps.error)
         return StepResponse(not steps.error, steps.error)
 
-    def _begin(self, count, taken):
-        """Begin the steps; if that fails, the messages count for the next call."""
+    def _begin(self, count: int, taken: "Taken") -> "Steps":
+        """Start the steps; if that fails, the messages count for the next call."""
         try:
             return self._jobs.call(lambda: self._server.begin_steps(count))
         except (ValueError, TimeoutError):
-            self._arrivals.restore(taken)
+            self._received.restore(taken)
             raise
 
-    def _check(self):
+    def _check(self) -> None:
         if not self._server.paused:
             raise ValueError("the simulation runs; pause it before stepping")
 
     @staticmethod
-    def _wanted(request):
+    def _required(request: Any) -> dict[str, int]:
         if request.n < 1:
             raise ValueError("n is 0, must be at least 1 physics step")
         if len(request.topics) != len(request.counts):
@@ -203,31 +216,26 @@ class StepService:
                 f"{len(request.topics)} topics and {len(request.counts)} counts are "
                 "given, must be as many"
             )
-        wanted = {}
+        required = {}
         for topic, count in zip(request.topics, request.counts):
             if not topic:
                 raise ValueError("a topic without a name is given")
             name = rospy.resolve_name("/" + topic.lstrip("/"))
-            if name in wanted:
+            if name in required:
                 raise ValueError(f"topic '{name}' is given twice")
-            wanted[name] = count
-        return wanted
+            required[name] = count
+        return required
 
 
 class StatisticsService:
-    """Answers std_srvs/Trigger with the result of Server.statistics.
+    """Responds to std_srvs/Trigger with the result of Server.statistics."""
 
-    Args:
-        jobs: JobQueue of the simulation thread.
-        server: Server.
-    """
-
-    def __init__(self, jobs, server):
+    def __init__(self, jobs: "JobQueue", server: "Server") -> None:
         self._jobs, self._server = jobs, server
         self._service = rospy.Service("~statistics", Trigger, self.handle)
 
-    def handle(self, _):
-        """Answer a request."""
+    def handle(self, _: Any) -> TriggerResponse:
+        """Handle a request."""
         try:
             values = self._jobs.call(self._server.statistics)
         except TimeoutError as error:

@@ -1,9 +1,11 @@
 """Arrays and poses of the core <-> ROS messages."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 import rospy
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose, Quat, Vector
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import TransformStamped, Twist
 from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
@@ -11,19 +13,19 @@ from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
 from bullet_bridge.transport.packed import to_sec_nsec
 
 
-def stamp(time):
+def stamp(time: float) -> rospy.Time:
     """rospy.Time of a simulated time [s], rounded to nanoseconds."""
     return rospy.Time(*to_sec_nsec(time))
 
 
-def pose_from_msg(message):
+def pose_from_msg(message: PoseMsg) -> Pose:
     """core Pose of a geometry_msgs/Pose; an all-zero quaternion means no rotation."""
     p, q = message.position, message.orientation
     orientation = (q.x, q.y, q.z, q.w)
     return Pose((p.x, p.y, p.z), orientation if any(orientation) else (0.0, 0.0, 0.0, 1.0))
 
 
-def pose_to_msg(pose):
+def pose_to_msg(pose: Pose) -> PoseMsg:
     """geometry_msgs/Pose of a core Pose."""
     message = PoseMsg()
     message.position.x, message.position.y, message.position.z = pose.position
@@ -32,7 +34,7 @@ def pose_to_msg(pose):
     return message
 
 
-def transform_to_msg(time, frame, child, pose):
+def transform_to_msg(time: float, frame: str, child: str, pose: Pose) -> TransformStamped:
     """geometry_msgs/TransformStamped at a time [s] of a child frame's core Pose in a frame."""
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp(time), frame
@@ -42,12 +44,12 @@ def transform_to_msg(time, frame, child, pose):
     return message
 
 
-def vector(message):
+def vector(message: Any) -> Array:
     """(3,) array of a geometry_msgs/Vector3 or Point."""
     return np.array((message.x, message.y, message.z))
 
 
-def twist_to_msg(linear, angular):
+def twist_to_msg(linear: Vector, angular: Vector) -> Twist:
     """geometry_msgs/Twist of two (3,) arrays [m/s, rad/s]."""
     message = Twist()
     message.linear.x, message.linear.y, message.linear.z = (float(v) for v in linear)
@@ -55,7 +57,7 @@ def twist_to_msg(linear, angular):
     return message
 
 
-def pixels(rgb, encoding):
+def pixels(rgb: Array, encoding: str) -> Array:
     """An (H, W, 3) uint8 RGB array as rgb8, bgr8, mono8 or 8UC1 (Rec. 601 luma), contiguous."""
     if encoding == "bgr8":
         return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
@@ -64,7 +66,7 @@ def pixels(rgb, encoding):
     return np.ascontiguousarray(rgb)
 
 
-def camera_info(spec, arrays):
+def camera_info(spec: Any, arrays: tuple[Array, Array, Array, Array]) -> CameraInfo:
     """sensor_msgs/CameraInfo (without stamp) from D (5,), K (9,), R (9,), P (12,)."""
     d, k, r, p = arrays
     message = CameraInfo(
@@ -81,7 +83,7 @@ def camera_info(spec, arrays):
     return message
 
 
-def cloud(data, fields, is_dense):
+def cloud(data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:
     """sensor_msgs/PointCloud2 (without header) of an (H, W) structured array.
 
     Args:
@@ -101,7 +103,7 @@ def cloud(data, fields, is_dense):
     )
 
 
-def imu_message(time, spec, orientation, rate, force):
+def imu_message(time: float, spec: Any, orientation: Quat, rate: Vector, force: Vector) -> Imu:
     """sensor_msgs/Imu: orientation (x, y, z, w), rate (3,) [rad/s], force (3,) [m/s^2]."""
     message = Imu()
     message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id

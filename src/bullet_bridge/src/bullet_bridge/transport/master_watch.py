@@ -1,34 +1,35 @@
-"""Watching the ROS master: without it nobody finds the simulation any more."""
+"""Monitors the ROS master: without it no new node can connect to the simulation."""
 
 import time
+from collections.abc import Callable
 
 import rosgraph
 import rospy
 from paddock_common.master import MasterMonitor, proxy
 
-ANSWER_LIMIT = 2.0  # [s] for an answer
-SILENCE = 5.0  # [s] without an answer after which it is said
-GONE = 3.0  # [s] for which nobody has listened on the master's port, after which it has ended
+RESPONSE_TIMEOUT = 2.0  # [s] for a response
+UNRESPONSIVE_TIME = 5.0  # [s] without a response before a warning
+REFUSED_TIME = 3.0  # [s] of refused connections after which the master has exited
 
 
-def master_pid(uri):
+def master_pid(uri: str) -> int:
     """Process id of the master.
 
     Raises:
-        paddock_common.master.ERRORS: it gave none.
+        paddock_common.master.ERRORS: it did not respond.
     """
-    with proxy(uri, ANSWER_LIMIT) as master:
+    with proxy(uri, RESPONSE_TIMEOUT) as master:
         return master.getPid("/gazebo")[2]
 
 
 class MasterWatch:
-    """Asks the master for its process id; ends the simulation when it is gone or another one.
+    """Queries the master's process id; shuts down when the master has exited or was replaced.
 
-    A master that is silent but there, as when it is stopped or its machine has gone to sleep, is
-    waited for without an end.
+    A master that is unresponsive but runs, as when it is stopped or its machine is suspended, is
+    waited for without a time-out.
 
     Args:
-        end: called once with the reason why the simulation has to end.
+        end: called once with the reason why the simulation has to shut down.
         uri: of the master; None: that of this node.
         warn: called with one line of text.
         identity: function of the URI -> process id.
@@ -36,33 +37,40 @@ class MasterWatch:
 
     Attributes:
         monitor: MasterMonitor, to be started.
-        reason: why the simulation has to end; '' as long as it need not.
+        reason: why the simulation has to shut down; '' as long as it need not.
     """
 
-    def __init__(self, end, uri=None, warn=rospy.logwarn, identity=master_pid, now=time.monotonic):
+    def __init__(
+        self,
+        end: Callable[[str], None],
+        uri: str | None = None,
+        warn: Callable[[str], None] = rospy.logwarn,
+        identity: Callable[[str], int] = master_pid,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._end, self._warn = end, warn
-        self._said, self.reason = False, ""
+        self._warned, self.reason = False, ""
         uri = uri or rosgraph.get_master_uri()
-        self.monitor = MasterMonitor(uri, identity, self._judge, now)
+        self.monitor = MasterMonitor(uri, identity, self._check, now)
 
-    def _judge(self):
+    def _check(self) -> None:
         uri = self.monitor.uri
         if self.monitor.replaced:
             self._end_with(
                 f"another ROS master runs at {uri} now, which does not know this simulation"
             )
-        elif self.monitor.refused_for >= GONE:
-            self._end_with(f"the ROS master at {uri} is gone")
-        elif self._said != (self.monitor.unresponsive_for >= SILENCE):
-            self._said = not self._said
+        elif self.monitor.refused_for >= REFUSED_TIME:
+            self._end_with(f"the ROS master at {uri} has exited")
+        elif self._warned != (self.monitor.unresponsive_for >= UNRESPONSIVE_TIME):
+            self._warned = not self._warned
             self._warn(
-                f"the ROS master at {uri} does not answer; the simulation goes on, new nodes "
+                f"the ROS master at {uri} does not respond; the simulation continues, new nodes "
                 "cannot connect meanwhile"
-                if self._said
-                else f"the ROS master at {uri} answers again"
+                if self._warned
+                else f"the ROS master at {uri} responds again"
             )
 
-    def _end_with(self, reason):
+    def _end_with(self, reason: str) -> None:
         self.reason = reason
         self.monitor.close()
-        self._end(f"{reason}: the simulation ends")
+        self._end(f"{reason}: the simulation shuts down")

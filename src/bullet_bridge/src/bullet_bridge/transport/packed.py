@@ -9,19 +9,25 @@ Wire format: http://wiki.ros.org/msg#Fields (little endian; strings and lists le
 """
 
 import struct
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import rospy
+from bullet_sim.pose import Array
+
+if TYPE_CHECKING:
+    from bullet_sim.plugins.lidars import RaySpec
 
 _LENGTH = struct.Struct("<I")
 
 
-def pack_string(text):
+def pack_string(text: str) -> bytes:
     """Bytes of a string field."""
     data = text.encode()
     return struct.pack("<I", len(data)) + data
 
 
-def to_sec_nsec(time):
+def to_sec_nsec(time: float) -> tuple[int, int]:
     """Seconds and nanoseconds of a simulated time [s], rounded to nanoseconds."""
     seconds = int(time)
     nanoseconds = round((time - seconds) * 1e9)
@@ -37,16 +43,16 @@ class Packed:
 
     _has_header = False  # rospy sets no header: the bytes hold it
 
-    def __init__(self, publisher):
+    def __init__(self, publisher: rospy.Publisher) -> None:
         self._impl = publisher.impl
-        self._parts = ()
+        self._parts: tuple[bytes | memoryview, ...] = ()
 
-    def serialize(self, buffer):
+    def serialize(self, buffer: Any) -> None:
         """Write the packed bytes; rospy calls it with the topic's lock held."""
         for part in self._parts:
             buffer.write(part)
 
-    def _send(self, *parts):
+    def _send(self, *parts: bytes | memoryview) -> None:
         """Do what publish() of rospy's topic does, without its buffer."""
         impl, failed = self._impl, []
         impl.acquire()
@@ -71,7 +77,7 @@ class Packed:
         for connection in failed:
             connection.close()
 
-    def _header(self, time):
+    def _header(self, time: float) -> bytes:
         """seq and stamp; rospy increments seq just before it serialises a message."""
         return struct.pack("<III", (self._impl.seq + 1) & 0xFFFFFFFF, *to_sec_nsec(time))
 
@@ -80,11 +86,10 @@ class PackedJointState(Packed):
     """sensor_msgs/JointState.
 
     Args:
-        publisher: rospy.Publisher.
         names: of the joints.
     """
 
-    def __init__(self, publisher, names):
+    def __init__(self, publisher: rospy.Publisher, names: Sequence[str]) -> None:
         super().__init__(publisher)
         self._constant = (
             pack_string("") + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
@@ -93,7 +98,13 @@ class PackedJointState(Packed):
         self._numbers = struct.Struct("<" + f"I{count}d" * 3)
         self._count = count
 
-    def send(self, time, positions, velocities, efforts):
+    def send(
+        self,
+        time: float,
+        positions: Iterable[float],
+        velocities: Iterable[float],
+        efforts: Iterable[float],
+    ) -> None:
         """Publish for a simulated time [s]; three sequences of numbers in the names' order."""
         n = self._count
         self._send(
@@ -107,7 +118,6 @@ class PackedOdometry(Packed):
     """nav_msgs/Odometry.
 
     Args:
-        publisher: rospy.Publisher.
         frame, child_frame: frame names.
         variance: on the diagonals of both covariances.
     """
@@ -115,12 +125,21 @@ class PackedOdometry(Packed):
     _NUMBERS = struct.Struct("<7d")
     _TWIST = struct.Struct("<6d")
 
-    def __init__(self, publisher, frame, child_frame, variance):
+    def __init__(
+        self, publisher: rospy.Publisher, frame: str, child_frame: str, variance: float
+    ) -> None:
         super().__init__(publisher)
         self._frames = pack_string(frame) + pack_string(child_frame)
         self._covariance = struct.pack("<36d", *(variance * (i % 7 == 0) for i in range(36)))
 
-    def send(self, time, position, orientation, linear, angular):
+    def send(
+        self,
+        time: float,
+        position: Iterable[float],
+        orientation: Iterable[float],
+        linear: Iterable[float],
+        angular: Iterable[float],
+    ) -> None:
         """Publish for a simulated time [s]: pose and twist [m, m/s, rad/s]."""
         self._send(
             self._header(time),
@@ -136,18 +155,17 @@ class PackedTransforms(Packed):
     """tf2_msgs/TFMessage: transforms of one time.
 
     Args:
-        publisher: rospy.Publisher.
         frames: (frame, child frame) of each.
     """
 
     _NUMBERS = struct.Struct("<7d")
 
-    def __init__(self, publisher, frames):
+    def __init__(self, publisher: rospy.Publisher, frames: Sequence[tuple[str, str]]) -> None:
         super().__init__(publisher)
         self._count = struct.pack("<I", len(frames))
         self._frames = [pack_string(frame) + pack_string(child) for frame, child in frames]
 
-    def send(self, time, poses):
+    def send(self, time: float, poses: Iterable[tuple[Iterable[float], Iterable[float]]]) -> None:
         """Publish for a simulated time [s]; (position [m], orientation) of each."""
         stamp = struct.pack("<III", 0, *to_sec_nsec(time))
         parts = [self._count]
@@ -160,13 +178,13 @@ class PackedScan(Packed):
     """sensor_msgs/LaserScan.
 
     Args:
-        publisher: rospy.Publisher.
-        spec: RaySpec.
         increment: between rays [rad].
         count: of rays.
     """
 
-    def __init__(self, publisher, spec, increment, count):
+    def __init__(
+        self, publisher: rospy.Publisher, spec: "RaySpec", increment: float, count: int
+    ) -> None:
         super().__init__(publisher)
         self._constant = pack_string(spec.frame_id) + struct.pack(
             "<7fI",
@@ -181,7 +199,7 @@ class PackedScan(Packed):
         )
         self._intensities = struct.pack(f"<I{count}f", count, *([0.0] * count))
 
-    def send(self, time, ranges):
+    def send(self, time: float, ranges: Array) -> None:
         """Publish for a simulated time [s]; ranges (n,) float32 [m]."""
         self._send(
             self._header(time), self._constant, ranges.astype("<f4").tobytes(), self._intensities
@@ -192,16 +210,15 @@ class PackedImage(Packed):
     """sensor_msgs/Image.
 
     Args:
-        publisher: rospy.Publisher.
         frame: frame_id of the header.
         encoding: such as rgb8.
     """
 
-    def __init__(self, publisher, frame, encoding):
+    def __init__(self, publisher: rospy.Publisher, frame: str, encoding: str) -> None:
         super().__init__(publisher)
         self._frame, self._encoding = pack_string(frame), pack_string(encoding)
 
-    def send(self, time, pixels):
+    def send(self, time: float, pixels: Any) -> None:
         """Publish for a simulated time [s]; pixels (H, W) or (H, W, C), contiguous."""
         height, width = pixels.shape[:2]
         step = pixels.strides[0]
@@ -218,6 +235,6 @@ class PackedImage(Packed):
 class PackedClock(Packed):
     """rosgraph_msgs/Clock, latched: a new subscriber gets the last message."""
 
-    def send(self, time):
+    def send(self, time: float) -> None:
         """Publish a simulated time [s]."""
         self._send(struct.pack("<II", *to_sec_nsec(time)))

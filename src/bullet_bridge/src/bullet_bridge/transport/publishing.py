@@ -3,8 +3,8 @@
 Sending from the publishing thread, without a thread for each subscriber. rospy passes each message
 of a publisher with a queue to one thread per subscriber and yields to it: several thread switches
 per message, which slow down the physics. A DirectConnection writes to the subscriber's socket in
-the publishing thread. Only what the kernel does not accept at once is queued for a thread. Nagle's
-algorithm is off, so that no message waits for an acknowledgement.
+the publishing thread. Only what the kernel does not accept immediately is queued for a thread.
+Nagle's algorithm is off, so that no message waits for an acknowledgement.
 
 How publishers send: through the relay, or in lockstep directly. Normally the physics never waits
 for a subscriber: the relay process sends, and what a slow subscriber cannot take goes to a short
@@ -19,13 +19,18 @@ import socket
 import threading
 import time
 import warnings
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import rosgraph
 import rospy
 from rospy.exceptions import TransportTerminated
 from rospy.impl.registration import get_topic_manager
 
-from bullet_bridge.transport.relay_process import enqueue
+from bullet_bridge.transport.relay_process import Queue, enqueue
+
+if TYPE_CHECKING:
+    from bullet_bridge.transport.relay import Relay
 
 
 class ConnectionWrapper:
@@ -35,15 +40,15 @@ class ConnectionWrapper:
         connection: rospy transport with a socket.
     """
 
-    def __init__(self, connection):
+    def __init__(self, connection: Any) -> None:
         self._connection = connection
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._connection, name)
 
-    def write_data(self, data):
+    def write_data(self, data: bytes) -> bool:
         """Send a message; rospy calls it with the topic's lock held.
 
         Raises:
@@ -55,7 +60,7 @@ class ConnectionWrapper:
         return True
 
 
-def prepare_socket(sock):
+def prepare_socket(sock: socket.socket) -> None:
     """Make a subscriber's socket blocking and turn off Nagle's algorithm."""
     sock.settimeout(None)
     if sock.family in (socket.AF_INET, socket.AF_INET6):
@@ -68,18 +73,21 @@ class DirectConnection(ConnectionWrapper):
     Args:
         connection: rospy transport with a socket.
         limit: queue size [messages], the oldest is dropped beyond; None: no queue, a write blocks
-            until the kernel has accepted the whole message.
+            until the kernel has accepted the full message.
     """
 
-    def __init__(self, connection, limit):
+    def __init__(self, connection: Any, limit: int | None) -> None:
         super().__init__(connection)
-        self._limit, self._socket = limit, connection.socket
+        self._limit: Any = limit
+        self._socket = connection.socket
         prepare_socket(self._socket)
         self._changed = threading.Condition()
-        self._queue, self._thread, self._busy = collections.deque(), None, False
+        self._queue: Queue = collections.deque()
+        self._thread: threading.Thread | None = None
+        self._busy = False
         connection.set_cleanup_callback(self._on_close)
 
-    def _write(self, data):
+    def _write(self, data: bytes) -> None:
         try:
             if self._limit is None:
                 self._socket.sendall(data)
@@ -91,7 +99,7 @@ class DirectConnection(ConnectionWrapper):
         self._connection.stat_bytes += len(data)
         self._connection.stat_num_msg += 1
 
-    def _send_now(self, data):
+    def _send_now(self, data: bytes) -> bool:
         """Send without blocking; the rest of a message sent in part is queued.
 
         Returns:
@@ -107,12 +115,12 @@ class DirectConnection(ConnectionWrapper):
             self._wake()
         return True
 
-    def _send_later(self, data):
+    def _send_later(self, data: bytes) -> None:
         with self._changed:
             enqueue(self._queue, data, self._limit)
         self._wake()
 
-    def _wake(self):
+    def _wake(self) -> None:
         with self._changed:
             self._busy = bool(self._queue) or self._busy
             if self._thread is None:
@@ -122,7 +130,7 @@ class DirectConnection(ConnectionWrapper):
                 self._thread.start()
             self._changed.notify_all()
 
-    def _send_queued(self):
+    def _send_queued(self) -> None:
         """The thread: sends queued messages in order."""
         while True:
             with self._changed:
@@ -138,12 +146,14 @@ class DirectConnection(ConnectionWrapper):
                 self._connection.close()
                 return
 
-    def _on_close(self, _connection):
+    def _on_close(self, _connection: Any) -> None:
         with self._changed:
             self._changed.notify_all()
 
 
-def send_directly(publisher, limit, relay=None):
+def send_directly(
+    publisher: rospy.Publisher, limit: int | None, relay: "Relay | None" = None
+) -> None:
     """Wrap each TCP connection of a new rospy.Publisher in a connection wrapper.
 
     Args:
@@ -156,10 +166,12 @@ def send_directly(publisher, limit, relay=None):
         return
     original = impl.add_connection
 
-    def add_connection(connection):
+    def add_connection(connection: Any) -> Any:
         if getattr(connection, "socket", None) is not None:
             try:
-                relayed = relay.add_subscriber(connection, limit) if relay is not None else None
+                relayed = None
+                if relay is not None and limit is not None:
+                    relayed = relay.add_subscriber(connection, limit)
                 connection = relayed or DirectConnection(connection, limit)
             except OSError as error:  # closed already
                 rospy.logdebug("a subscriber of %s has disconnected: %s", impl.resolved_name, error)
@@ -176,13 +188,13 @@ def send_directly(publisher, limit, relay=None):
     impl.add_connection, impl.sends_directly = add_connection, True
 
 
-DELAYS = (1.0, 4.0)  # [s] wall time before each try: a busy subscriber sees the loss later
+DELAYS = (1.0, 4.0)  # [s] wall time before each try: a busy subscriber notices the loss later
 
 
-def reconnect_subscribers(delays=DELAYS):
+def reconnect_subscribers(delays: Iterable[float] = DELAYS) -> None:
     """Register this node's publishers with the master again.
 
-    A rospy subscriber does not reconnect by itself when its connection is closed. The master sends
+    A rospy subscriber does not reconnect when its connection is closed. The master sends
     it the publishers of the topic whenever one registers, also one that is registered already.
     """
     for delay in delays:
@@ -191,8 +203,8 @@ def reconnect_subscribers(delays=DELAYS):
             return
         try:
             master = rosgraph.Master(rospy.get_name())
-            for topic, kind in get_topic_manager().get_publications():
-                master.registerPublisher(topic, kind, rospy.get_node_uri())
+            for topic, message_type in get_topic_manager().get_publications():
+                master.registerPublisher(topic, message_type, rospy.get_node_uri())
         except (rosgraph.MasterException, OSError) as error:
             rospy.logerr("subscribers cannot be reconnected: %s", error)
 
@@ -206,27 +218,33 @@ _in_lockstep, _relay = False, None
 _made = threading.local()  # .lists: of the endpoints made within each all_or_none
 
 
-def set_lockstep(lockstep):
+def set_lockstep(lockstep: bool) -> None:
     """Choose the mode; to be called before the first publisher is made."""
     global _in_lockstep
     _in_lockstep = lockstep
 
 
-def set_relay(relay):
+def set_relay(relay: "Relay | None") -> None:
     """Set the Relay to send through, or None; to be called before the first publisher is made."""
     global _relay
     _relay = relay
 
 
-def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
-    """A rospy.Publisher that sends as the mode asks for.
+def publisher(
+    topic: str,
+    message_type: type,
+    latch: bool = False,
+    queue_size: int = QUEUE_SIZE,
+    relayed: bool = True,
+) -> rospy.Publisher:
+    """A rospy.Publisher that sends as the mode requires.
 
     Args:
-        topic, kind, latch: as rospy's.
+        topic, message_type, latch: as rospy's.
         queue_size: messages per subscriber.
         relayed: False for large messages that other threads than the simulation's publish.
     """
-    made = rospy.Publisher(topic, kind, latch=latch, queue_size=None)
+    made = rospy.Publisher(topic, message_type, latch=latch, queue_size=None)
     note_endpoint(made)
     if _in_lockstep:
         send_directly(made, None)
@@ -235,16 +253,17 @@ def publisher(topic, kind, latch=False, queue_size=QUEUE_SIZE, relayed=True):
     return made
 
 
-def note_endpoint(made):
+def note_endpoint(made: Any) -> None:
     """Unregister an endpoint, too, if the present all_or_none fails."""
     for made_here in getattr(_made, "lists", ()):
         made_here.append(made)
 
 
 @contextlib.contextmanager
-def all_or_none():
+def all_or_none() -> Iterator[None]:
     """Unregister the publishers and other endpoints made here if an exception leaves it."""
-    made_here, before = [], getattr(_made, "lists", ())
+    made_here: list[Any] = []
+    before = getattr(_made, "lists", ())
     _made.lists = (*before, made_here)
     try:
         yield

@@ -14,6 +14,8 @@ import struct
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import rospy
 from bullet_sim.child import Child
@@ -25,7 +27,7 @@ from bullet_bridge.transport.publishing import (
 )
 from bullet_bridge.transport.relay_process import ADD, DRAIN, HEAD, MESSAGE, NUMBER, POLL, REMOVE
 
-TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to end
+TIMEOUT = 2.0  # [s] wall time for the relay to accept data, to reply and to exit
 
 
 class ChannelError(OSError):
@@ -43,7 +45,7 @@ class RelayChannel:
         OSError: the process does not start.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         script = pathlib.Path(__file__).with_name("relay_process.py")
         command = (sys.executable, "-I", "-S", str(script))
         self._child = Child("the relay", command, logged=False)
@@ -53,7 +55,7 @@ class RelayChannel:
             socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(TIMEOUT), 0)
         )
 
-    def pass_socket(self, record, passed):
+    def pass_socket(self, record: bytes, passed: socket.socket) -> None:
         """Write a record and pass a socket along with it.
 
         Raises:
@@ -64,29 +66,29 @@ class RelayChannel:
         except OSError:
             raise ChannelError("does not take subscribers") from None
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Write records.
 
         Raises:
-            ChannelError: the process is gone, or has read nothing for TIMEOUT.
+            ChannelError: the process has exited, or has read nothing for TIMEOUT.
         """
         try:
             sent = self._socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             sent = 0
         except OSError:
-            raise ChannelError("is gone") from None
+            raise ChannelError("has exited") from None
         if sent < len(data):
             self._write_rest(memoryview(data)[sent:])
 
-    def _write_rest(self, data):
+    def _write_rest(self, data: memoryview) -> None:
         """Block until the relay has read the rest; it never blocks on a subscriber itself."""
         poller = select.poll()
         try:
             poller.register(self._socket, select.POLLOUT)
             while data:
                 if not poller.poll(TIMEOUT * 1000):
-                    raise ChannelError(f"took nothing for {TIMEOUT:g} s")
+                    raise ChannelError(f"read nothing for {TIMEOUT:g} s")
                 try:
                     data = data[self._socket.send(data, socket.MSG_DONTWAIT) :]
                 except BlockingIOError:
@@ -94,10 +96,10 @@ class RelayChannel:
         except ChannelError:
             raise
         except OSError:
-            raise ChannelError("is gone") from None
+            raise ChannelError("has exited") from None
 
-    def numbers(self):
-        """Yields the numbers that the process writes, until it ends."""
+    def numbers(self) -> Iterator[int]:
+        """Yields the numbers that the process writes, until it exits."""
         left = b""
         while True:
             try:
@@ -112,12 +114,12 @@ class RelayChannel:
                 left = left[NUMBER.size :]
                 yield number
 
-    def end(self):
-        """End the process, which sends what it has read; kill it after TIMEOUT."""
+    def end(self) -> None:
+        """Shut the process down, which sends what it has read; kill it after TIMEOUT."""
         self._child.shut_down()
         self._child.wait(TIMEOUT)
 
-    def close(self):
+    def close(self) -> None:
         """Close the socket, after numbers() has ended."""
         self._child.close()
 
@@ -125,13 +127,13 @@ class RelayChannel:
 class RelayedConnection(ConnectionWrapper):
     """Passes messages to the relay process, which writes them to the subscriber's socket."""
 
-    def __init__(self, connection, relay, number):
+    def __init__(self, connection: Any, relay: "Relay", number: int) -> None:
         super().__init__(connection)
         self._relay, self._number = relay, number
         self._size, self._head = -1, b""  # of the last message; most topics have one size
         self.stat_bytes, self.stat_num_msg = connection.stat_bytes, connection.stat_num_msg
 
-    def _write(self, data):
+    def _write(self, data: bytes) -> None:
         size = len(data)
         if size != self._size:
             self._size, self._head = size, HEAD.pack(MESSAGE, self._number, size)
@@ -143,31 +145,37 @@ class RelayedConnection(ConnectionWrapper):
 class Relay:
     """Starts and feeds the relay process.
 
-    If the process dies or hangs, the connections of its subscribers are closed, the master is asked
-    to have them reconnect, and `alive` is False from then on.
+    If the process exits or hangs, the connections of its subscribers are closed, the subscribers
+    reconnect through the master, and `alive` is False from then on.
 
     Args:
-        on_failure: called with one line of text when the process ends before close().
+        on_failure: called with one line of text when the process exits before close().
         reconnect: called after that, to have the subscribers reconnect; may take seconds.
 
     Raises:
         OSError: the process does not start.
     """
 
-    def __init__(self, on_failure=rospy.logerr, reconnect=reconnect_subscribers):
+    def __init__(
+        self,
+        on_failure: Callable[[str], None] = rospy.logerr,
+        reconnect: Callable[[], None] = reconnect_subscribers,
+    ) -> None:
         self._on_failure, self._reconnect = on_failure, reconnect
         self._channel = RelayChannel()
         self.process = self._channel.process
         self.alive, self._closing = True, False
         self._lock = threading.RLock()
-        self._buffer, self._closed, self._last = collections.deque(), collections.deque(), 0
+        self._buffer: collections.deque[bytes] = collections.deque()
+        self._closed: collections.deque[int] = collections.deque()
+        self._last = 0
         self._batching = self._flushing = False
-        self._connections = {}  # number -> rospy transport
+        self._connections: dict[int, Any] = {}  # number -> rospy transport
         self._drained = threading.Event()
         self._receiver = threading.Thread(target=self._receive, name="relay", daemon=True)
         self._receiver.start()
 
-    def add_subscriber(self, connection, limit):
+    def add_subscriber(self, connection: Any, limit: int) -> RelayedConnection | None:
         """Pass the socket of a rospy transport to the relay process.
 
         Args:
@@ -175,7 +183,7 @@ class Relay:
             limit: queue size [messages], the oldest is dropped beyond.
 
         Returns:
-            RelayedConnection, or None: the relay has ended.
+            RelayedConnection, or None: the relay has exited.
         """
         sock = connection.socket
         prepare_socket(sock)
@@ -194,7 +202,7 @@ class Relay:
         connection.set_cleanup_callback(lambda _: self._on_close(number))
         return RelayedConnection(connection, self, number)
 
-    def _on_close(self, number):
+    def _on_close(self, number: int) -> None:
         """Never blocks: rospy calls it holding locks that a signal handler may need."""
         self._closed.append(number)
         if not self._batching and self._lock.acquire(blocking=False):
@@ -203,11 +211,11 @@ class Relay:
             finally:
                 self._lock.release()
 
-    def set_polling(self, polling):
+    def set_polling(self, polling: bool) -> None:
         """Choose whether the relay polls for messages (frequent ones) or blocks until one comes."""
         self.put(HEAD.pack(POLL, 0, int(polling)))
 
-    def drain(self):
+    def drain(self) -> None:
         """Wait until all messages are sent, or queued for a slow subscriber."""
         with self._lock:
             self._drained.clear()
@@ -216,27 +224,27 @@ class Relay:
         deadline = time.monotonic() + TIMEOUT
         while self.alive and not self._drained.wait(0.1):
             if time.monotonic() > deadline:
-                self._fail(f"did not answer for {TIMEOUT:g} s")
+                self._fail(f"did not respond for {TIMEOUT:g} s")
 
-    def put(self, data):
+    def put(self, data: bytes) -> None:
         """Write complete records, now or in end_batch()."""
         self._buffer.append(data)  # atomic: other threads call it, too
         if not self._batching:
             with self._lock:
                 self._flush()
 
-    def begin_batch(self):
-        """Buffer all records, of any thread, until end_batch() writes them at once."""
+    def begin_batch(self) -> None:
+        """Buffer all records, of any thread, until end_batch() writes them in one call."""
         self._batching = True
 
-    def end_batch(self):
+    def end_batch(self) -> None:
         """Write the buffered records."""
         self._batching = False
         if self._buffer:
             with self._lock:
                 self._flush()
 
-    def _flush(self):
+    def _flush(self) -> None:
         """Write the buffer. A call from a signal handler during a flush leaves it to that flush."""
         if self._flushing:
             return
@@ -256,7 +264,7 @@ class Relay:
         finally:
             self._flushing = False
 
-    def _fail(self, reason):
+    def _fail(self, reason: str) -> None:
         """Kill the process and close the connections: messages may have been sent in part."""
         with self._lock:
             if not self.alive:
@@ -268,17 +276,17 @@ class Relay:
             target=self._close_all, args=(connections, reason), name="relay-end", daemon=True
         ).start()
 
-    def _close_all(self, connections, reason):
-        """In a thread of its own: closing takes locks of rospy's topics."""
+    def _close_all(self, connections: list[Any], reason: str) -> None:
+        """In a separate thread: closing takes locks of rospy's topics."""
         for connection in connections:
             connection.close()
         if not self._closing and not rospy.is_shutdown():
             self._on_failure(
-                f"{self._channel.name} {reason}; the bridge sends by itself from now on"
+                f"{self._channel.name} {reason}; the bridge sends directly from now on"
             )
             self._reconnect()
 
-    def _receive(self):
+    def _receive(self) -> None:
         """The thread: closes connections whose socket has failed in the relay."""
         for number in self._channel.numbers():
             if number == 0:
@@ -288,10 +296,10 @@ class Relay:
                 connection = self._connections.pop(number, None)
             if connection is not None:
                 connection.close()
-        self._fail("has ended")
+        self._fail("has exited")
 
-    def close(self):
-        """Flush the buffer and end the process, which sends what it has read."""
+    def close(self) -> None:
+        """Flush the buffer and shut the process down, which sends what it has read."""
         self._closing = True
         with self._lock:
             self._flush()

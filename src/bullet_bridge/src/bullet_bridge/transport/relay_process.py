@@ -1,11 +1,11 @@
 """The relay process: python -I -S relay_process.py SOCKET_FD. It imports only the standard library,
 to start fast and stay small.
 
-It reads records from a Unix stream socket; each starts with a header `kind, subscriber, length`:
+It reads records from a Unix stream socket; each starts with a header `type, subscriber, length`:
     MESSAGE     followed by the message's bytes, to be sent to the subscriber
     ADD         a new subscriber; length: its queue size [messages]; the file descriptor of its
                 socket is passed along (SCM_RIGHTS)
-    REMOVE      the subscriber is gone
+    REMOVE      the subscriber has disconnected
     POLL        length 1: poll the socket for records; 0: block until one arrives
     DRAIN       reply 0 when all earlier messages are sent or queued for a slow subscriber
 It writes back the number (uint32, from 1) of each subscriber whose socket has failed, and 0.
@@ -28,7 +28,10 @@ POLL_PERIOD = 0.0002  # [s] between two reads while polling ...
 POLL_TIMEOUT = 0.05  # [s] ... and time without a record after which it blocks
 
 
-def enqueue(queue, data, limit):
+Queue = collections.deque[bytes | memoryview]
+
+
+def enqueue(queue: Queue, data: bytes, limit: int) -> None:
     """Append a message to a queue (deque); beyond the limit the oldest one is dropped.
 
     A memoryview at the head is the rest of a message that is sent in part, and is not dropped.
@@ -41,11 +44,11 @@ def enqueue(queue, data, limit):
 class Subscriber:
     """A subscriber's socket and its queue of at most `limit` messages."""
 
-    def __init__(self, sock, limit):
+    def __init__(self, sock: socket.socket, limit: int) -> None:
         self.socket, self._limit = sock, limit
-        self.queue = collections.deque()  # a memoryview at the head is the rest of a message
+        self.queue: Queue = collections.deque()  # a memoryview at the head is the rest of a message
 
-    def send(self, data):
+    def send(self, data: memoryview) -> bool:
         """Send without blocking; what the kernel does not accept is queued.
 
         Returns:
@@ -63,13 +66,13 @@ class Subscriber:
             self.queue.append(memoryview(rest)[sent:] if sent else rest)
         return sent == len(data)
 
-    def _send_part(self, data):
+    def _send_part(self, data: bytes | memoryview) -> int:
         try:
             return self.socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             return 0
 
-    def flush(self):
+    def flush(self) -> bool:
         """Send queued messages without blocking; returns and raises as send()."""
         while self.queue:
             data = self.queue[0]
@@ -89,15 +92,17 @@ class Relay:
         channel: Unix stream socket.
     """
 
-    def __init__(self, channel):
+    def __init__(self, channel: socket.socket) -> None:
         self._channel = channel
         channel.setblocking(False)  # CPython 3.11 ignores the flags of recv_fds
-        self._subscribers, self._slow = {}, {}
-        self._parts, self._missing = [], 0  # of an incomplete record
-        self._descriptors = collections.deque()
+        self._subscribers: dict[int, Subscriber] = {}
+        self._slow: dict[int, Subscriber] = {}
+        self._parts: list[bytes] = []  # of an incomplete record
+        self._missing = 0
+        self._descriptors: collections.deque[int] = collections.deque()
         self._polling = False
 
-    def serve(self):
+    def serve(self) -> None:
         """Run until the other end of the channel closes."""
         poller = select.poll()
         poller.register(self._channel, select.POLLIN)
@@ -118,14 +123,14 @@ class Relay:
             else:
                 self._wait(poller)
 
-    def _wait(self, poller):
+    def _wait(self, poller: select.poll) -> None:
         for subscriber in self._slow.values():
             poller.register(subscriber.socket, select.POLLOUT)
         poller.poll()
         for subscriber in self._slow.values():
             poller.unregister(subscriber.socket)
 
-    def _read(self):
+    def _read(self) -> bytes | None:
         """Bytes; b'' at the end of the stream; None when there is nothing to read."""
         try:
             data, descriptors, _, _ = socket.recv_fds(self._channel, READ_SIZE, MAX_DESCRIPTORS)
@@ -136,7 +141,7 @@ class Relay:
         self._descriptors += descriptors
         return data
 
-    def _parse(self, data):
+    def _parse(self, data: bytes) -> None:
         """Process complete records; an incomplete one is stored until its rest is read."""
         if self._missing > 0:
             self._parts.append(data)
@@ -146,10 +151,10 @@ class Relay:
             data = b"".join(self._parts)
         view, start, size = memoryview(data), 0, len(data)
         while size - start >= HEAD.size:
-            kind, number, length = HEAD.unpack_from(data, start)
+            record, number, length = HEAD.unpack_from(data, start)
             begin = start + HEAD.size
-            if kind != MESSAGE:
-                self._command(kind, number, length)
+            if record != MESSAGE:
+                self._command(record, number, length)
                 start = begin
             elif size - begin >= length:
                 self._send(number, view[begin : begin + length])
@@ -162,19 +167,19 @@ class Relay:
         self._parts = [left] if left else []
         self._missing = HEAD.size + length - len(left) if left else 0
 
-    def _command(self, kind, number, length):
-        if kind == POLL:
+    def _command(self, record: int, number: int, length: int) -> None:
+        if record == POLL:
             self._polling = bool(length)
-        elif kind == DRAIN:
+        elif record == DRAIN:
             self._reply(0)
-        elif kind == ADD:
+        elif record == ADD:
             sock = socket.socket(fileno=self._descriptors.popleft())
             self._subscribers[number] = Subscriber(sock, length)
         elif number in self._subscribers:
             self._slow.pop(number, None)
             self._subscribers.pop(number).socket.close()
 
-    def _send(self, number, data):
+    def _send(self, number: int, data: memoryview | None) -> None:
         """Send a message to a subscriber or, None, flush its queue."""
         subscriber = self._subscribers.get(number)
         if subscriber is None:
@@ -190,14 +195,14 @@ class Relay:
         else:
             self._slow[number] = subscriber
 
-    def _reply(self, number):
+    def _reply(self, number: int) -> None:
         try:
             self._channel.send(NUMBER.pack(number))
         except OSError:
             pass  # the bridge has ended, or rospy sees the closed connection itself
 
 
-def main(descriptor):
+def main(descriptor: str) -> None:
     """Serve; SIGINT is left to the bridge."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Relay(socket.socket(fileno=int(descriptor))).serve()

@@ -4,30 +4,30 @@ import time
 
 import pytest
 from bullet_bridge.loop.clock import Pace
-from bullet_bridge.loop.rtf_monitor import PATIENCE, SILENCE, Slowness, thread_times
+from bullet_bridge.loop.rtf_monitor import MIN_COUNT, MIN_GAP, RealTimeFactorMonitor, thread_times
 
 STEP = 0.001  # [s]
 
 
 class Rig:
-    """A clock, a processor that is used by a share, and what was said."""
+    """A clock, a processor that is used in part, and what was logged."""
 
     def __init__(self):
         self.time = self.processor = self.ready = 0.0
-        self.warned, self.told = [], []
-        self.slowness = Slowness(
+        self.warned, self.logged = [], []
+        self.monitor = RealTimeFactorMonitor(
             self.warned.append,
-            self.told.append,
+            self.logged.append,
             lambda: self.time,
             lambda: (self.processor, self.ready),
         )
 
-    def seconds(self, count, factor, share=1.0, wanted=1.0, waited=0.0):
+    def seconds(self, count, factor, used=1.0, target=1.0, waited=0.0):
         for _ in range(count):
             self.time += 1.0
-            self.processor += share
+            self.processor += used
             self.ready += waited
-            self.slowness.measured(factor, wanted, STEP)
+            self.monitor.measured(factor, target, STEP)
 
 
 @pytest.fixture(name="rig")
@@ -37,7 +37,7 @@ def _rig():
 
 def test_a_busy_simulation_thread_is_the_reason(rig):
     rig.seconds(3, 1.0)
-    rig.seconds(PATIENCE + 1, 0.4)
+    rig.seconds(MIN_COUNT + 1, 0.4)
     (text,) = rig.warned
     assert text.startswith("real-time factor 0.40 instead of 1: physics and sensors need ")
     assert "2.5 ms of a processor for each step of 1 ms" in text
@@ -45,13 +45,13 @@ def test_a_busy_simulation_thread_is_the_reason(rig):
 
 def test_other_processes_are_the_reason(rig):
     rig.seconds(3, 1.0, 0.5)
-    rig.seconds(PATIENCE + 1, 0.6, 0.3, waited=0.5)
+    rig.seconds(MIN_COUNT + 1, 0.6, 0.3, waited=0.5)
     (text,) = rig.warned
     assert "other processes leave the simulation" in text and "% of a processor" in text
 
 
-def test_waiting_for_pictures_is_the_reason(rig):
-    rig.seconds(PATIENCE + 1, 0.6, 0.3, waited=0.1)
+def test_waiting_for_images_is_the_reason(rig):
+    rig.seconds(MIN_COUNT + 1, 0.6, 0.3, waited=0.1)
     assert "the simulation thread waits 70% of the time for something else" in rig.warned[0]
 
 
@@ -64,33 +64,33 @@ def test_times_of_this_thread():
         assert time.monotonic() < deadline
 
 
-def test_it_is_said_once_and_that_it_is_over(rig):
+def test_it_is_logged_once_and_its_end_too(rig):
     rig.seconds(60, 0.5)
     rig.seconds(20, 1.0)
     rig.seconds(60, 0.5)
-    assert len(rig.warned) == 1 and len(rig.told) == 1
-    assert rig.told[0] == "real-time factor 1.00: the pace is kept again"
+    assert len(rig.warned) == 1 and len(rig.logged) == 1
+    assert rig.logged[0] == "real-time factor 1.00: back at the requested speed"
     rig.seconds(20, 1.0)
-    rig.time += SILENCE
+    rig.time += MIN_GAP
     rig.seconds(60, 0.5)
     assert len(rig.warned) == 2
 
 
 @pytest.mark.parametrize(
-    "factor, wanted", [(0.95, 1.0), (0.1, 0.1), (0.3, 0.0), (30.0, 0.0), (1.9, 2.0)]
+    "factor, target", [(0.95, 1.0), (0.1, 0.1), (0.3, 0.0), (30.0, 0.0), (1.9, 2.0)]
 )
-def test_what_is_no_slowness(rig, factor, wanted):
-    rig.seconds(30, factor, wanted=wanted)
+def test_cases_without_a_warning(rig, factor, target):
+    rig.seconds(30, factor, target=target)
     assert rig.warned == []
 
 
-def test_a_hiccup_or_a_pause_is_not_said(rig):
+def test_a_hiccup_or_a_pause_is_not_logged(rig):
     for _ in range(10):
-        rig.seconds(PATIENCE - 1, 0.2)
+        rig.seconds(MIN_COUNT - 1, 0.2)
         rig.seconds(1, 1.0)
     for _ in range(10):
-        rig.seconds(PATIENCE - 1, 0.2)
-        rig.slowness.restart()
+        rig.seconds(MIN_COUNT - 1, 0.2)
+        rig.monitor.restart()
     assert rig.warned == []
 
 
