@@ -236,7 +236,7 @@ SUITES = {
         "",
     ),
     "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
-    "deepracer_teleop": ("camera", "hand", "recording", "window", "drivers", "runs"),
+    "deepracer_teleop": ("camera", "input_devices", "recording", "window", "drivers", "runs"),
     "paddock_gym": (
         "errors",
         "ids",

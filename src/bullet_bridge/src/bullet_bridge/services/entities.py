@@ -51,6 +51,9 @@ class ConnectedModels(Protocol):
     def disconnect(self, name: str) -> list[Any]:
         """Remove a model; returns its parts, which the caller closes (simulation thread)."""
 
+    def skipped(self, model: "Model") -> list[str]:
+        """Messages about what a model does without."""
+
     def parts(self, name: str) -> "tuple[list[ModelPlugin], RobotControl | None]":
         """Plugins and RobotControl of a model."""
 

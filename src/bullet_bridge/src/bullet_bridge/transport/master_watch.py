@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import rosgraph
 import rospy
@@ -18,8 +19,10 @@ def master_pid(uri: str) -> int:
     Raises:
         paddock_common.master.ERRORS: it did not respond.
     """
+    master: Any
     with proxy(uri, RESPONSE_TIMEOUT) as master:
-        return master.getPid("/gazebo")[2]
+        pid: int = master.getPid("/gazebo")[2]
+    return pid
 
 
 class MasterWatch:
