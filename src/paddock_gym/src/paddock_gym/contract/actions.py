@@ -32,19 +32,19 @@ class Continuous:
     speed: tuple = (0.5, 4.0)
 
     def command(self, action):
-        """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is cut off."""
-        steer, fast = (min(1.0, max(-1.0, float(value))) for value in action)
-        return _mix(self.speed, fast), math.radians(_mix(self.steering, steer))
+        """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is clipped."""
+        steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
+        return _denormalize(self.speed, throttle), math.radians(_denormalize(self.steering, steer))
 
     def action(self, speed, steering):
-        """The action (2,) nearest to a command [m/s], [rad]."""
-        pair = (_share(self.steering, math.degrees(steering)), _share(self.speed, speed))
+        """The action (2,) closest to a command [m/s], [rad]."""
+        pair = (_normalize(self.steering, math.degrees(steering)), _normalize(self.speed, speed))
         return np.array(pair, dtype=np.float32)
 
 
 @dataclass(frozen=True)
 class Discrete:
-    """A number that picks a row.
+    """An index of a row.
 
     Attributes:
         rows: ((steering [degrees], speed [m/s]), ...).
@@ -58,31 +58,33 @@ class Discrete:
         return speed, math.radians(steering)
 
     def action(self, speed, steering):
-        """The action nearest to a command [m/s], [rad]: of equal steering, the nearest speed."""
+        """Index of the row closest to a command [m/s], [rad]: by steering, then by speed."""
         degrees = math.degrees(steering)
-        distances = [(abs(angle - degrees), abs(its - speed)) for angle, its in self.rows]
+        distances = [
+            (abs(angle - degrees), abs(row_speed - speed)) for angle, row_speed in self.rows
+        ]
         return distances.index(min(distances))
 
 
-def _share(ends, value):
-    low, high = ends
+def _normalize(interval, value):
+    low, high = interval
     return min(1.0, max(-1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
 
 
-def _mix(ends, value):
-    low, high = ends
+def _denormalize(interval, value):
+    low, high = interval
     return low + (high - low) * (value + 1.0) / 2.0
 
 
 def parse(action):
-    """Actions of an option.
+    """Parse the option `action`.
 
     Args:
         action: "continuous", the path of a model_metadata.json, its content as a dict, or what
-            parse() has given before.
+            parse() has returned before.
 
     Raises:
-        GymError: something in it is wrong.
+        GymError: it is not valid.
     """
     if isinstance(action, (Continuous, Discrete)):
         return action
@@ -102,21 +104,21 @@ def table(actions):
     if isinstance(actions, Discrete):
         rows = [{"steering_angle": angle, "speed": speed} for angle, speed in actions.rows]
         return {"action_space": rows, "action_space_type": "discrete"}
-    ends = {
+    intervals = {
         key: {"low": low, "high": high}
         for key, (low, high) in (
             ("steering_angle", actions.steering),
             ("speed", actions.speed),
         )
     }
-    return {"action_space": ends, "action_space_type": "continuous"}
+    return {"action_space": intervals, "action_space_type": "continuous"}
 
 
 def ranges(content):
-    """Continuous actions of what table() made of them, whatever the ranges: not only a DeepRacer's.
+    """Continuous actions of table()'s result; their ranges may exceed a DeepRacer's.
 
     Raises:
-        KeyError, TypeError: content is none.
+        KeyError, TypeError: content is not such a table.
     """
     space = content["action_space"]
     return Continuous(
@@ -130,9 +132,11 @@ def _parse(path, data):
     for sensor in data.get("sensor", ()):
         hyperparameters.one_of(path, "sensor", sensor, SENSORS)
     space = data["action_space"]
-    kind = data.get("action_space_type", "discrete" if isinstance(space, list) else "continuous")
-    hyperparameters.one_of(path, "action_space_type", kind, ("discrete", "continuous"))
-    return _discrete(path, space) if kind == "discrete" else _continuous(path, space)
+    space_type = data.get(
+        "action_space_type", "discrete" if isinstance(space, list) else "continuous"
+    )
+    hyperparameters.one_of(path, "action_space_type", space_type, ("discrete", "continuous"))
+    return _discrete(path, space) if space_type == "discrete" else _continuous(path, space)
 
 
 def _discrete(path, space):
@@ -153,7 +157,7 @@ def _discrete(path, space):
 
 
 def _continuous(path, space):
-    ends = {}
+    intervals = {}
     for key, low, high, unit in (
         ("steering_angle", -MAX_STEERING, MAX_STEERING, "degrees"),
         ("speed", *SPEEDS, "m/s"),
@@ -163,15 +167,15 @@ def _continuous(path, space):
             raise GymError(
                 f"{path}: action_space.{key} is {limits!r}; continuous ones have low and high"
             )
-        ends[key] = tuple(
+        intervals[key] = tuple(
             hyperparameters.json_number(
-                path, f"action_space.{key}.{end}", limits[end], low, high, unit
+                path, f"action_space.{key}.{side}", limits[side], low, high, unit
             )
-            for end in ("low", "high")
+            for side in ("low", "high")
         )
-        if ends[key][0] > ends[key][1]:
-            raise GymError(f"{path}: action_space.{key}.low is above high: {ends[key]}")
-    return Continuous(ends["steering_angle"], ends["speed"])
+        if intervals[key][0] > intervals[key][1]:
+            raise GymError(f"{path}: action_space.{key}.low is above high: {intervals[key]}")
+    return Continuous(intervals["steering_angle"], intervals["speed"])
 
 
 def _angle(path, key, value):

@@ -14,7 +14,7 @@ CRASH_REWARD = 1e-8  # AWS's
 
 
 class RewardFile:
-    """The function of a file.
+    """The reward function of a file.
 
     Args:
         path: of a Python file with reward_function(params).
@@ -43,7 +43,7 @@ class RewardFile:
         """The reward for some params.
 
         Raises:
-            RewardError: the function raised something, or its reward is no finite number.
+            RewardError: the function raised something, or its reward is not a finite number.
         """
         if params["is_crashed"]:
             return CRASH_REWARD
@@ -52,12 +52,12 @@ class RewardFile:
         except Exception as error:
             raise RewardError(
                 f"{FUNCTION} of {self.path} failed:\n{_users_traceback(error, self.path)}"
-                f"params were:\n{_shown(params)}"
+                f"params were:\n{_format_params(params)}"
             ) from error
         if not isinstance(reward, numbers.Real) or not math.isfinite(reward):
             raise RewardError(
                 f"{FUNCTION} of {self.path} returned {reward!r}; it must be a finite number\n"
-                f"params were:\n{_shown(params)}"
+                f"params were:\n{_format_params(params)}"
             )
         return float(reward)
 
@@ -70,6 +70,6 @@ def _users_traceback(error, path):
     return "".join(traceback.format_exception(type(error), error, trace))
 
 
-def _shown(params):
+def _format_params(params):
     short = dict(params, waypoints=f"<{len(params['waypoints'])} points>")
     return pprint.pformat(short, sort_dicts=False)

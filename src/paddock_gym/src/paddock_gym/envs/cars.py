@@ -15,13 +15,14 @@ from paddock_gym.simulation.scene import Scene
 class CarsEnv(gymnasium.vector.VectorEnv):
     """num_envs cars that pass through each other, on one track.
 
-    A car whose run has ended starts anew at the next step, whose action does not count for it, as
-    in Gymnasium's SyncVectorEnv.
+    A car whose run has ended restarts at the next step, whose action it ignores, as in
+    Gymnasium's SyncVectorEnv.
 
     Args:
         num_envs: how many cars.
-        max_episode_steps: actions after which a run is cut off; None: never.
-        others: as DeepRacerEnv's; no camera, as it would see the other cars, and no objects.
+        max_episode_steps: actions after which a run is truncated; None: never.
+        others: those of DeepRacerEnv; no camera, in which the other cars would be visible, and
+            no objects.
 
     Raises:
         GymError, TrackError: an option is wrong.
@@ -43,14 +44,14 @@ class CarsEnv(gymnasium.vector.VectorEnv):
     ):
         self.scene = None
         if render_mode is not None:
-            raise GymError(f"render_mode is {render_mode!r}; several cars have no picture")
+            raise GymError(f"render_mode is {render_mode!r}; several cars render no image")
         self.options = gym_options.parse(
             observation, action, reward, "time_trial", randomize, False
         )
         if "camera" in self.options.observations:
             raise GymError(
-                "observation is camera, which would see the other cars; several cars in one world "
-                "take state and lidar"
+                "observation is camera, in which the other cars would be visible; several cars in "
+                "one world have state and lidar"
             )
         self.num_envs, self._longest = num_envs, max_episode_steps or math.inf
         self.render_mode = None
@@ -68,19 +69,19 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         """Start all runs.
 
         Args:
-            seed: of the first car, the others have the following numbers; or one for each.
+            seed: of the first car, the others have the following ones; or one for each.
             options: none are known.
         """
         if options:
-            raise GymError(f"reset has {min(options)!r}; several cars take no options")
+            raise GymError(f"reset has {min(options)!r}; several cars have no options")
         self._seed(seed)
         self.scene.restore()
-        begun = [run.begin(rng) for run, rng in zip(self.runs, self._generators)]
+        started = [run.start(rng) for run, rng in zip(self.runs, self._generators)]
         self._over[:] = False
         infos = {}
-        for number, (_, info) in enumerate(begun):
-            infos = self._add_info(infos, info, number)
-        return self._batched([observation for observation, _ in begun]), infos
+        for index, (_, info) in enumerate(started):
+            infos = self._add_info(infos, info, index)
+        return self._batched([observation for observation, _ in started]), infos
 
     def _seed(self, seed):
         if seed is None:
@@ -88,30 +89,30 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
         if len(seeds) != self.num_envs:
             raise GymError(f"seed has {len(seeds)} numbers; it must be one, or {self.num_envs}")
-        for number, own in enumerate(seeds):
-            if own is not None:
-                self._generators[number], _ = gymnasium.utils.seeding.np_random(int(own))
+        for index, car_seed in enumerate(seeds):
+            if car_seed is not None:
+                self._generators[index], _ = gymnasium.utils.seeding.np_random(int(car_seed))
 
     def step(self, actions):
-        """Take one action a car and let one control period pass."""
+        """Apply one action per car and advance by one control period."""
         over = self._over.copy()
-        for run, action, ended in zip(self.runs, iterate(self.action_space, actions), over):
-            if not ended:
+        for run, action, is_over in zip(self.runs, iterate(self.action_space, actions), over):
+            if not is_over:
                 run.decide(action)
         advance(self.scene, self.runs)
         observations, infos = [], {}
         rewards = np.zeros(self.num_envs)
         terminated, truncated = np.zeros((2, self.num_envs), bool)
-        for number, run in enumerate(self.runs):
-            if over[number]:
-                observation, info = run.begin(self._generators[number])
+        for index, run in enumerate(self.runs):
+            if over[index]:
+                observation, info = run.start(self._generators[index])
             else:
-                observation, rewards[number], terminated[number], truncated[number], info = (
-                    run.end_step()
+                observation, rewards[index], terminated[index], truncated[index], info = (
+                    run.finish_step()
                 )
             observations.append(observation)
-            infos = self._add_info(infos, info, number)
-            truncated[number] |= run.standing.steps >= self._longest and not terminated[number]
+            infos = self._add_info(infos, info, index)
+            truncated[index] |= run.state.steps >= self._longest and not terminated[index]
         self._over = terminated | truncated
         return self._batched(observations), rewards, terminated, truncated, infos
 

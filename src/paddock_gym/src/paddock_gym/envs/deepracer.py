@@ -8,7 +8,7 @@ from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.randomize import offset_pose
 from paddock_gym.simulation.scene import Obstacles, Scene
-from paddock_gym.simulation.sensors import Onlooker
+from paddock_gym.simulation.sensors import ObserverCamera
 
 
 class DeepRacerEnv(gymnasium.Env):
@@ -21,11 +21,11 @@ class DeepRacerEnv(gymnasium.Env):
         reward: progress, or the path of a reward_function.py.
         race: time_trial, object_avoidance or head_to_bot.
         randomize: some of start, friction, mass, latency, camera, light, colours; True: all.
-            Without start each run starts 5 % of the track further, as in AWS DeepRacer.
-        time_step: physics step [s]; the nearest that divides the control period is taken.
+            Without start each run starts 5 % of the track further on, as in AWS DeepRacer.
+        time_step: physics step [s]; the closest that divides the control period is taken.
         control_rate: actions per simulated second [Hz].
         walls: True or False: with or without walls along the lane; None: as the track's file says.
-        colour: camera pictures in colour, not grey.
+        colour: color camera images instead of gray ones.
         render_mode: rgb_array, human, or None.
 
     Raises:
@@ -56,33 +56,33 @@ class DeepRacerEnv(gymnasium.Env):
         self.render_mode = render_mode
         self.metadata = dict(self.metadata, render_fps=control_rate)
         self.scene = Scene(track, time_step, control_rate, walls=walls)
-        kind = self.options.objects
-        self._obstacles = Obstacles(self.scene, kind) if kind else None
+        object_type = self.options.objects
+        self._obstacles = Obstacles(self.scene, object_type) if object_type else None
         self.run = Run(self.scene, self.scene.cars[0], self.options, self._obstacles)
         self._window = Window() if render_mode == "human" else None
-        self._onlooker = None
+        self._observer_camera = None
 
     def reset(self, *, seed=None, options=None):
         """Start a run.
 
         Args:
             seed: of everything random, from here on.
-            options: dict of start: share of the track (0 to 1), lateral [m], turn [rad]; or None.
+            options: dict of start: fraction of the track, lateral [m], turn [rad]; or None.
         """
         super().reset(seed=seed)
         self.scene.restore()
         start = None
         if options:
             start = start_of(self.scene.projector, options)
-        observation, info = self.run.begin(self.np_random, start)
+        observation, info = self.run.start(self.np_random, start)
         self._show()
         return observation, info
 
     def step(self, action):
-        """Take an action and let one control period pass."""
+        """Apply an action and advance by one control period."""
         self.run.decide(action)
         advance(self.scene, (self.run,))
-        result = self.run.end_step()
+        result = self.run.finish_step()
         self._show()
         return result
 
@@ -90,13 +90,13 @@ class DeepRacerEnv(gymnasium.Env):
         """(360, 480, 3) uint8 RGB from behind the car, with render_mode rgb_array."""
         if self.render_mode != "rgb_array":
             return None
-        return self.onlooker_picture()
+        return self.observer_image()
 
-    def onlooker_picture(self):
+    def observer_image(self):
         """(360, 480, 3) uint8 RGB from behind the car."""
-        if self._onlooker is None:
-            self._onlooker = Onlooker(self.scene.painter, self.scene.cars[0])
-        return self._onlooker.picture()
+        if self._observer_camera is None:
+            self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.cars[0])
+        return self._observer_camera.image()
 
     def close(self):
         """Free the engine and close the window."""
@@ -106,11 +106,11 @@ class DeepRacerEnv(gymnasium.Env):
 
     def _show(self):
         if self._window:
-            self._window.show(self.onlooker_picture(), self.metadata["render_fps"])
+            self._window.show(self.observer_image(), self.metadata["render_fps"])
 
 
 def start_of(projector, options):
-    """Start pose (x, y, yaw) of the options of reset().
+    """Return the start pose (x, y, yaw) [m], [rad] of the options of reset().
 
     Raises:
         GymError: unknown key.

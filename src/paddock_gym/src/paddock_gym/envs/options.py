@@ -13,16 +13,16 @@ OBSERVATIONS = ("state", "lidar", "camera")
 
 @dataclass(frozen=True)
 class Options:
-    """What an environment is made of.
+    """Options of an environment.
 
     Attributes:
         observations: names of OBSERVATIONS.
         alone: whether the observation is one array, not a dict.
-        colour: whether camera pictures have three channels.
+        colour: whether camera images have three channels.
         actions: Continuous or Discrete.
         reward: RewardFile, or None: progress.
         objects: "", "boxes" or "bots".
-        randomize: frozenset of randomize.KINDS.
+        randomize: frozenset of randomize.RANDOMIZABLE.
     """
 
     observations: tuple
@@ -34,8 +34,8 @@ class Options:
     randomize: frozenset
 
 
-def parse(observation, action, reward, race, kinds, colour):
-    """Options from what a user gave.
+def parse(observation, action, reward, race, randomized, colour):
+    """Check the options that a user gave.
 
     Raises:
         GymError: one is wrong.
@@ -57,5 +57,5 @@ def parse(observation, action, reward, race, kinds, colour):
         actions.parse(action),
         None if reward == "progress" else RewardFile(reward),
         RACES[race],
-        randomize.parse(kinds),
+        randomize.parse(randomized),
     )

@@ -6,7 +6,7 @@ PER_METRE = 1.0
 FAILURE = -3.0  # for a run that ended before its lap
 
 
-def progress(standing):
+def progress(state):
     """Metres along the course since the last action, and a penalty for a run that failed."""
-    failed = standing.end not in (RUNNING, LAP)
-    return PER_METRE * standing.gain + (FAILURE if failed else 0.0)
+    failed = state.end not in (RUNNING, LAP)
+    return PER_METRE * state.gain + (FAILURE if failed else 0.0)
