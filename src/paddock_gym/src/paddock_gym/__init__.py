@@ -11,7 +11,7 @@ from paddock_gym.ids import IDS
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
 
-def register():
+def register() -> None:
     """Register the environments with Gymnasium; a second call has no effect."""
     import gymnasium
 

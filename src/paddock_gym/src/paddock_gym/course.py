@@ -6,10 +6,12 @@ after a full lap, and when the car makes no progress or reverses.
 
 import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from track_model.referee.course import Projector
 from track_model.referee.referee import Car
 
 
@@ -31,7 +33,12 @@ class Motion(NamedTuple):
     yaw_rate: float
 
 
-def motion_from(position, quaternion, linear, angular):
+def motion_from(
+    position: Sequence[float],
+    quaternion: Sequence[float],
+    linear: Sequence[float],
+    angular: Sequence[float],
+) -> Motion:
     """Motion of a link from its state in the world.
 
     Args:
@@ -40,7 +47,7 @@ def motion_from(position, quaternion, linear, angular):
         linear, angular: (3,) [m/s], [rad/s], along the world's axes.
 
     Returns:
-        Motion, its velocities along the link's axes as in nav_msgs/Odometry.
+        Motion with velocities along the link's axes as in nav_msgs/Odometry.
     """
     x, y, z, w = quaternion
     u, v, up = linear
@@ -77,13 +84,11 @@ class TrackObject(NamedTuple):
     speed: float
 
 
-def next_objects(objects, s, projector):
+def next_objects(objects: Iterable[TrackObject], s: float, projector: Projector) -> np.ndarray:
     """The next objects ahead.
 
     Args:
-        objects: TrackObjects.
         s: arc length of the car [m].
-        projector: Projector.
 
     Returns:
         (2 * SEEN,) float32: distance along the course / FARTHEST (1: none), distance to the left of
@@ -129,7 +134,7 @@ class RunState:
     heading_error: float
     left: float
     right: float
-    wheels_off: tuple
+    wheels_off: tuple[bool, ...]
     distance: float
     gain: float
     progress: float
@@ -137,34 +142,25 @@ class RunState:
     end: str
 
     @property
-    def all_wheels_on(self):
+    def all_wheels_on(self) -> bool:
         """Whether no wheel is off the lane."""
         return not any(self.wheels_off)
 
     @property
-    def off_track(self):
+    def off_track(self) -> bool:
         """Whether all wheels are off the lane."""
         return all(self.wheels_off)
 
 
 class RunEvaluator:
-    """Evaluates the run of one car, action by action.
+    """Evaluates the run of one car, action by action."""
 
-    Args:
-        projector: track_model.referee.course.Projector.
-        car: track_model.referee.referee.Car.
-    """
-
-    def __init__(self, projector, car=Car()):
+    def __init__(self, projector: Projector, car: Car = Car()) -> None:
         self.projector = projector
         self._wheels = car.wheels  # from base_link
 
-    def start(self, motion):
-        """Start a run at the car's pose.
-
-        Returns:
-            RunState.
-        """
+    def start(self, motion: Motion) -> RunState:
+        """Start a run at the car's pose."""
         self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
         lateral = self.projector.place(motion.x, motion.y, self._s)[1]
         self._distance = self._best = 0.0
@@ -174,15 +170,12 @@ class RunEvaluator:
         self._past = deque([0.0], maxlen=STUCK_STEPS + 1)
         return self._state(motion, lateral, 0.0, False)
 
-    def update(self, motion, crashed=False):
+    def update(self, motion: Motion, crashed: bool = False) -> RunState:
         """Evaluate after one more action.
 
         Args:
             motion: Motion now.
             crashed: whether the car touches an obstacle.
-
-        Returns:
-            RunState.
         """
         s, lateral = self.projector.place(motion.x, motion.y, self._s)
         gain = self.projector.course.difference(s, self._s)
@@ -193,7 +186,7 @@ class RunEvaluator:
         self._steps += 1
         return self._state(motion, lateral, gain, crashed)
 
-    def _state(self, motion, lateral, gain, crashed):
+    def _state(self, motion: Motion, lateral: float, gain: float, crashed: bool) -> RunState:
         heading = self.projector.heading(self._s)
         error = math.remainder(motion.yaw - heading, 2.0 * math.pi)
         wheels_off = self._wheels_off(lateral, error)
@@ -213,7 +206,7 @@ class RunEvaluator:
             self._end_reason(all(wheels_off), crashed),
         )
 
-    def _wheels_off(self, lateral, error):
+    def _wheels_off(self, lateral: float, error: float) -> tuple[bool, ...]:
         """Whether each wheel is off the lane, which is an arc over the length of a car."""
         curvature, projector = self.projector.bend(self._s), self.projector
         c, s = math.cos(error), math.sin(error)
@@ -228,7 +221,7 @@ class RunEvaluator:
             off.append(not -right <= aside <= left)
         return tuple(off)
 
-    def _end_reason(self, off, crashed):
+    def _end_reason(self, off: bool, crashed: bool) -> str:
         if crashed:
             return CRASHED
         if off:

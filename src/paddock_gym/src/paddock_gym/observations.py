@@ -1,17 +1,22 @@
 """Observations: images, ranges, state, and dictionaries of them."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+from track_model.referee.course import Projector
+
+from paddock_gym.course import Motion, RunState
 
 WIDTH, HEIGHT = 160, 120  # [px]
 GRAY_SHAPE = (HEIGHT, WIDTH, 1)
 COLOR_SHAPE = (HEIGHT, WIDTH, 3)
 
 
-def image(rgb, colour=False):
+def image(rgb: np.ndarray, colour: bool = False) -> np.ndarray:
     """Make the observation `camera` of an image.
 
     Args:
@@ -35,7 +40,7 @@ RANGES_SHAPE = (RAYS,)
 ANGLES = np.linspace(-HALF_ANGLE, HALF_ANGLE, RAYS)  # [rad], positive to the left
 
 
-def ranges(measured):
+def ranges(measured: ArrayLike) -> np.ndarray:
     """Make the observation `lidar` of ranges.
 
     Args:
@@ -49,7 +54,7 @@ def ranges(measured):
     return (near / MAX_RANGE).astype(np.float32)
 
 
-def select_rays(angle_min, angle_increment, count):
+def select_rays(angle_min: float, angle_increment: float, count: int) -> np.ndarray:
     """Indices of the rays of another scan that are closest to ANGLES.
 
     Args:
@@ -94,25 +99,21 @@ STATE_SHAPE = (len(NAMES),)
 
 
 class StateObserver:
-    """Observes the state on one course.
+    """Observes the state on one course."""
 
-    Args:
-        projector: track_model.referee.course.Projector.
-    """
-
-    def __init__(self, projector):
+    def __init__(self, projector: Projector) -> None:
         count = round(projector.length / STEP)
         self._step, self._count = projector.length / count, count
         at = (np.arange(count) * self._step)[:, None] + LOOKAHEADS
         curvatures = [projector.curvature(row) for row in at]
         self._curvatures = np.clip(curvatures, -LIMIT, LIMIT).astype(np.float32)
 
-    def observe(self, motion, course_pose, last):
+    def observe(
+        self, motion: Motion, course_pose: "CoursePose | RunState", last: tuple[float, float]
+    ) -> np.ndarray:
         """Observe the state.
 
         Args:
-            motion: Motion of the car.
-            course_pose: CoursePose, or a RunState.
             last: commanded (speed [m/s], steering [rad]).
 
         Returns:
@@ -135,7 +136,7 @@ class StateObserver:
         return row
 
 
-def _clip(value):
+def _clip(value: float) -> float:
     return min(max(value, -LIMIT), LIMIT)
 
 
@@ -149,12 +150,10 @@ class CoursePose(NamedTuple):
     right: float
 
 
-def locate(projector, motion, near=None):
+def locate(projector: Projector, motion: Motion, near: float | None = None) -> CoursePose:
     """Find the CoursePose of a car.
 
     Args:
-        projector: Projector.
-        motion: Motion.
         near: its last arc length [m], or None.
     """
     arc, lateral = projector.project([(motion.x, motion.y)], near)
@@ -170,42 +169,50 @@ class Assembler:
     Args:
         names: of the observations.
         colour: whether images have three channels.
-        projector: Projector; needed for `state`.
+        projector: needed for `state`.
     """
 
-    def __init__(self, names, colour=False, projector=None):
+    def __init__(
+        self, names: Sequence[str], colour: bool = False, projector: Projector | None = None
+    ) -> None:
         self._names, self._colour, self._projector = names, colour, projector
-        self._observer = StateObserver(projector) if "state" in names else None
-        self._motion = self._course_pose = self._ranges = self._image = None
+        self._observer: StateObserver | None = None
+        if "state" in names:
+            if projector is None:
+                raise ValueError("projector is None; the observation state needs one")
+            self._observer = StateObserver(projector)
+        self._motion: Motion | None = None
+        self._course_pose: CoursePose | None = None
+        self._ranges: np.ndarray | None = None
+        self._image: np.ndarray | None = None
 
-    def set_motion(self, motion):
+    def set_motion(self, motion: Motion) -> None:
         """Set the car's Motion."""
-        if self._observer is None:
+        if self._observer is None or self._projector is None:
             return
-        near = self._course_pose and self._course_pose.s
+        near = self._course_pose.s if self._course_pose else None
         course_pose = locate(self._projector, motion, near)
         if near is not None and abs(course_pose.lateral) > 1.0:
             course_pose = locate(self._projector, motion)  # a service has moved the car
         self._motion, self._course_pose = motion, course_pose
 
-    def set_ranges(self, measured):
+    def set_ranges(self, measured: ArrayLike) -> None:
         """Set ranges (64,) [m] along observations.ranges.ANGLES."""
         self._ranges = ranges(measured)
 
-    def set_image(self, rgb):
+    def set_image(self, rgb: np.ndarray) -> None:
         """Set an image (H, W, 3) uint8 RGB."""
         self._image = image(rgb, self._colour)
 
-    def observe(self, last):
-        """Return the observation as a dict, or None while a part of it is missing.
+    def observe(self, last: tuple[float, float]) -> dict[str, np.ndarray] | None:
+        """Return the observation, or None while a part of it is missing.
 
         Args:
             last: commanded (speed [m/s], steering [rad]).
         """
-        available = {
-            "state": self._motion and self._observer.observe(self._motion, self._course_pose, last),
-            "lidar": self._ranges,
-            "camera": self._image,
-        }
-        selected = {name: available[name] for name in self._names}
-        return None if any(value is None for value in selected.values()) else selected
+        available = {"lidar": self._ranges, "camera": self._image}
+        if self._observer and self._motion and self._course_pose:
+            available["state"] = self._observer.observe(self._motion, self._course_pose, last)
+        selected = {name: available.get(name) for name in self._names}
+        complete = {name: value for name, value in selected.items() if value is not None}
+        return complete if len(complete) == len(selected) else None

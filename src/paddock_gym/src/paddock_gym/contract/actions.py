@@ -1,7 +1,9 @@
 """Actions: continuous ones from -1 to 1, or a model_metadata.json."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -28,15 +30,15 @@ class Continuous:
         speed: (low, high) [m/s].
     """
 
-    steering: tuple = (-MAX_STEERING, MAX_STEERING)
-    speed: tuple = (0.5, 4.0)
+    steering: tuple[float, float] = (-MAX_STEERING, MAX_STEERING)
+    speed: tuple[float, float] = (0.5, 4.0)
 
-    def command(self, action):
+    def command(self, action: Sequence[float] | np.ndarray) -> tuple[float, float]:
         """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is clipped."""
         steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
         return _denormalize(self.speed, throttle), math.radians(_denormalize(self.steering, steer))
 
-    def action(self, speed, steering):
+    def action(self, speed: float, steering: float) -> np.ndarray:
         """The action (2,) closest to a command [m/s], [rad]."""
         pair = (_normalize(self.steering, math.degrees(steering)), _normalize(self.speed, speed))
         return np.array(pair, dtype=np.float32)
@@ -50,14 +52,14 @@ class Discrete:
         rows: ((steering [degrees], speed [m/s]), ...).
     """
 
-    rows: tuple
+    rows: tuple[tuple[float, float], ...]
 
-    def command(self, action):
+    def command(self, action: int | np.integer) -> tuple[float, float]:
         """(speed [m/s], steering [rad]) of an action."""
         steering, speed = self.rows[int(action)]
         return speed, math.radians(steering)
 
-    def action(self, speed, steering):
+    def action(self, speed: float, steering: float) -> int:
         """Index of the row closest to a command [m/s], [rad]: by steering, then by speed."""
         degrees = math.degrees(steering)
         distances = [
@@ -66,17 +68,20 @@ class Discrete:
         return distances.index(min(distances))
 
 
-def _normalize(interval, value):
+Actions = Continuous | Discrete
+
+
+def _normalize(interval: tuple[float, float], value: float) -> float:
     low, high = interval
     return min(1.0, max(-1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
 
 
-def _denormalize(interval, value):
+def _denormalize(interval: tuple[float, float], value: float) -> float:
     low, high = interval
     return low + (high - low) * (value + 1.0) / 2.0
 
 
-def parse(action):
+def parse(action: str | dict[str, Any] | Actions) -> Actions:
     """Parse the option `action`.
 
     Args:
@@ -99,8 +104,8 @@ def parse(action):
     return _parse(action, hyperparameters.load_json(action))
 
 
-def table(actions):
-    """The content of a model_metadata.json with these actions, as a dict."""
+def table(actions: Actions) -> dict[str, Any]:
+    """The content of a model_metadata.json with these actions."""
     if isinstance(actions, Discrete):
         rows = [{"steering_angle": angle, "speed": speed} for angle, speed in actions.rows]
         return {"action_space": rows, "action_space_type": "discrete"}
@@ -114,7 +119,7 @@ def table(actions):
     return {"action_space": intervals, "action_space_type": "continuous"}
 
 
-def ranges(content):
+def ranges(content: dict[str, Any]) -> Continuous:
     """Continuous actions of table()'s result; their ranges may exceed a DeepRacer's.
 
     Raises:
@@ -126,7 +131,7 @@ def ranges(content):
     )
 
 
-def _parse(path, data):
+def _parse(path: str, data: dict[str, Any]) -> Actions:
     if "action_space" not in data:
         raise GymError(f"{path}: action_space is missing; it must be a list, or two ranges")
     for sensor in data.get("sensor", ()):
@@ -139,7 +144,7 @@ def _parse(path, data):
     return _discrete(path, space) if space_type == "discrete" else _continuous(path, space)
 
 
-def _discrete(path, space):
+def _discrete(path: str, space: Any) -> Discrete:
     if not isinstance(space, list) or not space:
         raise GymError(f"{path}: action_space is {space!r}; discrete ones are a list of actions")
     rows = []
@@ -156,7 +161,7 @@ def _discrete(path, space):
     return Discrete(tuple(rows))
 
 
-def _continuous(path, space):
+def _continuous(path: str, space: Any) -> Continuous:
     intervals = {}
     for key, low, high, unit in (
         ("steering_angle", -MAX_STEERING, MAX_STEERING, "degrees"),
@@ -167,18 +172,19 @@ def _continuous(path, space):
             raise GymError(
                 f"{path}: action_space.{key} is {limits!r}; continuous ones have low and high"
             )
-        intervals[key] = tuple(
+        first, last = (
             hyperparameters.json_number(
                 path, f"action_space.{key}.{side}", limits[side], low, high, unit
             )
             for side in ("low", "high")
         )
-        if intervals[key][0] > intervals[key][1]:
+        intervals[key] = first, last
+        if first > last:
             raise GymError(f"{path}: action_space.{key}.low is above high: {intervals[key]}")
     return Continuous(intervals["steering_angle"], intervals["speed"])
 
 
-def _angle(path, key, value):
+def _angle(path: str, key: str, value: Any) -> float:
     if isinstance(value, str):  # the console's older files have numbers in quotes
         try:
             value = float(value)

@@ -1,14 +1,16 @@
 """DeepRacer's JSON files: action spaces, hyperparameters."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from paddock_common.settings import Choice, Number
 
 from paddock_gym.errors import GymError
 
 
-def load_json(path):
+def load_json(path: str) -> dict[str, Any]:
     """Read a JSON file with a table.
 
     Raises:
@@ -26,7 +28,7 @@ def load_json(path):
     return data
 
 
-def json_number(path, key, value, low, high, unit=""):
+def json_number(path: str, key: str, value: Any, low: float, high: float, unit: str = "") -> float:
     """Return a number within a range.
 
     Raises:
@@ -36,7 +38,7 @@ def json_number(path, key, value, low, high, unit=""):
     return float(rule.check(f"{path}: {key}", value, GymError))
 
 
-def one_of(path, key, value, valid):
+def one_of(path: str, key: str, value: Any, valid: Iterable[str]) -> str:
     """Return a value that is one of the valid ones.
 
     Raises:
@@ -46,7 +48,7 @@ def one_of(path, key, value, valid):
 
 
 # Key -> (minimum, maximum) of the console.
-RANGES = {
+RANGES: dict[str, tuple[float, float]] = {
     "batch_size": (8, 4096),
     "num_epochs": (1, 50),
     "lr": (1e-8, 1e-1),
@@ -85,10 +87,10 @@ class Hyperparameters:
     discount_factor: float | None = None
     num_episodes_between_training: int | None = None
     loss_type: str | None = None
-    ignored: tuple = ()
+    ignored: tuple[str, ...] = ()
 
 
-def load(path):
+def load(path: str) -> Hyperparameters:
     """Read a hyperparameters.json.
 
     Raises:
@@ -97,7 +99,7 @@ def load(path):
     return parse(path, load_json(path))
 
 
-def parse(path, table):
+def parse(path: str, table: dict[str, Any]) -> Hyperparameters:
     """Check the content of a hyperparameters.json.
 
     Args:
@@ -107,7 +109,8 @@ def parse(path, table):
     Raises:
         GymError: a key or value is wrong.
     """
-    values, ignored = {}, []
+    values: dict[str, Any] = {}
+    ignored = []
     for key, value in table.items():
         if key in RANGES:
             number = json_number(path, key, value, *RANGES[key])

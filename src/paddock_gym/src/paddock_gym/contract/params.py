@@ -3,8 +3,14 @@
 import bisect
 import copy
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from track_model.referee.course import Projector
+from track_model.track import Track
+
+from paddock_gym.course import Motion, RunState, TrackObject
 
 SPACING = 0.15  # of the waypoints of tracks other than DeepRacer's routes [m]
 
@@ -15,23 +21,19 @@ class Waypoints:
     A route's waypoints are the points of its file, so that indices from the console are
     valid; any other track's are some 15 cm apart. On a circuit the last repeats the first.
 
-    Args:
-        track: track_model.track.Track.
-        projector: its Projector.
-
     Attributes:
-        points: list of (x, y) [m].
+        points: (x, y) [m] each.
         closed: whether it is a circuit.
         length: of the centreline [m].
     """
 
-    def __init__(self, track, projector):
+    def __init__(self, track: Track, projector: Projector) -> None:
         self.closed, self.length = projector.closed, projector.length
         if track.spec.imported:
-            points, along = _of_file(track, projector)
+            points, along = (values.tolist() for values in _of_file(track, projector))
         else:
             count = max(4, round(projector.length / SPACING))
-            along = np.arange(count + (not self.closed)) * projector.length / count
+            along = (np.arange(count + (not self.closed)) * projector.length / count).tolist()
             points = [projector.pose(s)[:2] for s in along]
         self._along = [float(s) for s in along]
         self.points = [(float(x), float(y)) for x, y in points]
@@ -39,14 +41,14 @@ class Waypoints:
             self._along.append(self.length)
             self.points.append(self.points[0])
 
-    def around(self, s):
+    def around(self, s: float) -> list[int]:
         """Indices [behind, ahead] of the waypoints around an arc length [m]."""
         at = s % self.length if self.closed else min(max(s, 0.0), self.length)
         ahead = min(max(bisect.bisect_right(self._along, at), 1), len(self._along) - 1)
         return [ahead - 1, ahead]
 
 
-def _of_file(track, projector):
+def _of_file(track: Track, projector: Projector) -> tuple[np.ndarray, np.ndarray]:
     """The file's points in the track's frame, and their arc lengths in increasing order."""
     x, y, yaw = track.lane.origin
     c, s = math.cos(yaw), math.sin(yaw)
@@ -57,7 +59,7 @@ def _of_file(track, projector):
     return points[order], along[order]
 
 
-NO_OBJECTS = {
+NO_OBJECTS: dict[str, Any] = {
     "closest_objects": [0, 0],
     "objects_location": [],
     "objects_left_of_center": [],
@@ -70,19 +72,20 @@ NO_OBJECTS = {
 CAMERA_HALF_ANGLE = 0.565  # of the front camera's field of view [rad]
 
 
-def params(state, motion, command, waypoints, width, objects=()):
+def params(
+    state: RunState,
+    motion: Motion,
+    command: tuple[float, float],
+    waypoints: Waypoints,
+    width: float,
+    objects: Sequence[TrackObject] = (),
+) -> dict[str, Any]:
     """All parameters of a reward function; angles in degrees, lengths in metres.
 
     Args:
-        state: course.RunState.
-        motion: course.Motion.
         command: (speed [m/s], steering [rad]) of the action.
-        waypoints: Waypoints.
         width: of the lane here [m].
-        objects: course.TrackObjects on the track.
-
-    Returns:
-        dict.
+        objects: on the track.
     """
     speed, steering = command
     length = waypoints.length
@@ -110,11 +113,13 @@ def params(state, motion, command, waypoints, width, objects=()):
     return result
 
 
-def _empty():
+def _empty() -> dict[str, Any]:
     return copy.deepcopy(NO_OBJECTS)
 
 
-def _of_objects(state, motion, objects, length):
+def _of_objects(
+    state: RunState, motion: Motion, objects: Sequence[TrackObject], length: float
+) -> dict[str, Any]:
     """The keys of boxes and other cars."""
     ahead = [(obj.s - state.s) % length for obj in objects]
     indices = range(len(objects))
@@ -133,10 +138,10 @@ def _of_objects(state, motion, objects, length):
     }
 
 
-def _in_view(motion, obj):
+def _in_view(motion: Motion, obj: TrackObject) -> bool:
     bearing = math.atan2(obj.y - motion.y, obj.x - motion.x) - motion.yaw
     return abs(math.remainder(bearing, 2.0 * math.pi)) < CAMERA_HALF_ANGLE
 
 
-def _degrees(yaw):
+def _degrees(yaw: float) -> float:
     return math.degrees(math.remainder(yaw, 2.0 * math.pi))

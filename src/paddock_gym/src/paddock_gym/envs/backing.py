@@ -1,10 +1,12 @@
 """Paddock/CyberTruckBacking-v0: a truck backs its trailer along a path."""
 
 import math
+from typing import Any
 
 import gymnasium
 import numpy as np
 from cybertruck.trailer.geometry import TrailerError, backing_limit
+from cybertruck.trailer.paths import Path
 from cybertruck.trailer.shapes import SHAPES, make_shape
 from gymnasium import spaces
 
@@ -43,7 +45,7 @@ class BackingEnv(gymnasium.Env):
 
     metadata = {"render_modes": [], "render_fps": 10}
 
-    def __init__(self, path=RANDOM, render_mode=None):
+    def __init__(self, path: str = RANDOM, render_mode: str | None = None) -> None:
         if path not in (*SHAPES, RANDOM):
             raise GymError(f"path is {path!r}; there are {', '.join(SHAPES)}, {RANDOM}")
         if render_mode is not None:
@@ -54,12 +56,14 @@ class BackingEnv(gymnasium.Env):
         self.truck = Truck()
         self._limit = backing_limit(self.truck.geometry, MARGIN)
 
-    def reset(self, *, seed=None, options=None):
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
         """Put the truck at the start of a path.
 
         Args:
             seed: of path and start.
-            options: dict of lateral [m], turn, hitch [rad] instead of random ones; or None.
+            options: lateral [m], turn, hitch [rad] instead of random ones; or None.
         """
         super().reset(seed=seed)
         rng, start_values = self.np_random, options or {}
@@ -78,7 +82,7 @@ class BackingEnv(gymnasium.Env):
         self._update_errors()
         return self._observe(), self._info("")
 
-    def _make_path(self, rng):
+    def _make_path(self, rng: np.random.Generator) -> Path:
         if self._name != RANDOM:
             return make_shape(self._name)
         side = rng.choice((-1.0, 1.0))
@@ -93,7 +97,7 @@ class BackingEnv(gymnasium.Env):
         except TrailerError:
             return make_shape("line")
 
-    def step(self, action):
+    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Drive for one action."""
         steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
         self.truck.drive(steer * self.truck.geometry.max_steering, throttle * TOP_SPEED)
@@ -109,7 +113,7 @@ class BackingEnv(gymnasium.Env):
         slow = self._steps * self.truck.period > self.path.length / MIN_MEAN_SPEED
         return self._observe(), float(reward), bool(end), bool(slow and not end), self._info(end)
 
-    def _update_errors(self):
+    def _update_errors(self) -> None:
         """Update position and errors of the trailer."""
         x, y, heading = self.truck.trailer_axle_pose()
         self._position = float(x), float(y)
@@ -118,14 +122,14 @@ class BackingEnv(gymnasium.Env):
         self.lateral, self.heading_error = float(lateral), float(error)
         self.hitch = float(self.truck.hitch_angle())
 
-    def _end_reason(self):
+    def _end_reason(self) -> str:
         if abs(self.hitch) > self._limit:
             return JACKKNIFED
         if abs(self.lateral) > MAX_LATERAL or abs(self.heading_error) > MAX_HEADING_ERROR:
             return OFF_PATH
         return ARRIVED if self.arc > self.path.length - END_TOLERANCE else ""
 
-    def _observe(self):
+    def _observe(self) -> np.ndarray:
         row = np.array(
             (
                 self.lateral / 0.5,
@@ -139,7 +143,7 @@ class BackingEnv(gymnasium.Env):
         )
         return np.clip(row, -4.0, 4.0).astype(np.float32)
 
-    def _info(self, end):
+    def _info(self, end: str) -> dict[str, Any]:
         return {
             "end": end,
             "lateral": self.lateral,
@@ -151,6 +155,6 @@ class BackingEnv(gymnasium.Env):
             "progress": 100.0 * min(1.0, max(0.0, self.arc / self.path.length)),
         }
 
-    def close(self):
+    def close(self) -> None:
         """Free the engine."""
         self.truck.close()

@@ -1,13 +1,16 @@
 """Several cars in one world, each as if it were alone: a vectorised environment."""
 
 import math
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 
+from paddock_gym.contract.actions import Actions
 from paddock_gym.envs import options as gym_options
-from paddock_gym.envs.run import Run, action_space, advance, observation_space
+from paddock_gym.envs.run import Observation, Run, action_space, advance, observation_space
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.scene import Scene
 
@@ -30,19 +33,18 @@ class CarsEnv(gymnasium.vector.VectorEnv):
 
     def __init__(
         self,
-        num_envs=8,
-        track="default",
-        observation="state",
-        action="continuous",
-        reward="progress",
-        randomize=("start",),
-        time_step=1 / 240,
-        control_rate=15.0,
-        walls=None,
-        render_mode=None,
-        max_episode_steps=None,
-    ):
-        self.scene = None
+        num_envs: int = 8,
+        track: str = "default",
+        observation: str | Iterable[str] = "state",
+        action: str | dict[str, Any] | Actions = "continuous",
+        reward: str = "progress",
+        randomize: bool | str | Iterable[str] = ("start",),
+        time_step: float = 1 / 240,
+        control_rate: float = 15.0,
+        walls: bool | None = None,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+    ) -> None:
         if render_mode is not None:
             raise GymError(f"render_mode is {render_mode!r}; several cars render no image")
         self.options = gym_options.parse(
@@ -65,7 +67,12 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         self._generators = [np.random.default_rng() for _ in self.runs]
         self._over = np.zeros(num_envs, bool)
 
-    def reset(self, *, seed=None, options=None):
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start all runs.
 
         Args:
@@ -78,12 +85,12 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         self.scene.restore()
         started = [run.start(rng) for run, rng in zip(self.runs, self._generators)]
         self._over[:] = False
-        infos = {}
+        infos: dict[str, Any] = {}
         for index, (_, info) in enumerate(started):
             infos = self._add_info(infos, info, index)
         return self._batched([observation for observation, _ in started]), infos
 
-    def _seed(self, seed):
+    def _seed(self, seed: Any) -> None:
         if seed is None:
             return
         seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
@@ -93,14 +100,17 @@ class CarsEnv(gymnasium.vector.VectorEnv):
             if car_seed is not None:
                 self._generators[index], _ = gymnasium.utils.seeding.np_random(int(car_seed))
 
-    def step(self, actions):
+    def step(
+        self, actions: Any
+    ) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Apply one action per car and advance by one control period."""
         over = self._over.copy()
         for run, action, is_over in zip(self.runs, iterate(self.action_space, actions), over):
             if not is_over:
                 run.decide(action)
         advance(self.scene, self.runs)
-        observations, infos = [], {}
+        observations: list[Observation] = []
+        infos: dict[str, Any] = {}
         rewards = np.zeros(self.num_envs)
         terminated, truncated = np.zeros((2, self.num_envs), bool)
         for index, run in enumerate(self.runs):
@@ -116,11 +126,11 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         self._over = terminated | truncated
         return self._batched(observations), rewards, terminated, truncated, infos
 
-    def _batched(self, observations):
+    def _batched(self, observations: list[Observation]) -> Observation:
         space = self.single_observation_space
         return concatenate(space, observations, create_empty_array(space, self.num_envs))
 
-    def close_extras(self, **_):
+    def close_extras(self, **_: Any) -> None:
         """Free the engine."""
-        if self.scene is not None:
+        if hasattr(self, "scene"):  # not if an option was wrong
             self.scene.close()

@@ -1,9 +1,15 @@
 """Paddock/DeepRacer-v0: one car on one track."""
 
-import gymnasium
+from collections.abc import Iterable
+from typing import Any
 
+import gymnasium
+import numpy as np
+from track_model.referee.course import Projector
+
+from paddock_gym.contract.actions import Actions
 from paddock_gym.envs import options as gym_options
-from paddock_gym.envs.run import Run, action_space, advance, observation_space
+from paddock_gym.envs.run import Observation, Run, action_space, advance, observation_space
 from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.randomize import offset_pose
@@ -32,22 +38,22 @@ class DeepRacerEnv(gymnasium.Env):
         GymError, TrackError: an option is wrong.
     """
 
-    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
 
     def __init__(
         self,
-        track="default",
-        observation="state",
-        action="continuous",
-        reward="progress",
-        race="time_trial",
-        randomize=("start",),
-        time_step=1 / 240,
-        control_rate=15.0,
-        walls=None,
-        colour=False,
-        render_mode=None,
-    ):
+        track: str = "default",
+        observation: str | Iterable[str] = "state",
+        action: str | dict[str, Any] | Actions = "continuous",
+        reward: str = "progress",
+        race: str = "time_trial",
+        randomize: bool | str | Iterable[str] = ("start",),
+        time_step: float = 1 / 240,
+        control_rate: float = 15.0,
+        walls: bool | None = None,
+        colour: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise GymError(f"render_mode is {render_mode!r}; there are rgb_array, human and None")
         self.options = gym_options.parse(observation, action, reward, race, randomize, colour)
@@ -60,14 +66,16 @@ class DeepRacerEnv(gymnasium.Env):
         self._obstacles = Obstacles(self.scene, object_type) if object_type else None
         self.run = Run(self.scene, self.scene.cars[0], self.options, self._obstacles)
         self._window = Window() if render_mode == "human" else None
-        self._observer_camera = None
+        self._observer_camera: ObserverCamera | None = None
 
-    def reset(self, *, seed=None, options=None):
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start a run.
 
         Args:
             seed: of everything random, from here on.
-            options: dict of start: fraction of the track, lateral [m], turn [rad]; or None.
+            options: start: fraction of the track, lateral [m], turn [rad]; or None.
         """
         super().reset(seed=seed)
         self.scene.restore()
@@ -78,7 +86,7 @@ class DeepRacerEnv(gymnasium.Env):
         self._show()
         return observation, info
 
-    def step(self, action):
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Apply an action and advance by one control period."""
         self.run.decide(action)
         advance(self.scene, (self.run,))
@@ -86,30 +94,30 @@ class DeepRacerEnv(gymnasium.Env):
         self._show()
         return result
 
-    def render(self):
+    def render(self) -> np.ndarray | None:
         """(360, 480, 3) uint8 RGB from behind the car, with render_mode rgb_array."""
         if self.render_mode != "rgb_array":
             return None
         return self.observer_image()
 
-    def observer_image(self):
+    def observer_image(self) -> np.ndarray:
         """(360, 480, 3) uint8 RGB from behind the car."""
         if self._observer_camera is None:
             self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.cars[0])
         return self._observer_camera.image()
 
-    def close(self):
+    def close(self) -> None:
         """Free the engine and close the window."""
         if self._window:
             self._window.close()
         self.scene.close()
 
-    def _show(self):
+    def _show(self) -> None:
         if self._window:
             self._window.show(self.observer_image(), self.metadata["render_fps"])
 
 
-def start_of(projector, options):
+def start_of(projector: Projector, options: dict[str, Any]) -> tuple[float, float, float]:
     """Return the start pose (x, y, yaw) [m], [rad] of the options of reset().
 
     Raises:

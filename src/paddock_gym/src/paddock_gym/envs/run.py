@@ -1,27 +1,43 @@
 """One car's runs: observations, actions and rewards."""
 
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any
+
 import numpy as np
 from gymnasium import spaces
 
 from paddock_gym import observations
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.contract.params import Waypoints, params
-from paddock_gym.course import LAP, OBSERVED_OBJECTS, RUNNING, RunEvaluator, next_objects
+from paddock_gym.course import (
+    LAP,
+    OBSERVED_OBJECTS,
+    RUNNING,
+    RunEvaluator,
+    RunState,
+    TrackObject,
+    next_objects,
+)
+from paddock_gym.envs.options import Options
 from paddock_gym.envs.rewards import progress
+from paddock_gym.simulation.car import Car
 from paddock_gym.simulation.randomize import Randomizer
+from paddock_gym.simulation.scene import Obstacles, Scene
 from paddock_gym.simulation.sensors import CarCamera, CarLidar
 
 AT_REST = (0.0, 0.0)  # speed, steering
+Observation = np.ndarray | dict[str, np.ndarray]
 
 
-def action_space(options):
+def action_space(options: Options) -> spaces.Space:
     """Gymnasium space of the actions."""
     if isinstance(options.actions, Continuous):
         return spaces.Box(-1.0, 1.0, (2,), np.float32)
     return spaces.Discrete(len(options.actions.rows))
 
 
-def observation_space(options):
+def observation_space(options: Options) -> spaces.Space:
     """Gymnasium space of the observations."""
     count = observations.STATE_SHAPE[0] + (2 * OBSERVED_OBJECTS if options.objects else 0)
     shape = observations.COLOR_SHAPE if options.colour else observations.GRAY_SHAPE
@@ -39,19 +55,18 @@ class Run:
     """One car's runs.
 
     Args:
-        scene: Scene.
-        car: one of its Cars.
-        options: Options.
-        obstacles: Obstacles, or None.
+        car: one of the scene's.
 
     Attributes:
-        state: RunState after the last action.
-        motion: Motion then.
+        state: after the last action.
+        motion: after the last action.
         delay: physics steps after which apply() is due.
-        camera: CarCamera, or None.
+        camera: None: it is not observed.
     """
 
-    def __init__(self, scene, car, options, obstacles=None):
+    def __init__(
+        self, scene: Scene, car: Car, options: Options, obstacles: Obstacles | None = None
+    ) -> None:
         self._scene, self._car, self._options = scene, car, options
         self._obstacles = obstacles
         self._projector = scene.projector
@@ -61,15 +76,20 @@ class Run:
         self._randomizer = Randomizer(scene, car, options.randomize)
         self._may_crash = scene.has_walls or obstacles is not None
         names = options.observations
-        self._lidar = CarLidar(scene.world, car) if "lidar" in names else None
         self.camera = CarCamera(scene.renderer, car) if "camera" in names else None
-        self._observers = {"state": self._state, "lidar": self._ranges, "camera": self._image}
+        self._observers: dict[str, Callable[[], np.ndarray]] = {"state": self._state}
+        if "lidar" in names:
+            self._observers["lidar"] = partial(self._ranges, CarLidar(scene.world, car))
+        if self.camera is not None:
+            self._observers["camera"] = partial(self._image, self.camera)
 
-    def start(self, rng, start_pose=None):
+    def start(
+        self, rng: np.random.Generator, start_pose: tuple[float, float, float] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start a run.
 
         Args:
-            rng: numpy.random.Generator, also of the noise until the next start.
+            rng: also of the noise until the next start.
             start_pose: (x, y, yaw) [m], [rad]; None: by the options.
 
         Returns:
@@ -86,15 +106,15 @@ class Run:
         self._command = AT_REST
         return self._observe(), self._info()
 
-    def decide(self, action):
+    def decide(self, action: Any) -> None:
         """Set the action that apply() commands."""
         self._command = self._options.actions.command(action)
 
-    def apply(self):
+    def apply(self) -> None:
         """Command the car."""
         self._car.drive(*self._command)
 
-    def finish_step(self):
+    def finish_step(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Observe the result of the last action.
 
         Returns:
@@ -110,7 +130,7 @@ class Run:
         lap = state.end == LAP
         return self._observe(), reward, state.end != RUNNING and not lap, lap, self._info()
 
-    def params(self):
+    def params(self) -> dict[str, Any]:
         """Parameters of a reward function after the last action."""
         self._waypoints = self._waypoints or Waypoints(self._scene.track, self._projector)
         state = self.state
@@ -118,16 +138,16 @@ class Run:
         return params(state, self.motion, self._command, self._waypoints, width, self.objects)
 
     @property
-    def objects(self):
-        """TrackObjects on the track now."""
+    def objects(self) -> Sequence[TrackObject]:
+        """Objects on the track now."""
         return self._obstacles.objects if self._obstacles else ()
 
-    def _reward(self, state):
+    def _reward(self, state: RunState) -> float:
         if self._options.reward is None:
             return progress(state)
         return self._options.reward.reward(self.params())
 
-    def _info(self):
+    def _info(self) -> dict[str, Any]:
         state = self.state
         return {
             "end": state.end,
@@ -138,13 +158,13 @@ class Run:
             "y": self.motion.y,
         }
 
-    def _observe(self):
+    def _observe(self) -> Observation:
         names = self._options.observations
         if self._options.alone:
             return self._observers[names[0]]()
         return {name: self._observers[name]() for name in names}
 
-    def _state(self):
+    def _state(self) -> np.ndarray:
         state = self.state
         row = self._observer.observe(self.motion, state, self._command)
         if self._obstacles is None:
@@ -153,15 +173,15 @@ class Run:
             (row, next_objects(self._obstacles.objects, state.s, self._projector))
         )
 
-    def _ranges(self):
-        return observations.ranges(self._lidar.scan(self._rng))
+    def _ranges(self, lidar: CarLidar) -> np.ndarray:
+        return observations.ranges(lidar.scan(self._rng))
 
-    def _image(self):
-        rgb = self._randomizer.change_image(self.camera.image(self._randomizer.jitter))
+    def _image(self, camera: CarCamera) -> np.ndarray:
+        rgb = self._randomizer.change_image(camera.image(self._randomizer.jitter))
         return observations.image(rgb, self._options.colour)
 
 
-def advance(scene, runs):
+def advance(scene: Scene, runs: Iterable[Run]) -> None:
     """Advance by one action; each run's command takes effect after its delay."""
     done = 0
     for run in sorted(runs, key=lambda run: run.delay):

@@ -1,5 +1,7 @@
 """The window of render_mode human, by pygame as Gymnasium's own."""
 
+from typing import Any
+
 import numpy as np
 
 from paddock_gym.errors import GymError
@@ -8,14 +10,15 @@ from paddock_gym.errors import GymError
 class Window:
     """Shows images at the control rate."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         try:
             import pygame
         except ImportError as error:
             raise GymError("render_mode human needs pygame, which is not installed") from error
-        self._pygame, self._screen = pygame, None
+        self._pygame = pygame
+        self._screen: Any = None
 
-    def show(self, image, rate):
+    def show(self, image: np.ndarray, rate: float) -> None:
         """Show an image (H, W, 3) uint8 RGB and wait for the next period of a rate [Hz]."""
         pygame = self._pygame
         if self._screen is None:
@@ -29,7 +32,7 @@ class Window:
         pygame.display.flip()
         self._clock.tick(rate)
 
-    def close(self):
+    def close(self) -> None:
         """Close the window."""
         if self._screen is not None:
             self._pygame.display.quit()

@@ -1,6 +1,7 @@
 """Random changes from run to run."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from bullet_sim.models.changes import link_properties, set_link_properties
@@ -20,14 +21,11 @@ COLOR_GAIN = (0.8, 1.2)  # factors of each of red, green and blue
 FIRST_STARTS = 0.05  # fraction of the track between starts that are not random
 
 
-def parse(properties):
+def parse(properties: bool | str | Iterable[str]) -> frozenset[str]:
     """Parse the option `randomize`.
 
     Args:
         properties: names of RANDOMIZABLE, True (all), False or () (none).
-
-    Returns:
-        frozenset.
 
     Raises:
         GymError: unknown name.
