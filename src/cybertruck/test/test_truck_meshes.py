@@ -83,7 +83,7 @@ def test_the_shell_is_folded_from_planes():
     assert sum(largest) > 0.9 * areas.sum()
 
 
-def test_colours_are_those_of_the_description():
+def test_colors_are_those_of_the_description():
     text = (PACKAGE / "urdf" / "materials.xacro").read_text()
     names = {
         "shell": "steel",
@@ -92,7 +92,7 @@ def test_colours_are_those_of_the_description():
         "trailer_trim": "trim",
         "trailer_lights": "tail_bar",
     }
-    for name, colour in MESHES.colours.items():
+    for name, color in MESHES.colours.items():
         match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
-        assert tuple(map(float, match.group(1).split()))[:3] == colour, name
+        assert tuple(map(float, match.group(1).split()))[:3] == color, name
     assert set(MESHES.colours) == set(MESHES.makers)

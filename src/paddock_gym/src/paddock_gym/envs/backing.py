@@ -138,7 +138,7 @@ class BackingEnv(gymnasium.Env):
                 self.hitch,
                 *self._last,
                 min(1.0, (self.path.length - self.arc) / 3.0),
-                *self.path.place(self.arc + LOOKAHEADS)[3],
+                *self.path.sample(self.arc + LOOKAHEADS)[3],
             )
         )
         return np.clip(row, -4.0, 4.0).astype(np.float32)
