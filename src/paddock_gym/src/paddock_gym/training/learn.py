@@ -12,7 +12,7 @@ from stable_baselines3.common.logger import configure
 from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
-from paddock_gym.training.monitor import Monitor
+from paddock_gym.training.monitor import TrainingMonitor
 from paddock_gym.training.workers import Workers, factory
 
 REPORT = "report.json"
@@ -41,7 +41,7 @@ def train(settings, folder, resume=False, log=print, ray=None):
         already = model.num_timesteps
         model.set_logger(configure(folder, ["csv"]))
         with StopRequest() as stop:  # Ctrl-C stops the training cleanly
-            monitor = Monitor(folder, settings.steps, log, stop.requested, *success(settings))
+            monitor = TrainingMonitor(folder, settings.steps, log, stop.requested, *success(settings))
             model.learn(
                 max(0, settings.steps - already), callback=monitor, reset_num_timesteps=not resume
             )

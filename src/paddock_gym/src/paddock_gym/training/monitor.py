@@ -23,7 +23,7 @@ EPISODES = "episodes.csv"
 COLUMNS = ("step", "wall_time", "reward", "length", *LOGGED_KEYS)
 
 
-class Monitor(BaseCallback):
+class TrainingMonitor(BaseCallback):
     """Logs a training and saves its checkpoints.
 
     Args:
