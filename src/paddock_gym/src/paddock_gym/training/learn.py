@@ -41,7 +41,9 @@ def train(settings, folder, resume=False, log=print, ray=None):
         already = model.num_timesteps
         model.set_logger(configure(folder, ["csv"]))
         with StopRequest() as stop:  # Ctrl-C stops the training cleanly
-            monitor = TrainingMonitor(folder, settings.steps, log, stop.requested, *success(settings))
+            monitor = TrainingMonitor(
+                folder, settings.steps, log, stop.requested, *success(settings)
+            )
             model.learn(
                 max(0, settings.steps - already), callback=monitor, reset_num_timesteps=not resume
             )
