@@ -7,11 +7,10 @@ true/false) is a round with one answer. The bridge is paused but for the rounds 
 import time
 from dataclasses import replace
 
-from bullet_sim.engine import Engine
 from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import CameraRequest, Quality
 from pairs import rate_of_work
 
@@ -54,8 +53,7 @@ class BareCamera:
     def _make(kind):
         if kind != "egl":
             return GlRenderer(Quality(*kind.split("/")))
-        engine = Engine()
-        return Mirror(engine, engine.start_renderer("egl"))
+        return PyBulletRenderer("egl")
 
     def _draw(self, renderer):
         self._number += 1

@@ -11,7 +11,7 @@ from urllib.parse import urlparse
 import rospy
 from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
-from paddock_common.nodes import keep_freed_memory
+from paddock_common.nodes import retain_freed_memory
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 from worlds.car_description import COMMANDS
@@ -51,7 +51,7 @@ def receive_json():
 
 def join():
     """Become a node, without a subscription to /clock of its own."""
-    keep_freed_memory()  # the worlds of bare.py left malloc like this while they loaded images
+    retain_freed_memory()  # the worlds of bare.py left malloc like this while they loaded images
     address = urlparse(os.environ["ROS_MASTER_URI"])
     limit = time.monotonic() + START_LIMIT
     while True:

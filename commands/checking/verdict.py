@@ -197,6 +197,7 @@ def _robot(model):
     lines = ["", f"robot {model['name']}{place}"]
     for name, kind, state in model.get("controllers") or ():
         lines.append(f"  {state:11} {name:40} {kind}")
+    lines += [f"  your own: {sentence}" for sentence in model.get("extensions", ())]
     return lines
 
 

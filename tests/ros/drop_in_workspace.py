@@ -17,25 +17,36 @@ STOP_LIMIT = 90.0  # wall time from SIGINT to the end of a launch [s]
 
 
 class Workspace:
-    """A catkin workspace in a temporary directory that holds a copy of the package."""
+    """A catkin workspace in a temporary directory that holds one package.
 
-    package = PACKAGE.name
+    Args:
+        package: Its name.
+        files: Path below the package -> text; None: those of tests/drop_in/PACKAGE.
+    """
+
     environment = os.environ
 
-    def __init__(self):
+    def __init__(self, package=PACKAGE.name, files=None):
+        self.package = package
         self._directory = tempfile.TemporaryDirectory(prefix="drop_in_")
         self.path = Path(self._directory.name)
         self.setup = self.path / "devel" / "setup.bash"
-        shutil.copytree(PACKAGE, self.path / "src" / PACKAGE.name)
+        self.source = self.path / "src" / package
+        if files is None:
+            shutil.copytree(PACKAGE.parent / package, self.source)
+        for name, text in (files or {}).items():
+            (self.source / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.source / name).write_text(text)
 
-    def build(self):
-        """Builds it on top of the active workspace.
+    def build(self, *targets):
+        """Builds it on top of the active workspace, and targets such as install.
 
         Returns:
             (exit status, output).
         """
+        options = [f"-DPYTHON_EXECUTABLE={sys.executable}", *targets]
         done = subprocess.run(
-            ["catkin_make", "-C", str(self.path), f"-DPYTHON_EXECUTABLE={sys.executable}"],
+            ["catkin_make", "-C", str(self.path), *options],
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -125,10 +125,6 @@ class Truck:
 
     def lifted(self):
         """Lists the wheels that do not touch anything."""
-        return [
-            name
-            for name in self.wheels
-            if not self.world.engine.contact_count(
-                self.model.body, self.model.link_in_body(name)[0]
-            )
-        ]
+        engine, body = self.world.engine, self.model.body
+        indices = {name: self.model.link_in_body(name)[0] for name in self.wheels}
+        return [name for name, link in indices.items() if not engine.contacts(body, link)]

@@ -39,7 +39,7 @@ def environment():
     "lockstep, number", [(False, signal.SIGINT), (True, signal.SIGTERM)], ids=["free", "lockstep"]
 )
 def test_simulator_ends_silently(environment, tmp_path, lockstep, number):
-    testing.assert_silent_end(
+    testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         "/gazebo",
         [

@@ -18,7 +18,9 @@ class Spec(SimpleNamespace):
 
 
 class Part:
-    """Stands in for a plugin: stores the times of its updates."""
+    """Stands in for a sensor: stores the times of its updates."""
+
+    always = False
 
     def __init__(self, context):
         spec, world = context.spec, context.world
@@ -59,7 +61,7 @@ class Rig:
     def __init__(self, monkeypatch):
         self.made, self.errors, self.before_register = [], [], lambda: None
 
-        def make(context):
+        def make(context, _kind=None):
             self.made.append(Part(context))
             return self.made[-1]
 

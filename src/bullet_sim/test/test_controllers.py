@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_sim.controllers import CONTROLLERS, configure
+from bullet_sim.controllers import CONTROLLERS, Controller, ControllerConfig, configure
 from bullet_sim.controllers.base import INTERFACES
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.controllers.pid import parse_pid
@@ -417,3 +417,70 @@ def test_a_name_given_twice_in_a_switch_counts_once(manager, joints):
     manager.switch([], ["speed", "speed"])
     assert states(manager)["speed"] == STOPPED
     assert joints.calls.count(("release", ("left",))) == 1
+
+
+class Faulty(Controller):
+    """Raises an exception where its configuration says."""
+
+    interface, periodic = "effort", True
+
+    @classmethod
+    def configure(cls, settings, joints, description):
+        """Raise, or claim a joint."""
+        where = settings.text("where", "nowhere")
+        if where == "configure":
+            raise TypeError("wrong")
+        return ControllerConfig(
+            name=settings.name, joints=("left",), claims=(("effort", ("left",)),), notes=(where,)
+        )
+
+    def _raise(self, where):
+        if self.config.notes == (where,):
+            raise KeyError(where)
+
+    def start(self, time):
+        """Start."""
+        self._raise("start")
+
+    def command(self, values):
+        """Command."""
+        self._raise("command")
+
+    def update(self, time, period):
+        """Update."""
+        self.joints[0].set_effort(1.0)
+        self._raise("update")
+
+
+@pytest.fixture(name="faulty")
+def _faulty():
+    remove = CONTROLLERS.add_source(
+        lambda name: Faulty if name == "my/Faulty" else None, lambda: ("my/Faulty",)
+    )
+    yield
+    remove()
+
+
+@pytest.mark.parametrize("where", ["start", "command", "update"])
+def test_a_controller_that_raises_is_stopped_alone(faulty, manager, joints, where):
+    failures = []
+    manager.on_failure = lambda name, error: failures.append((name, str(error)))
+    manager.load("faulty", {"type": "my/Faulty", "where": where})
+    manager.switch(["faulty", "other"], [])
+    manager.command("faulty", [1.0])
+    manager.update(0.001)
+    assert failures == [("faulty", repr(where))]
+    assert (states(manager)["faulty"], states(manager)["other"]) == (STOPPED, RUNNING)
+    assert ("release", ("left",)) in joints.calls and not manager.hardware.periodic
+    manager.switch([], ["other"])
+    manager.switch(["speed"], [])  # its joint is free
+
+
+def test_without_a_function_for_them_exceptions_come_out(faulty, manager):
+    manager.load("faulty", {"type": "my/Faulty", "where": "update"})
+    manager.switch(["faulty"], [])
+    with pytest.raises(KeyError):
+        manager.update(0.001)
+    with pytest.raises(ControllerError, match="'bad' cannot be configured.*TypeError: wrong"):
+        manager.load("bad", {"type": "my/Faulty", "where": "configure"})
+    assert "my/Faulty" in Manager.types()

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from bullet_sim.engine import Engine
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
 from bullet_sim.render.client import RenderClient
-from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
@@ -78,12 +77,11 @@ def check_scene(depth, rgb):
 
 
 def test_mirror_measures_a_box(source):
-    engine = Engine()
-    mirror = Mirror(engine, engine.start_renderer("tiny"))
+    mirror = PyBulletRenderer("tiny")
     mirror.sync_sources([source])
     mirror.apply(SNAPSHOT)
     rgb, depth = mirror.render_with_depth(request())
-    engine.close()
+    mirror.close()
     assert depth.dtype == np.float32 and depth.shape == (90, 120)
     check_scene(depth, rgb)
 

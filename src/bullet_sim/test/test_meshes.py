@@ -278,7 +278,7 @@ def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
         world = World()
         model, _ = sdf.parse_model(text.format(static), str)
         world.spawn(model, Pose((0.0, 0.0, 1.0)))
-        fractions, _ = world.engine.ray_batch(
+        fractions, _ = world.engine.rays.cast(
             [[0.1, 0.2, 5.0], [1.5, 0.0, 5.0]], [[0.1, 0.2, -5.0], [1.5, 0.0, -5.0]]
         )
         hits[static] = (fractions < 1.0).tolist()

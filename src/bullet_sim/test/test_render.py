@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from bullet_sim.engine import Engine
+from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import CameraSpec
-from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.renderer import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
@@ -45,11 +46,10 @@ def _sources(tmp_path):
 
 @pytest.fixture(name="mirror")
 def _mirror(sources):
-    engine = Engine()
-    mirror = Mirror(engine, engine.start_renderer("tiny"))
+    mirror = PyBulletRenderer("tiny")
     mirror.sync_sources(sources)
     yield mirror
-    engine.close()
+    mirror.close()
 
 
 def red_pixels(rgb):
@@ -183,17 +183,14 @@ def test_sky_replaces_only_what_was_not_drawn():
 
 
 def test_looks_are_loaded_only_where_they_are_drawn(sources):
-    """An engine without a renderer does not read what its bodies look like."""
+    """An engine that is not drawn does not read what its bodies look like."""
     view = camera.view_matrix((-0.5, 0.0, 0.0), np.eye(3))
     projection = camera.projection_matrix(1.0, 1.0, 0.1, 10.0)
     seen = []
-    for chosen_first in (True, False):
-        engine = Engine()
-        if chosen_first:
-            engine.start_renderer("tiny")
+    for draw in (True, False):
+        engine = Engine(draw=draw)
         engine.load(sources[1].path)
-        if not chosen_first:
-            engine.start_renderer("tiny")
-        seen.append(len(red_pixels(engine.render(32, 32, view, projection)[:, :, :3])) > 0)
+        rgb, _ = PyBulletCamera(engine, "tiny").render(32, 32, view, projection)
+        seen.append(len(red_pixels(rgb)) > 0)
         engine.close()
     assert seen == [True, False]

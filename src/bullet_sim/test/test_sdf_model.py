@@ -5,10 +5,13 @@ import re
 
 import numpy as np
 import pytest
+from bullet_sim.engine import Engine
+from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import SimError
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.formats.shapes import read_materials
 from bullet_sim.pose import Pose
+from bullet_sim.sensors import camera
 from bullet_sim.world import World
 from PIL import Image
 
@@ -323,20 +326,21 @@ def _park(tmp_path):
     return resolve
 
 
-def test_picture_of_a_script_is_drawn(park, world, tmp_path):
+def test_picture_of_a_script_is_drawn(park, tmp_path):
     model = model_of(visual(scripted("Park/Grass")), resolve=park)
     assert model.warnings == []
     assert model.links["a"].visuals[0].texture == str(
         tmp_path / "materials" / "textures" / "grass.png"
     )
-    world.engine.start_renderer("tiny")
+    engine = Engine(draw=True)
+    world = World(engine=engine)
     spawn(world, model)
-    from bullet_sim.sensors import camera
-
     view = camera.view_matrix(
         (0, 0, 3), np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     )
-    picture = world.engine.render(64, 48, view, camera.projection_matrix(0.5, 4 / 3, 0.1, 10))
+    projection = camera.projection_matrix(0.5, 4 / 3, 0.1, 10)
+    picture, _ = PyBulletCamera(engine, "tiny").render(64, 48, view, projection)
+    world.close()
     red, green, blue = picture[24, 32].astype(int)
     assert green > 60 and red < green / 3 and blue < green / 3
 

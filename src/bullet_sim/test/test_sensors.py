@@ -17,7 +17,7 @@ class Room:
     """An engine of walls x = +-half_x and y = +-half_y round the origin; all are body 7."""
 
     def __init__(self, half_x, half_y):
-        self.half = np.array([half_x, half_y])
+        self.half, self.rays = np.array([half_x, half_y]), self
 
     def sweep(self, centre, directions, box, near, far, own=None, look_near=True):
         way = directions[:, :2]

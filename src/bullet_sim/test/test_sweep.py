@@ -74,14 +74,14 @@ def everywhere(far=FAR):
 
 def cast(world, rays, start=NEAR, end=FAR):
     """Distances by PyBullet alone."""
-    fractions, bodies = world.engine.ray_batch(CENTRE + start * rays, CENTRE + end * rays)
+    fractions, bodies = world.engine.rays.cast(CENTRE + start * rays, CENTRE + end * rays)
     return np.where(bodies >= 0, start + fractions * (end - start), np.inf)
 
 
 def assert_same(world, rays=None):
     """A sweep is PyBullet's, but for a ray in 100 that may graze an edge."""
     rays = directions() if rays is None else rays
-    ours = world.engine.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
+    ours = world.engine.rays.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
     expected = cast(world, rays)
     with np.errstate(invalid="ignore"):
         differ = ~((ours == expected) | (np.abs(ours - expected) < 1e-3))
@@ -178,7 +178,7 @@ def test_a_link_that_shares_no_bit_is_not_seen(world):
 def test_what_is_nearer_than_the_least_range(world):
     rays = directions(200, flat=True)
     box = everywhere()
-    sweep = world.engine.sweep
+    sweep = world.engine.rays.sweep
     assert np.isposinf(sweep(CENTRE, rays, box, NEAR, FAR)).all()
     world.spawn_sdf("static", model([SHAPES["box"]]), Pose((0.65, -0.2, 0.4)), str)
     world.step()
@@ -212,8 +212,9 @@ def test_the_same_far_from_the_origin(world):
     world.step()
     rays = directions(200, flat=True)
     centre = away + CENTRE
-    ours = world.engine.sweep(centre, rays, (centre - FAR, centre + FAR), NEAR, FAR, None, False)
-    fractions, bodies = world.engine.ray_batch(centre + NEAR * rays, centre + FAR * rays)
+    caster, box = world.engine.rays, (centre - FAR, centre + FAR)
+    ours = caster.sweep(centre, rays, box, NEAR, FAR, None, False)
+    fractions, bodies = caster.cast(centre + NEAR * rays, centre + FAR * rays)
     expected = np.where(bodies >= 0, NEAR + fractions * (FAR - NEAR), np.inf)
     assert np.isfinite(expected).any()
     with np.errstate(invalid="ignore"):

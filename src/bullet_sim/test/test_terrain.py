@@ -76,7 +76,7 @@ def test_great_images_are_thinned_out(tmp_path):
 
 def _hit(world, x, y):
     """Height at which a ray from above hits."""
-    fractions, bodies = world.engine.ray_batch([(x, y, 10.0)], [(x, y, -10.0)])
+    fractions, bodies = world.engine.rays.cast([(x, y, 10.0)], [(x, y, -10.0)])
     return 10.0 - 20.0 * fractions[0] if bodies[0] >= 0 else None
 
 

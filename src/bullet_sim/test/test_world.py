@@ -211,7 +211,7 @@ def test_many_spawns_and_deletes_leave_nothing_behind(world):
         world.delete("other")
         assert not os.path.exists(path)
     assert len(world.snapshot().bodies) == len(world.sources()) == 2
-    fractions, bodies = world.engine.ray_batch([(3.0, 0.0, 5.0)], [(3.0, 0.0, 0.01)])
+    fractions, bodies = world.engine.rays.cast([(3.0, 0.0, 5.0)], [(3.0, 0.0, 0.01)])
     assert fractions.tolist() == [1.0] and bodies.tolist() == [-1]
 
 

@@ -33,7 +33,7 @@ def environment():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing.assert_silent_end(
+    testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         f"/{node}",
         [

@@ -92,7 +92,7 @@ def test_colors_are_those_of_the_description():
         "trailer_trim": "trim",
         "trailer_lights": "tail_bar",
     }
-    for name, color in MESHES.colours.items():
+    for name, color in MESHES.colors.items():
         match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
         assert tuple(map(float, match.group(1).split()))[:3] == color, name
-    assert set(MESHES.colours) == set(MESHES.makers)
+    assert set(MESHES.colors) == set(MESHES.makers)

@@ -45,7 +45,7 @@ def test_bicycle_steering(speed, yaw_rate, steering):
     assert bicycle_steering(speed, yaw_rate, Geometry()) == pytest.approx(steering, abs=1e-12)
 
 
-def test_straight_ahead_turns_all_wheels_alike():
+def test_straight_ahead_all_wheels_have_one_speed():
     wheels = wheel_commands(0.3, 0.0)
     assert wheels.left_steering == wheels.right_steering == 0.0
     assert [
@@ -73,6 +73,6 @@ def test_inner_wheel_steers_more_and_turns_slower():
         ("max_steering", 0.0),
     ],
 )
-def test_bad_geometry_names_the_value(key, value):
+def test_invalid_geometry_names_the_value(key, value):
     with pytest.raises(ValueError, match=f"{key} is {value}"):
         Geometry(**{key: value})

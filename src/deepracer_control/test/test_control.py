@@ -19,7 +19,7 @@ HINGES = (topics.LEFT_DIRECTION_TOPIC, topics.RIGHT_DIRECTION_TOPIC)
 
 
 class FakeRos:
-    """Fake of rospy: stores messages and errors; its clock is set by hand."""
+    """Fake of rospy: stores messages and errors; its clock is set by the test."""
 
     def __init__(self):
         self.sent, self.errors, self.subscribed, self.now = [], [], {}, 0.0
@@ -29,7 +29,7 @@ class FakeRos:
         fake = self
 
         class Publisher:
-            def __init__(self, name, _kind, queue_size=None):
+            def __init__(self, name, _type, queue_size=None):
                 self.name = name
                 fake.queues[name] = queue_size
 
@@ -38,7 +38,7 @@ class FakeRos:
 
         monkeypatch.setattr(rospy, "Publisher", Publisher)
         monkeypatch.setattr(
-            rospy, "Subscriber", lambda name, kind, cb: fake.subscribed.update({name: cb})
+            rospy, "Subscriber", lambda name, _type, cb: fake.subscribed.update({name: cb})
         )
         monkeypatch.setattr(rospy, "on_shutdown", self.hooks.append)
         monkeypatch.setattr(rospy, "Rate", lambda hz: f"rate {hz}")
@@ -141,44 +141,44 @@ def test_a_value_that_is_not_finite_stops_the_car_and_is_logged(make, mode, v, w
 
 def test_watchdog_stops_once_in_ros_time(make):
     car, fake = make(command_timeout=0.5)
-    ((_, watch),) = fake.timers
-    watch(None)
+    ((_, check_timeout),) = fake.timers
+    check_timeout(None)
     assert fake.take() == {}
     fake.now = 10.0
     car.subscriberCb(twist(10, 0))
     fake.take()
     fake.now = 10.4
-    watch(None)
+    check_timeout(None)
     assert fake.take() == {}
     fake.now = 10.5
-    watch(None)
+    check_timeout(None)
     assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
     fake.now = 20.0
-    watch(None)
+    check_timeout(None)
     assert fake.take() == {}
 
 
-def test_watchdog_leaves_the_steering_of_a_standing_car(make):
-    """The window's slider commands once, as the original's: the wheels stay where they are."""
+def test_watchdog_does_not_change_the_steering_of_a_car_at_rest(make):
+    """The window's slider commands once, as the original's: the wheels keep their angle."""
     car, fake = make(command_timeout=0.5)
-    ((_, watch),) = fake.timers
+    ((_, check_timeout),) = fake.timers
     fake.now = 10.0
     car.subscriberCb(twist(10, 0))
     car.subscriberCb(twist(0, 2))
     fake.take()
     fake.now = 20.0
-    watch(None)
+    check_timeout(None)
     assert fake.take() == {}
 
 
 def test_watchdog_restarts_after_a_reset(make):
     car, fake = make(command_timeout=0.5)
-    ((_, watch),) = fake.timers
+    ((_, check_timeout),) = fake.timers
     fake.now = 10.0
     car.subscriberCb(twist(10, 0))
     fake.take()
     for fake.now, stopped in ((0.1, False), (0.5, False), (0.6, True)):
-        watch(None)
+        check_timeout(None)
         assert bool(fake.take()) is stopped
 
 
@@ -186,10 +186,10 @@ def test_at_shutdown_the_car_stops_and_no_command_follows(make):
     car, fake = make(command_timeout=0.5)
     car.subscriberCb(twist(10, 1))
     fake.take()
-    (end,) = fake.hooks
-    end()
+    (close,) = fake.hooks
+    close()
     assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
-    car.subscriberCb(twist(10, 1))  # one that was being handled
+    car.subscriberCb(twist(10, 1))  # one that was being processed
     fake.now = 20.0
     fake.timers[0][1](None)
     assert fake.take() == {}
@@ -208,11 +208,11 @@ def test_no_watchdog_by_default(make):
         ("wheel_radius", 0, "wheel_radius is 0"),
     ],
 )
-def test_bad_parameters_are_named(make, key, value, message):
+def test_invalid_parameters_are_named(make, key, value, message):
     with pytest.raises(ValueError, match=message):
         make(**{key: value})
 
 
-def test_settings_may_be_given(make):
+def test_settings_may_be_passed(make):
     make()
     assert CarControl(Settings(mode="ackermann")).settings.mode == "ackermann"

@@ -8,7 +8,7 @@ import pytest
 from deepracer_control.drivers.commands import Units
 from deepracer_control.drivers.follow_line import LineFollower
 from deepracer_control.drivers.line_vision import LineVision, Mount, ground_points
-from deepracer_control.drivers.pursuit import Path, Pursuit, towards
+from deepracer_control.drivers.pursuit import Path, Pursuit, arc_curvature
 
 WIDTH, HEIGHT, FOV = 320, 240, 1.13
 FOCAL = WIDTH / 2.0 / math.tan(FOV / 2.0)
@@ -16,8 +16,8 @@ MATRIX = (FOCAL, 0, WIDTH / 2.0, 0, FOCAL, HEIGHT / 2.0, 0, 0, 1)
 ORANGE, WHITE, ASPHALT, GRASS = (20, 140, 245), (240, 242, 242), (56, 53, 52), (58, 122, 52)
 
 
-def picture(curvature, side=0.0, half_lane=0.38, orange=True):
-    """Draw what the camera sees of a lane of constant curvature [1/m], its line `side` m left."""
+def render(curvature, side=0.0, half_lane=0.38, orange=True):
+    """Returns the camera image of a lane of constant curvature [1/m], its line `side` m left."""
     ground = ground_points(WIDTH, HEIGHT, MATRIX, Mount())
     x, y = ground[:, :, 0], ground[:, :, 1]
     if curvature:
@@ -28,13 +28,13 @@ def picture(curvature, side=0.0, half_lane=0.38, orange=True):
         off, along = y - side, x
     image = np.full((HEIGHT, WIDTH, 3), (235, 200, 150), np.uint8)
     on_ground = np.isfinite(x)
-    for colour, where in (
+    for color, where in (
         (GRASS, on_ground),
         (WHITE, abs(off) < half_lane),
         (ASPHALT, abs(off) < half_lane - 0.03),
         (ORANGE, (abs(off) < 0.0125) & (along % 0.25 < 0.15) & orange),
     ):
-        image[on_ground & where] = colour
+        image[on_ground & where] = color
     return cv2.GaussianBlur(image, (3, 3), 0)
 
 
@@ -55,14 +55,14 @@ def test_ground_points_invert_the_projection():
 def test_curvature_of_the_line(curvature):
     vision = LineVision()
     for _ in range(3):
-        goal = vision.find_goal(picture(curvature), MATRIX)
-    assert towards(*goal) == pytest.approx(curvature, abs=0.08)
+        goal = vision.find_goal(render(curvature), MATRIX)
+    assert arc_curvature(*goal) == pytest.approx(curvature, abs=0.08)
     assert 0.45 < math.hypot(*goal) < 0.7
 
 
 @pytest.mark.parametrize("side", [-0.15, 0.15])
 def test_steers_back_to_the_line(side):
-    goal = LineVision().find_goal(picture(0.0, side), MATRIX)
+    goal = LineVision().find_goal(render(0.0, side), MATRIX)
     assert goal[1] == pytest.approx(side, abs=0.02)
 
 
@@ -70,26 +70,26 @@ def test_steers_back_to_the_line(side):
 def test_hairpin_by_the_border_alone(curvature):
     vision = LineVision()
     for k in (0.5, 1.0, 1.4, 1.7):
-        vision.find_goal(picture(math.copysign(k, curvature)), MATRIX)
+        vision.find_goal(render(math.copysign(k, curvature)), MATRIX)
     for _ in range(4):
-        goal = vision.find_goal(picture(curvature, orange=False), MATRIX)
-    assert towards(*goal) == pytest.approx(curvature, rel=0.25)
+        goal = vision.find_goal(render(curvature, orange=False), MATRIX)
+    assert arc_curvature(*goal) == pytest.approx(curvature, rel=0.25)
 
 
-def test_no_line_found():
+def test_no_line_detected():
     grass = np.full((HEIGHT, WIDTH, 3), GRASS, np.uint8)
-    follower = LineFollower(LineVision(), patience=1.0)
+    follower = LineFollower(LineVision(), timeout=1.0)
     assert follower.command(0.0, grass, MATRIX) == (0.0, 0.0)
-    speed, curvature = follower.command(1.0, picture(0.8), MATRIX)
+    speed, curvature = follower.command(1.0, render(0.8), MATRIX)
     assert speed > 0.1 and curvature > 0.5
     assert follower.command(1.9, grass, MATRIX) == (speed, curvature)
     assert follower.command(2.1, grass, MATRIX) == (0.0, 0.0)
-    assert follower.command(0.5, grass, MATRIX) == (0.0, 0.0)  # the clock went back
+    assert follower.command(0.5, grass, MATRIX) == (0.0, 0.0)  # the clock jumped back
 
 
 def test_slower_in_bends():
     follower = LineFollower(LineVision(), speed=1.0, grip=0.5)
-    straight, bend = (follower.command(t, picture(k), MATRIX)[0] for t, k in ((0, 0.0), (1, 1.0)))
+    straight, bend = (follower.command(t, render(k), MATRIX)[0] for t, k in ((0, 0.0), (1, 1.0)))
     assert straight == 1.0
     assert bend == pytest.approx(math.sqrt(0.5), rel=0.15)
 
@@ -99,7 +99,7 @@ def circle(radius=1.5, count=200):
     return radius * np.stack([np.sin(at), 1.0 - np.cos(at)], axis=1)
 
 
-def test_pursuit_on_a_circle_gives_its_curvature():
+def test_pursuit_on_a_circle_returns_its_curvature():
     pursuit = Pursuit(Path(circle()), max_speed=3.0, max_lateral_acceleration=1.5)
     for angle in np.linspace(0.0, 6.2, 30):
         x, y = 1.5 * math.sin(angle), 1.5 * (1.0 - math.cos(angle))
@@ -108,14 +108,14 @@ def test_pursuit_on_a_circle_gives_its_curvature():
         assert speed == pytest.approx(1.5, rel=0.03)  # v^2 / R = 1.5 m/s^2
 
 
-def test_places_on_a_circuit():
+def test_positions_on_a_circuit():
     path = Path(circle(2.0)[:-1], closed=True)
     assert path.closed and path.length == pytest.approx(4.0 * math.pi, rel=1e-3)
     quarter = path.nearest(2.3, 2.0)
     assert path.distance(2.3, 2.0) == pytest.approx(0.3, abs=1e-3)
-    assert path.way(0, quarter) == pytest.approx(math.pi, rel=2e-2)
-    assert path.way(quarter, 0) == pytest.approx(3.0 * math.pi, rel=2e-2)
-    assert Path([(0, 0), (1, 0), (2, 0)]).way(75, 50) == pytest.approx(-0.5)
+    assert path.arc_length(0, quarter) == pytest.approx(math.pi, rel=2e-2)
+    assert path.arc_length(quarter, 0) == pytest.approx(3.0 * math.pi, rel=2e-2)
+    assert Path([(0, 0), (1, 0), (2, 0)]).arc_length(75, 50) == pytest.approx(-0.5)
 
 
 def test_open_path_ends_with_a_stop():
@@ -128,14 +128,14 @@ def test_open_path_ends_with_a_stop():
 @pytest.mark.parametrize(
     "points", [[(0, 0), (1, 0)], [(0, 0)] * 5, [(0, 0), (1, float("nan")), (2, 0)]]
 )
-def test_bad_paths(points):
+def test_invalid_paths(points):
     with pytest.raises(ValueError, match="path"):
         Path(points)
 
 
 @pytest.mark.parametrize("limit", ["lookahead", "max_speed", "max_lateral_acceleration"])
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), "fast", True])
-def test_bad_limits(limit, value):
+def test_invalid_limits(limit, value):
     with pytest.raises(ValueError, match=limit):
         Pursuit(Path(circle()), **{limit: value})
 

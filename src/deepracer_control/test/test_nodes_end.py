@@ -1,4 +1,4 @@
-"""The car's nodes say nothing when they end while messages come."""
+"""The car's nodes print nothing when they stop while messages arrive."""
 
 import signal
 
@@ -42,8 +42,8 @@ def environment():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
-def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing.assert_silent_end(
+def test_nodes_stop_cleanly(environment, tmp_path, node, number):
+    testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         f"/{node}",
         [

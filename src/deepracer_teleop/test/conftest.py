@@ -13,8 +13,8 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
 
-class Rig:
-    """A window on a fake publisher and a clock set by hand [s]."""
+class WindowFixture:
+    """A window with a fake publisher and a clock set by the test [s]."""
 
     def __init__(self):
         self.now = 100.0
@@ -28,7 +28,7 @@ class Rig:
         self.window.resize(self.window.sizeHint())
         self.window.show()
         self.window.setFocus()  # as start() does
-        self.window._ticker.stop()  # the tests tick by hand
+        self.window._ticker.stop()  # the tests call it
         QApplication.processEvents()
         return self.window
 
@@ -50,17 +50,17 @@ class Rig:
         return sent
 
     def drag(self, slider, pixels, steps=10):
-        """Drags the slider's handle (at 0, in the middle) sideways."""
+        """Drags the slider's handle (at 0, in the centre) sideways."""
         start = QPoint(slider.width() // 2, slider.height() // 3)
         QTest.mousePress(slider, Qt.LeftButton, pos=start)
         for index in range(1, steps + 1):
-            place = start + QPoint(round(pixels * index / steps), 0)
+            position = start + QPoint(round(pixels * index / steps), 0)
             QApplication.sendEvent(
                 slider,
                 QMouseEvent(
                     QEvent.MouseMove,
-                    QPointF(place),
-                    QPointF(slider.mapToGlobal(place)),
+                    QPointF(position),
+                    QPointF(slider.mapToGlobal(position)),
                     Qt.NoButton,
                     Qt.LeftButton,
                     Qt.NoModifier,
@@ -70,12 +70,12 @@ class Rig:
 
 
 @pytest.fixture
-def rig(monkeypatch):
-    rig = Rig()
-    monkeypatch.setattr(rospy, "get_time", lambda: rig.now)
-    monkeypatch.setattr(window_module, "movementPublisher", rig)
-    yield rig
-    if hasattr(rig, "window"):
-        rig.window.close()
-        rig.window.deleteLater()
+def teleop(monkeypatch):
+    teleop = WindowFixture()
+    monkeypatch.setattr(rospy, "get_time", lambda: teleop.now)
+    monkeypatch.setattr(window_module, "movementPublisher", teleop)
+    yield teleop
+    if hasattr(teleop, "window"):
+        teleop.window.close()
+        teleop.window.deleteLater()
         QApplication.processEvents()

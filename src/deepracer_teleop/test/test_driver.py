@@ -8,12 +8,12 @@ from deepracer_teleop import drivers as module
 
 
 class LineDetector:
-    """Detects `goal` in each new picture."""
+    """Detects `goal` in each new image."""
 
     def __init__(self):
         self.goal, self.new, self.restarts = None, True, 0
 
-    def has_new_picture(self):
+    def has_new_image(self):
         return self.new
 
     def find_goal(self):
@@ -65,17 +65,17 @@ class Window:
         return self.moving
 
 
-class Rig:
+class DriverFixture:
     """A driver with a clock set by the test."""
 
-    def __init__(self, monkeypatch, kind):
+    def __init__(self, monkeypatch, driver_type):
         self.now, self.detector, self.parameters = 10.0, LineDetector(), {}
         monkeypatch.setattr(module, "LineDetector", lambda window: self.detector)
         monkeypatch.setattr(module, "Mouse", Mouse)
         monkeypatch.setattr(module.rospy, "get_time", lambda: self.now)
         monkeypatch.setattr(module.rospy, "get_param", lambda name, default: default)
         self.window = Window()
-        self.driver = kind(self.window)
+        self.driver = driver_type(self.window)
         self.done = self.driver._mouse.done
 
     def run(self, seconds):
@@ -86,12 +86,12 @@ class Rig:
 
 @pytest.fixture
 def slider(monkeypatch):
-    return Rig(monkeypatch, module.SliderDriver)
+    return DriverFixture(monkeypatch, module.SliderDriver)
 
 
 @pytest.fixture
 def buttons(monkeypatch):
-    return Rig(monkeypatch, module.ButtonsDriver)
+    return DriverFixture(monkeypatch, module.ButtonsDriver)
 
 
 def test_slider_changes_at_most_five_times_a_second(slider):
@@ -102,7 +102,7 @@ def test_slider_changes_at_most_five_times_a_second(slider):
     assert slider.done[:2] == ["cruise", "grab"] and 15 <= len(values) <= 21  # in 4 s
 
 
-def test_slider_stops_when_the_line_is_gone(slider):
+def test_slider_stops_when_the_line_is_not_visible(slider):
     slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
     slider.detector.goal = None
@@ -112,7 +112,7 @@ def test_slider_stops_when_the_line_is_gone(slider):
     assert slider.done[-3:] == ["release", "cruise", "Stop"]
 
 
-def test_slider_stops_when_no_new_picture_comes(slider):
+def test_slider_stops_without_new_images(slider):
     slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
     slider.detector.new = False
@@ -120,7 +120,7 @@ def test_slider_stops_when_no_new_picture_comes(slider):
     assert slider.done[-3:] == ["release", "cruise", "Stop"]
 
 
-def test_slider_goes_on_after_a_reset(slider):
+def test_slider_continues_after_a_reset(slider):
     slider.detector.goal = (1.0, 0.2)
     slider.run(1.0)
     slider.now = 0.0
@@ -141,7 +141,7 @@ def test_buttons(buttons, goal, button):
     assert buttons.done == [button]
 
 
-def test_buttons_wait_for_the_move_and_for_a_new_picture(buttons):
+def test_buttons_wait_for_the_move_and_for_a_new_image(buttons):
     buttons.detector.goal = (1.0, 0.0)
     buttons.window.moving = True
     buttons.run(0.5)

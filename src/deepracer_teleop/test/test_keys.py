@@ -5,7 +5,7 @@ import threading
 import time
 
 import pytest
-from deepracer_teleop.hand import RELEASE_MS, Keys, deflection
+from deepracer_teleop.input_devices import RELEASE_MS, Keys, deflection
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtTest import QTest
@@ -16,38 +16,38 @@ LIMIT = 30.0  # [s] of wall time
 
 
 @pytest.fixture
-def keys(rig):
-    """The rig with a window that has the keyboard."""
-    rig.build()
-    QApplication.setActiveWindow(rig.window)
+def keys(teleop):
+    """A window that has the keyboard focus."""
+    teleop.build()
+    QApplication.setActiveWindow(teleop.window)
     QApplication.processEvents()
-    rig.take()
-    return rig
+    teleop.take()
+    return teleop
 
 
-def target(rig):
-    return rig.window.focusWidget() or rig.window
+def target(teleop):
+    return teleop.window.focusWidget() or teleop.window
 
 
-def press(rig, *names):
+def press(teleop, *names):
     for name in names:
-        QTest.keyPress(target(rig), name)
+        QTest.keyPress(target(teleop), name)
 
 
-def release(rig, *names):
+def release(teleop, *names):
     for name in names:
-        QTest.keyRelease(target(rig), name)
-        keys, end = rig.window.findChild(Keys), time.monotonic() + LIMIT
-        while keys._going and time.monotonic() < end:
+        QTest.keyRelease(target(teleop), name)
+        keys, end = teleop.window.findChild(Keys), time.monotonic() + LIMIT
+        while keys._releases and time.monotonic() < end:
             QTest.qWait(5)
 
 
-def repeat(rig, key, count, told=True):
-    """What an X server sends while a key is held: pairs of release and press; told: as such."""
+def repeat(teleop, key, count, auto_repeat=True):
+    """Sends an X server's events of a held key: pairs of release and press; auto_repeat: flag."""
     for _ in range(count):
-        for kind in (QEvent.KeyRelease, QEvent.KeyPress):
-            event = QKeyEvent(kind, key, Qt.NoModifier, "", told)
-            QApplication.sendEvent(target(rig), event)
+        for event_type in (QEvent.KeyRelease, QEvent.KeyPress):
+            event = QKeyEvent(event_type, key, Qt.NoModifier, "", auto_repeat)
+            QApplication.sendEvent(target(teleop), event)
 
 
 @pytest.mark.parametrize(
@@ -74,11 +74,11 @@ def test_a_key_drives_while_it_is_held(keys, key, command):
     assert keys.take() == []
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_repeats_of_a_held_key_change_nothing(keys, told):
+@pytest.mark.parametrize("auto_repeat", [True, False])
+def test_repeats_of_a_held_key_change_nothing(keys, auto_repeat):
     press(keys, Qt.Key_Up)
     keys.take()
-    repeat(keys, Qt.Key_Up, 20, told)
+    repeat(keys, Qt.Key_Up, 20, auto_repeat)
     QTest.qWait(2 * RELEASE_MS)
     assert keys.take() == []
     release(keys, Qt.Key_Up)
@@ -102,7 +102,7 @@ def test_opposite_keys_cancel_and_doubles_count_once(keys):
     assert keys.take() == [(10, 0)]
 
 
-def test_space_stops_whatever_has_the_focus_and_holds_until_a_new_press(keys):
+def test_space_stops_whatever_has_the_focus_and_lasts_until_a_new_press(keys):
     for widget in (keys.window, keys.window.buttons["Forward"], keys.window.slider):
         widget.setFocus()
         press(keys, Qt.Key_W)
@@ -124,7 +124,7 @@ def test_space_stops_a_timed_move(keys):
     assert keys.take() == [(0, 0)]
 
 
-def test_a_stop_by_mouse_holds_while_the_key_is_down(keys):
+def test_a_stop_by_mouse_lasts_while_the_key_is_down(keys):
     press(keys, Qt.Key_Up)
     keys.take()
     keys.click("Stop")
@@ -148,7 +148,7 @@ def test_losing_the_focus_stops(keys):
     other.close()
 
 
-def test_losing_the_focus_leaves_a_timed_move_and_cruise_alone(keys):
+def test_losing_the_focus_does_not_stop_a_timed_move_or_cruise(keys):
     keys.click("Forward")
     keys.take()
     QApplication.sendEvent(keys.window, QEvent(QEvent.WindowDeactivate))
@@ -170,12 +170,12 @@ def test_a_slider_with_the_focus_keeps_its_arrows_but_not_wasd(keys):
     assert keys.take() == [(10, 0)]
     release(keys, Qt.Key_W)
     assert keys.take() == [(0, 0)]
-    QTest.mouseClick(keys.window.cameraLabel, Qt.LeftButton)  # beside the slider
+    QTest.mouseClick(keys.window.cameraLabel, Qt.LeftButton)  # next to the slider
     press(keys, Qt.Key_Right)
     assert keys.take() == [(0, 2.5)]
 
 
-def test_cruise_goes_on_when_the_keys_are_released(keys):
+def test_cruise_continues_when_the_keys_are_released(keys):
     keys.toggle_cruise()
     keys.window.slider.setValue(10)
     keys.take()
@@ -195,69 +195,69 @@ def test_enter_clicks_what_space_does_not(keys):
     assert keys.window.cruise.isChecked()
 
 
-def test_shortcuts_are_left_alone(keys):
+def test_shortcuts_are_ignored(keys):
     QTest.keyPress(keys.window, Qt.Key_W, Qt.ControlModifier)
     QTest.keyPress(keys.window, Qt.Key_Tab)
     assert keys.take() == []
 
 
-def test_keys_in_ackermann_mode(rig):
-    rig.build(default_speed=0.3, default_angular_speed=1.0, angular_sign=-1, key_steering=0.8)
-    press(rig, Qt.Key_Up, Qt.Key_Left)
-    assert rig.take() == [(0.3, 0.0), (0.3, 0.8)]
+def test_keys_in_ackermann_mode(teleop):
+    teleop.build(default_speed=0.3, default_angular_speed=1.0, angular_sign=-1, key_steering=0.8)
+    press(teleop, Qt.Key_Up, Qt.Key_Left)
+    assert teleop.take() == [(0.3, 0.0), (0.3, 0.8)]
 
 
-def joy(rig, *axes, buttons=(0, 0)):
-    """Passes a message in as rospy does, and keeps out the check that nobody publishes here."""
-    rig.window._health.stop()
+def joy(teleop, *axes, buttons=(0, 0)):
+    """Passes a message as rospy does; disables the check for publishers."""
+    teleop.window._health.stop()
     message = Joy(axes=list(axes), buttons=list(buttons))
-    thread = threading.Thread(target=rig.window._hand.pad.callback, args=(message,))
+    thread = threading.Thread(target=teleop.window._inputs.pad.callback, args=(message,))
     thread.start()
     thread.join()
     QApplication.processEvents()
 
 
-def test_the_stick_drives(rig):
-    rig.build()
-    joy(rig, 0.0, 0.0)
-    joy(rig, 0.05, -0.09)  # about its middle
-    assert rig.take() == []
-    joy(rig, 0.0, 1.0)
-    joy(rig, -1.0, 0.55)
-    assert rig.take() == [(10, 0), (pytest.approx(5), 2.5)]
-    joy(rig, 0.0, 0.0)
-    assert rig.take() == [(0, 0)]
-    joy(rig, 0.0)  # no stick at all
-    assert rig.take() == []
+def test_the_stick_drives(teleop):
+    teleop.build()
+    joy(teleop, 0.0, 0.0)
+    joy(teleop, 0.05, -0.09)  # near its centre
+    assert teleop.take() == []
+    joy(teleop, 0.0, 1.0)
+    joy(teleop, -1.0, 0.55)
+    assert teleop.take() == [(10, 0), (pytest.approx(5), 2.5)]
+    joy(teleop, 0.0, 0.0)
+    assert teleop.take() == [(0, 0)]
+    joy(teleop, 0.0)  # no stick at all
+    assert teleop.take() == []
 
 
-def test_a_button_of_the_pad_stops_until_the_stick_was_in_its_middle(rig):
-    rig.build()
-    joy(rig, 0.0, 1.0)
-    rig.take()
-    joy(rig, 0.0, 1.0, buttons=(0, 1))
-    joy(rig, 0.0, 0.9)
-    rig.advance(1.0)
-    assert rig.take() == [(0, 0)]
-    joy(rig, 0.0, 0.0)
-    joy(rig, 0.0, 1.0)
-    assert rig.take() == [(10, 0)]
+def test_a_button_of_the_pad_stops_until_the_stick_was_in_its_centre(teleop):
+    teleop.build()
+    joy(teleop, 0.0, 1.0)
+    teleop.take()
+    joy(teleop, 0.0, 1.0, buttons=(0, 1))
+    joy(teleop, 0.0, 0.9)
+    teleop.advance(1.0)
+    assert teleop.take() == [(0, 0)]
+    joy(teleop, 0.0, 0.0)
+    joy(teleop, 0.0, 1.0)
+    assert teleop.take() == [(10, 0)]
 
 
-def test_a_pad_that_goes_stops(rig):
-    rig.build()
-    joy(rig, 0.0, 1.0)
-    rig.take()
-    rig.window._check_health()  # nobody publishes
-    assert rig.take() == [(0, 0)]
+def test_the_car_stops_when_the_pad_disconnects(teleop):
+    teleop.build()
+    joy(teleop, 0.0, 1.0)
+    teleop.take()
+    teleop.window._check_health()  # no publisher
+    assert teleop.take() == [(0, 0)]
 
 
-def test_messages_that_pile_up_are_one_command(rig):
-    rig.build()
+def test_messages_that_pile_up_are_one_command(teleop):
+    teleop.build()
     for step in range(1, 101):
-        rig.window._hand.pad.callback(Joy(axes=[0.0, step / 100], buttons=[]))
+        teleop.window._inputs.pad.callback(Joy(axes=[0.0, step / 100], buttons=[]))
     QApplication.processEvents()
-    assert rig.take() == [(10, 0)]
+    assert teleop.take() == [(10, 0)]
 
 
 @pytest.mark.parametrize(
@@ -265,5 +265,5 @@ def test_messages_that_pile_up_are_one_command(rig):
     [(0.0, 0.0), (0.1, 0.0), (0.55, 0.5), (-1.0, -1.0), (3.0, 1.0), (math.nan, 0.0),
      (-math.inf, 0.0)],
 )  # fmt: skip
-def test_the_sticks_way(axis, expected):
+def test_deflection_of_an_axis(axis, expected):
     assert deflection(axis) == pytest.approx(expected)

@@ -1,4 +1,4 @@
-"""Timed moves, repetitions and stops on a clock set by hand."""
+"""Timed moves, repetitions and stops on a clock set by the test."""
 
 import pytest
 from deepracer_teleop.window.layout import Mover
@@ -24,7 +24,7 @@ def bench():
     return Bench()
 
 
-def test_a_timed_move_repeats_and_ends_with_one_zero(bench):
+def test_a_timed_move_repeats_and_stops_with_one_zero(bench):
     bench.mover.move(10.0, 0.0, 1.0)
     bench.run(5.0)
     assert bench.sent == [(pytest.approx(50.0 + 0.1 * i), 10.0, 0.0) for i in range(10)] + [
@@ -33,7 +33,7 @@ def test_a_timed_move_repeats_and_ends_with_one_zero(bench):
     assert not bench.mover.active
 
 
-def test_stop_during_a_move_is_at_once_and_once(bench):
+def test_stop_during_a_move_is_immediate_and_sent_once(bench):
     bench.mover.move(10.0, -5.0, 0.8)
     bench.run(0.35)
     bench.sent.clear()
@@ -48,7 +48,7 @@ def test_steering_at_rest_is_sent_once(bench):
     assert bench.sent == [(50.0, 0.0, 2.0)]
 
 
-def test_holding_repeats_without_end(bench):
+def test_hold_repeats_endlessly(bench):
     bench.mover.hold(10.0, 2.0)
     bench.run(3.0)
     assert len(bench.sent) == 31 and set(row[1:] for row in bench.sent) == {(10.0, 2.0)}
@@ -63,14 +63,14 @@ def test_a_new_command_replaces_a_timed_move(bench):
     assert bench.sent == []
 
 
-def test_a_standing_clock_keeps_the_move(bench):
+def test_a_paused_clock_continues_the_move(bench):
     bench.mover.move(10.0, 0.0, 1.0)
     for _ in range(1000):
         bench.mover.tick()
     assert bench.mover.active and len(bench.sent) == 1
 
 
-def test_a_reset_clock_ends_the_move(bench):
+def test_a_reset_clock_stops_the_move(bench):
     bench.mover.move(10.0, 0.0, 1.0)
     bench.now = 0.0
     bench.mover.tick()

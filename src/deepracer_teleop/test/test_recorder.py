@@ -1,4 +1,4 @@
-"""The demo's measuring: unwrapped headings, path following, the picture from above."""
+"""The demo's measuring: unwrapped headings, path following, the image from above."""
 
 import math
 from types import SimpleNamespace
@@ -32,7 +32,7 @@ def test_headings_are_unwrapped():
     assert recorder.last.yaw == pytest.approx(9.9)
 
 
-def test_way_along_the_heading():
+def test_distance_along_the_heading():
     recorder = Recorder()
     recorder.callback(odometry(0.0, 1.0, 1.0, math.pi / 2.0))
     recorder.callback(odometry(1.0, 1.2, 1.3, math.pi / 2.0))
@@ -49,7 +49,7 @@ def test_csv(tmp_path):
     ]
 
 
-def test_birdseye_draws_the_path_where_it_was():
+def test_birdseye_shows_the_path_at_its_position():
     recorder = Recorder()
     recorder.phase = "cruise"
     for index in range(11):
@@ -61,8 +61,8 @@ def test_birdseye_draws_the_path_where_it_was():
         extent=(-3.0, 3.0, -3.0, 3.0),
         texture="/no/such/texture.png",
     )
-    picture = results.draw(track, recorder.samples, width=800)
+    image = results.render(track, recorder.samples, width=800)
     view = results.View(track.extent, 800)
     column, row = view.pixels([(0.5, 0.5)])[0]
-    assert tuple(picture[row, column]) == results.COLOURS[1]
-    assert picture.shape == view.shape
+    assert tuple(image[row, column]) == results.COLORS[1]
+    assert image.shape == view.shape

@@ -1,4 +1,4 @@
-"""Parameters and the watch over the ROS master."""
+"""Parameters and the monitor of the ROS master."""
 
 import math
 
@@ -35,7 +35,7 @@ def test_parameters_are_private():
         ("repeat_rate", True),
     ],
 )
-def test_bad_values_are_named(key, value):
+def test_invalid_values_are_named(key, value):
     with pytest.raises(ValueError, match=f"{key} is {value!r}"):
         Settings(**{key: value})
 
@@ -46,23 +46,23 @@ def test_no_master_is_no_id(uri):
         run_id(uri, timeout=0.5)
 
 
-def test_a_lost_master_and_one_that_comes_back():
-    now, answers = [0.0], ["a"]
+def test_a_master_that_is_unavailable_and_returns():
+    now, responses = [0.0], ["a"]
 
     def identity(_uri):
-        if answers[0] is None:
+        if responses[0] is None:
             raise TimeoutError
-        return answers[0]
+        return responses[0]
 
     monitor = MasterMonitor("http://x:1", identity, now=lambda: now[0])
     monitor.check()
     assert master_problem(monitor, 3.0) == ""
-    now[0], answers[0] = 4.0, None
+    now[0], responses[0] = 4.0, None
     monitor.check()
-    assert "http://x:1 has not answered for 4 s" in master_problem(monitor, 3.0)
-    answers[0] = "a"
+    assert "http://x:1 has not responded for 4 s" in master_problem(monitor, 3.0)
+    responses[0] = "a"
     monitor.check()
     assert master_problem(monitor, 3.0) == ""
-    answers[0] = "b"
+    responses[0] = "b"
     monitor.check()
     assert "Another ROS master" in master_problem(monitor, 3.0)

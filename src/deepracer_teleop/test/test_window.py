@@ -19,28 +19,28 @@ def position(window, widget):
     return window.grid.getItemPosition(window.grid.indexOf(widget))
 
 
-def frame(colour=(40, 120, 200), stamp=None, encoding="bgr8"):
-    message = CvBridge().cv2_to_imgmsg(np.full((480, 640, 3), colour, np.uint8), encoding)
+def frame(color=(40, 120, 200), stamp=None, encoding="bgr8"):
+    message = CvBridge().cv2_to_imgmsg(np.full((480, 640, 3), color, np.uint8), encoding)
     if stamp is not None:
         message.header.stamp.secs = int(stamp)
         message.header.stamp.nsecs = round((stamp % 1) * 1e9)
     return message
 
 
-def test_layout(rig):
-    window = rig.build()
+def test_layout(teleop):
+    window = teleop.build()
     assert window.windowTitle() == "Teleop Interface"
-    places = {
+    cells = {
         "Forward": (0, 1),
         "Left": (1, 0),
         "Stop": (1, 1),
         "Right": (1, 2),
         "Backwards": (2, 1),
     }
-    for name, place in places.items():
+    for name, cell in cells.items():
         assert isinstance(window.buttons[name], QPushButton)
         assert window.buttons[name].text() == name
-        assert position(window, window.buttons[name])[:2] == place
+        assert position(window, window.buttons[name])[:2] == cell
     assert isinstance(window.cruise, QCheckBox) and window.cruise.text() == "Cruise Control"
     assert position(window, window.cruise)[:2] == (1, 3)
     assert position(window, window.slider)[:2] == (2, 3)
@@ -48,8 +48,8 @@ def test_layout(rig):
     assert isinstance(window.cameraLabel, QLabel)
 
 
-def test_screenshot_has_widgets_where_they_belong(rig):
-    window = rig.build()
+def test_screenshot_has_widgets_at_their_positions(teleop):
+    window = teleop.build()
     boxes = {name: button.geometry() for name, button in window.buttons.items()}
     assert boxes["Forward"].bottom() < boxes["Stop"].top()
     assert boxes["Stop"].bottom() < boxes["Backwards"].top()
@@ -62,8 +62,8 @@ def test_screenshot_has_widgets_where_they_belong(rig):
     assert QColor(shot.pixel(camera.left() + 20, camera.top() + 20)).lightness() < 80
 
 
-def test_slider_is_as_specified(rig):
-    slider = rig.build().slider
+def test_slider_is_as_specified(teleop):
+    slider = teleop.build().slider
     assert slider is module.directionalSlider and isinstance(slider, QSlider)
     assert (slider.minimum(), slider.maximum(), slider.value()) == (-50, 50, 0)
     assert slider.orientation() == Qt.Horizontal
@@ -79,94 +79,94 @@ def test_slider_is_as_specified(rig):
         ("Right", (10, 5), 0.8),
     ],
 )
-def test_timed_buttons(rig, name, command, seconds):
-    rig.build()
-    rig.click(name)
-    assert rig.take() == [command]
-    rig.advance(seconds - 0.01)
-    assert set(rig.take()) == {command}
-    rig.advance(0.01)
-    assert rig.take() == [(0, 0)]
-    rig.advance(1.0)
-    assert rig.take() == []
+def test_timed_buttons(teleop, name, command, seconds):
+    teleop.build()
+    teleop.click(name)
+    assert teleop.take() == [command]
+    teleop.advance(seconds - 0.01)
+    assert set(teleop.take()) == {command}
+    teleop.advance(0.01)
+    assert teleop.take() == [(0, 0)]
+    teleop.advance(1.0)
+    assert teleop.take() == []
 
 
-def test_a_click_returns_at_once(rig):
-    rig.build()
-    rig.click("Forward")
-    assert rig.window.isMoving() and rig.take() == [(10, 0)], "it does not wait for the stop"
+def test_a_click_returns_immediately(teleop):
+    teleop.build()
+    teleop.click("Forward")
+    assert teleop.window.isMoving() and teleop.take() == [(10, 0)], "it does not wait for the stop"
 
 
-def test_stop_during_a_timed_move(rig):
-    rig.build()
-    rig.click("Left")
-    rig.advance(0.3)
-    rig.take()
-    rig.click("Stop")
-    assert rig.take() == [(0, 0)]
-    rig.advance(2.0)
-    assert rig.take() == []
+def test_stop_during_a_timed_move(teleop):
+    teleop.build()
+    teleop.click("Left")
+    teleop.advance(0.3)
+    teleop.take()
+    teleop.click("Stop")
+    assert teleop.take() == [(0, 0)]
+    teleop.advance(2.0)
+    assert teleop.take() == []
 
 
-def test_drag_without_cruise_steers_at_rest(rig):
-    window = rig.build()
-    rig.drag(window.slider, 60)
-    sent = rig.take()
+def test_drag_without_cruise_steers_at_rest(teleop):
+    window = teleop.build()
+    teleop.drag(window.slider, 60)
+    sent = teleop.take()
     assert window.slider.value() > 0 and len(sent) > 1
     assert sent[-1] == (0, window.slider.value() / 10)
     assert [angular for _, angular in sent] == sorted(angular for _, angular in sent)
 
 
-def test_cruise_and_drag(rig):
-    window = rig.build()
-    rig.toggle_cruise()
+def test_cruise_and_drag(teleop):
+    window = teleop.build()
+    teleop.toggle_cruise()
     assert window.cruise.isChecked() and module.sliderControl is True
-    assert rig.take() == [(10, 0)]
-    rig.drag(window.slider, -60)
-    sent = rig.take()
+    assert teleop.take() == [(10, 0)]
+    teleop.drag(window.slider, -60)
+    sent = teleop.take()
     assert window.slider.value() < 0 and sent[-1] == (10, window.slider.value() / 10)
     assert all(linear == 10 for linear, _ in sent)
-    rig.advance(0.5)
-    assert rig.take() == [sent[-1]] * 5
-    rig.toggle_cruise()
-    assert rig.take() == [(0, window.slider.value() / 10)]
+    teleop.advance(0.5)
+    assert teleop.take() == [sent[-1]] * 5
+    teleop.toggle_cruise()
+    assert teleop.take() == [(0, window.slider.value() / 10)]
     assert module.sliderControl is False
 
 
-def test_keys_move_the_slider(rig):
-    window = rig.build()
+def test_keys_move_the_slider(teleop):
+    window = teleop.build()
     QTest.keyClick(window.slider, Qt.Key_Right)
-    assert rig.take() == [(0, 0.1)]
+    assert teleop.take() == [(0, 0.1)]
 
 
-def test_parameters_pair_the_window_with_ackermann(rig):
-    window = rig.build(
+def test_parameters_adapt_the_window_to_ackermann(teleop):
+    window = teleop.build(
         default_speed=0.3,
         default_angular_speed=1.0,
         angular_sign=-1,
         slider_scale=50,
         linear_wait=0.5,
     )
-    rig.click("Left")
-    assert rig.take() == [(0.3, 1.0)]
+    teleop.click("Left")
+    assert teleop.take() == [(0.3, 1.0)]
     window.slider.setValue(25)
-    assert rig.take() == [(0, -0.5)]
-    rig.click("Forward")
-    rig.advance(0.5)
-    assert rig.take()[-1] == (0, 0)
+    assert teleop.take() == [(0, -0.5)]
+    teleop.click("Forward")
+    teleop.advance(0.5)
+    assert teleop.take()[-1] == (0, 0)
 
 
-def test_closing_sends_one_zero(rig):
-    window = rig.build()
-    rig.click("Forward")
-    rig.take()
+def test_closing_sends_one_zero(teleop):
+    window = teleop.build()
+    teleop.click("Forward")
+    teleop.take()
     window.close()
     window.finish()
-    assert rig.take() == [(0, 0)]
+    assert teleop.take() == [(0, 0)]
 
 
-def test_module_functions(rig):
-    window = rig.build()
+def test_module_functions(teleop):
+    window = teleop.build()
     for function, command in (
         (module.fwdFunct, (10, 0)),
         (module.bwdFunct, (-10, 0)),
@@ -175,13 +175,13 @@ def test_module_functions(rig):
         (module.stopFunct, (0, 0)),
     ):
         function()
-        assert rig.take() == [command]
+        assert teleop.take() == [command]
     window.treatValue(30)
-    assert rig.take() == [(0, 3)]
+    assert teleop.take() == [(0, 3)]
 
 
-def test_convert_keeps_aspect_and_colour(rig):
-    window = rig.build()
+def test_convert_keeps_aspect_and_color(teleop):
+    window = teleop.build()
     window.cameraLabel.resize(400, 240)
     pixmap = module.convertCVtoQT(window, np.full((480, 640, 3), (200, 120, 40), np.uint8))
     assert (pixmap.width(), pixmap.height()) == (320, 240)
@@ -189,7 +189,7 @@ def test_convert_keeps_aspect_and_colour(rig):
 
 
 def send_from_thread(window, *messages):
-    """Passes frames in as rospy does; returns when Qt's thread has processed them."""
+    """Passes frames as rospy does; returns when Qt's thread has processed them."""
     for message in messages:
         thread = threading.Thread(target=window.imageCb, args=(message,))
         thread.start()
@@ -197,13 +197,13 @@ def send_from_thread(window, *messages):
         QApplication.processEvents()
 
 
-def test_camera_picture_is_inside_and_frame_rate_drawn(rig):
-    window = rig.build()
+def test_camera_image_is_inside_with_the_frame_rate(teleop):
+    window = teleop.build()
     send_from_thread(window, frame(stamp=10.0), frame(stamp=10.0 + 1 / 30))
     shot = window.grab().toImage()
     box = window.cameraLabel.geometry()
-    middle = QColor(shot.pixel(box.center()))
-    assert middle.getRgb()[:3] == (200, 120, 40)
+    centre = QColor(shot.pixel(box.center()))
+    assert centre.getRgb()[:3] == (200, 120, 40)
     pixmap = window.cameraLabel.pixmap()
     assert pixmap.width() * 3 == pytest.approx(pixmap.height() * 4, abs=4)
     image = pixmap.toImage()
@@ -220,8 +220,8 @@ def test_camera_picture_is_inside_and_frame_rate_drawn(rig):
     assert len(corner) > 5 and len(rest) == 1
 
 
-def test_the_picture_grows_with_the_window(rig):
-    window = rig.build()
+def test_the_image_grows_with_the_window(teleop):
+    window = teleop.build()
     send_from_thread(window, frame(stamp=1.0))
     before = window.cameraLabel.pixmap().width()
     window.resize(1100, 900)
@@ -230,19 +230,19 @@ def test_the_picture_grows_with_the_window(rig):
     assert window.cameraLabel.pixmap().width() <= window.cameraLabel.width()
 
 
-def test_frames_that_pile_up_are_dropped(rig):
-    window = rig.build()
+def test_frames_that_pile_up_are_dropped(teleop):
+    window = teleop.build()
     for index in range(100):
-        window.imageCb(frame(colour=(0, 0, index), stamp=1.0 + index))
+        window.imageCb(frame(color=(0, 0, index), stamp=1.0 + index))
     shown = []
-    window.cameraLabel.show_picture = shown.append
+    window.cameraLabel.show_image = shown.append
     QApplication.processEvents()
     assert len(shown) == 1 and QColor(shown[0].toImage().pixel(100, 100)).red() == 99
 
 
-def test_a_missing_and_a_stopped_camera_are_shown(rig):
-    window = rig.build(camera_timeout=0.05)
-    window._health.stop()  # a slow machine takes longer than that to show a picture
+def test_a_missing_and_a_stopped_camera_are_shown(teleop):
+    window = teleop.build(camera_timeout=0.05)
+    window._health.stop()  # a slow machine takes longer than that to show an image
     time.sleep(0.1)
     window._check_health()
     assert "No camera" in window.cameraLabel.text()
@@ -251,7 +251,7 @@ def test_a_missing_and_a_stopped_camera_are_shown(rig):
     assert window.cameraLabel.message == "" and not window.cameraLabel.text()
     bright = QColor(window.cameraLabel.pixmap().toImage().pixel(2, 200)).lightness()
     time.sleep(0.1)
-    rig.now += 5.0
+    teleop.now += 5.0
     window._check_health()
     assert "has stopped" in window.cameraLabel.message and "100.0 s" in window.cameraLabel.message
     assert QColor(window.cameraLabel.pixmap().toImage().pixel(2, 200)).lightness() < bright
@@ -259,23 +259,23 @@ def test_a_missing_and_a_stopped_camera_are_shown(rig):
     assert window.cameraLabel.message == ""
 
 
-def test_an_unreadable_picture_is_reported(rig):
-    window = rig.build()
-    bad = frame(stamp=1.0)
-    bad.encoding = "nonsense"
-    send_from_thread(window, bad)
+def test_an_undecodable_image_is_reported(teleop):
+    window = teleop.build()
+    message = frame(stamp=1.0)
+    message.encoding = "nonsense"
+    send_from_thread(window, message)
     assert "nonsense" in window.cameraLabel.text()
 
 
-def test_a_lost_master_is_shown_and_decides_the_exit_code(rig):
-    window, now = rig.build(), [0.0]
+def test_an_unavailable_master_is_shown_and_sets_the_exit_code(teleop):
+    window, now = teleop.build(), [0.0]
     window._monitor = MasterMonitor("http://x:1", lambda _: "a", now=lambda: now[0])
     window._check_health()
     assert not window.troubleLabel.isVisible() and window.exitCode == 0
     now[0] = 5.0
     window._check_health()
     assert window.troubleLabel.isVisible() and window.exitCode == 1
-    assert "http://x:1 has not answered for 5 s" in window.troubleLabel.text()
+    assert "http://x:1 has not responded for 5 s" in window.troubleLabel.text()
 
 
 @pytest.mark.parametrize(
@@ -294,10 +294,10 @@ def test_frame_rate_from_stamps(stamps, rates):
 
 
 @pytest.mark.parametrize(
-    "rate, words",
+    "rate, text",
     [(29.97, "Image Framerate: 30"), (7.52, "Image Framerate: 7.5"), (None, "Image Framerate: --")],
 )
-def test_frame_rate_words(rate, words):
-    assert frame_rate_text(rate) == words
-    picture = draw_frame_rate(np.zeros((480, 640, 3), np.uint8), rate)
-    assert picture[:60].any() and not picture[60:].any()
+def test_frame_rate_text(rate, text):
+    assert frame_rate_text(rate) == text
+    image = draw_frame_rate(np.zeros((480, 640, 3), np.uint8), rate)
+    assert image[:60].any() and not image[60:].any()

@@ -1,4 +1,4 @@
-"""What a node publishes and raises while rospy closes it is not told; before, it is."""
+"""Messages and errors of a node are dropped while rospy closes it; before, they are logged."""
 
 import subprocess
 import sys
@@ -17,24 +17,24 @@ LIMIT = 60.0  # [s]
 
 
 @pytest.fixture(autouse=True)
-def silent(monkeypatch):
-    """Nodes that end silently, in this test alone."""
-    for kind, name in (
+def suppressed(monkeypatch):
+    """Suppresses errors of the shutdown, in this test only."""
+    for owner, name in (
         (_PublisherImpl, "publish"),
         (_SubscriberImpl, "_invoke_callback"),
         (ServiceImpl, "error_handler"),
         (threading, "excepthook"),
         (sys, "excepthook"),
     ):
-        monkeypatch.setattr(kind, name, getattr(kind, name))
+        monkeypatch.setattr(owner, name, getattr(owner, name))
     monkeypatch.setattr(_PublisherImpl, "publock", None, raising=False)
-    nodes.end_silently()
-    nodes.end_silently()
+    nodes.suppress_shutdown_errors()
+    nodes.suppress_shutdown_errors()
 
 
 @pytest.fixture(params=[False, True], ids=["running", "ending"])
 def ends(request, monkeypatch):
-    """Whether the shutdown was requested; rospy does not say yet that the node is shut down."""
+    """Whether the shutdown was requested; rospy does not report the node as shut down yet."""
     monkeypatch.setattr(rospy.core, "_in_shutdown", request.param)
     assert not rospy.is_shutdown()
     return request.param
@@ -42,7 +42,7 @@ def ends(request, monkeypatch):
 
 @pytest.fixture
 def topic():
-    """A publisher's topic with one connection that takes everything."""
+    """A publisher's topic with one connection that accepts everything."""
     made = _PublisherImpl("/t", String)
     made.connections.append(type("", (), {"write_data": lambda *_: True, "close": lambda *_: None}))
     return made
@@ -53,7 +53,7 @@ def close_before(topic):
     return String()
 
 
-def close_as_it_looks_for_connections(topic):
+def close_while_it_checks_connections(topic):
     def has_connections():
         topic.close()
         return True
@@ -62,7 +62,7 @@ def close_as_it_looks_for_connections(topic):
     return String()
 
 
-def close_as_it_packs(topic):
+def close_while_it_serializes(topic):
     class Closing(String):
         def serialize(self, buffer):
             topic.close()
@@ -72,7 +72,7 @@ def close_as_it_packs(topic):
 
 
 @pytest.mark.parametrize(
-    "close", [close_before, close_as_it_looks_for_connections, close_as_it_packs]
+    "close", [close_before, close_while_it_checks_connections, close_while_it_serializes]
 )
 def test_publishing_to_a_topic_that_is_closed(topic, ends, close):
     message = close(topic)
@@ -83,13 +83,13 @@ def test_publishing_to_a_topic_that_is_closed(topic, ends, close):
             topic.publish(message)
 
 
-def test_what_is_wrong_with_a_message_is_told_to_the_end(topic, ends):
+def test_an_invalid_message_raises_also_during_shutdown(topic, ends):
     with pytest.raises(Exception, match="bytes|str|int"):
         topic.publish(String(data=3))
 
 
-def test_a_topic_that_is_open_while_the_node_ends_still_sends(topic, monkeypatch):
-    """As hooks of a shutdown do: the last zero."""
+def test_an_open_topic_still_sends_during_shutdown(topic, monkeypatch):
+    """As shutdown hooks do: the last zero command."""
     sent = []
     topic.connections[0].write_data = sent.append
     monkeypatch.setattr(rospy.core, "_in_shutdown", True)
@@ -97,7 +97,7 @@ def test_a_topic_that_is_open_while_the_node_ends_still_sends(topic, monkeypatch
     assert len(sent) == 1
 
 
-def test_whoever_waits_to_publish_goes_on_when_the_topic_is_closed(topic):
+def test_a_waiting_publish_continues_when_the_topic_is_closed(topic):
     topic.acquire()
     waits, done = threading.Event(), threading.Event()
 
@@ -117,20 +117,20 @@ def test_whoever_waits_to_publish_goes_on_when_the_topic_is_closed(topic):
 
 def test_a_callback_that_fails(ends, caplog):
     subscription = _SubscriberImpl("/t", String)
-    heard = []
+    received = []
 
     def fail(message, *arguments):
-        heard.append((message, *arguments))
+        received.append((message, *arguments))
         raise KeyError("wheel")
 
     subscription._invoke_callback("a", fail, None)
     subscription._invoke_callback("b", fail, 7)
-    assert heard == [("a",), ("b", 7)]
-    told = [record for record in caplog.records if record.name == "rosout"]
-    assert len(told) == (0 if ends else 2)
+    assert received == [("a",), ("b", 7)]
+    logged = [record for record in caplog.records if record.name == "rosout"]
+    assert len(logged) == (0 if ends else 2)
     if not ends:
-        assert f"bad callback: {fail!r}" in told[0].getMessage()
-        assert "KeyError: 'wheel'" in told[0].getMessage()
+        assert f"bad callback: {fail!r}" in logged[0].getMessage()
+        assert "KeyError: 'wheel'" in logged[0].getMessage()
     else:
         assert [record.name for record in caplog.records] == ["rospy.closing"] * 2
 
@@ -140,13 +140,13 @@ def test_a_service_that_fails(ends, caplog):
         raise KeyError("wheel")
     except KeyError as error:
         ServiceImpl.error_handler(None, error, *sys.exc_info())
-    told = [record for record in caplog.records if record.name == "rosout"]
-    assert len(told) == (0 if ends else 1)
+    logged = [record for record in caplog.records if record.name == "rosout"]
+    assert len(logged) == (0 if ends else 1)
 
 
 def test_a_thread_that_fails(ends, monkeypatch):
-    told = []
-    monkeypatch.setattr(threading, "excepthook", nodes._Hook(told.append, Exception))
+    printed = []
+    monkeypatch.setattr(threading, "excepthook", nodes._Hook(printed.append, Exception))
 
     def fail():
         raise KeyError("wheel")
@@ -154,27 +154,27 @@ def test_a_thread_that_fails(ends, monkeypatch):
     thread = threading.Thread(target=fail)
     thread.start()
     thread.join(LIMIT)
-    assert [args.exc_type for args in told] == ([] if ends else [KeyError])
+    assert [args.exc_type for args in printed] == ([] if ends else [KeyError])
 
 
 @pytest.mark.parametrize(
-    "error, told_at_the_end",
+    "error, always_printed",
     [(rospy.ROSInterruptException, False), (rospy.ServiceException, False), (KeyError, True)],
 )
-def test_a_main_thread_that_fails(ends, error, told_at_the_end):
-    told = []
-    hook = nodes._Hook(lambda *args: told.append(args[0]), nodes.INTERRUPTIONS)
+def test_a_main_thread_that_fails(ends, error, always_printed):
+    printed = []
+    hook = nodes._Hook(lambda *args: printed.append(args[0]), nodes.INTERRUPTIONS)
     hook(error, error("a"), None)
-    assert told == ([error] if told_at_the_end or not ends else [])
+    assert printed == ([error] if always_printed or not ends else [])
 
 
-# All of it in a process of its own: timer, thread and main loop at the end.
+# All of it in a separate process: timer, thread and main loop during shutdown.
 NODE = """
 import threading, time
 import rospy, rospy.core
 from paddock_common import nodes
 from std_msgs.msg import String
-nodes.end_silently()
+nodes.suppress_shutdown_errors()
 rospy.core.set_initialized(True)
 rospy.rostime.set_rostime_initialized(True)
 topic = rospy.Publisher("/t", String, queue_size=1)
@@ -197,7 +197,7 @@ raise rospy.ROSInterruptException("in the main loop")
 """
 
 
-def test_a_node_says_nothing_while_its_topics_are_closed():
+def test_a_node_prints_nothing_while_its_topics_are_closed():
     done = subprocess.run(
         [sys.executable, "-c", NODE], capture_output=True, text=True, timeout=LIMIT
     )

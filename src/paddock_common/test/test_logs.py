@@ -1,4 +1,4 @@
-"""Nodes outlive a full disk and a terminal that has gone."""
+"""Nodes survive a full disk and a closed terminal."""
 
 import os
 import subprocess
@@ -9,8 +9,8 @@ CODE = """
 import logging, logging.handlers, sys
 from paddock_common import nodes
 from rosgraph.roslogging import RosStreamHandler
-nodes.bear_failures()
-nodes.bear_failures()
+nodes.tolerate_log_errors()
+nodes.tolerate_log_errors()
 log = logging.getLogger("rosout")
 log.setLevel(logging.INFO)
 log.addHandler(RosStreamHandler())
@@ -18,32 +18,32 @@ log.addHandler(logging.handlers.RotatingFileHandler(sys.argv[1]))
 for number in range(20):
     log.info("line %d", number)
     log.warning("warning %d", number)
-open(sys.argv[2], "w").write("went on")
+open(sys.argv[2], "w").write("continued")
 """
 
 
 def run(tmp_path, log, **streams):
-    """Runs a node that logs; returns CompletedProcess once it has gone on."""
+    """Runs a node that logs; returns its CompletedProcess after it has continued."""
     done = subprocess.run(
         [sys.executable, "-u", "-c", CODE, str(log), str(tmp_path / "end")],
         env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams},
     )
-    assert (tmp_path / "end").read_text() == "went on"
+    assert (tmp_path / "end").read_text() == "continued"
     assert done.returncode == 0
     return done
 
 
-def test_a_full_disk_is_said_once(tmp_path):
+def test_a_full_disk_is_reported_once(tmp_path):
     done = run(tmp_path, "/dev/full")
     assert done.stderr.count("No space left on device") == 1
     assert "the log cannot be written to /dev/full" in done.stderr
     assert "Traceback" not in done.stderr
-    assert done.stdout.count("line") == 20  # the console goes on
+    assert done.stdout.count("line") == 20  # the console continues
 
 
-def test_a_full_disk_under_the_console_leaves_the_file(tmp_path):
+def test_a_full_disk_under_the_console_does_not_affect_the_file(tmp_path):
     with open("/dev/full", "w") as full:
         run(tmp_path, tmp_path / "log", stdout=full, stderr=full)
     text = (tmp_path / "log").read_text()
@@ -51,7 +51,7 @@ def test_a_full_disk_under_the_console_leaves_the_file(tmp_path):
     assert text.count("the log cannot be written to the console") == 1
 
 
-def test_a_closed_terminal_leaves_the_file(tmp_path):
+def test_a_closed_terminal_does_not_affect_the_file(tmp_path):
     reader, writer = os.pipe()
     os.close(reader)
     try:

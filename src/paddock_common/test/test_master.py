@@ -1,4 +1,4 @@
-"""Calls with a time-out, what is no answer, and a master that is silent, gone or another one."""
+"""Calls with a time-out, invalid responses, and an unresponsive, stopped or replaced master."""
 
 import socket
 import subprocess
@@ -17,45 +17,45 @@ def test_a_web_server_is_no_master():
         server.getPid("/test")
 
 
-def test_silence_and_nobody():
-    with socket.create_server(("127.0.0.1", 0)) as silent:  # accepts and never answers
-        address = f"http://127.0.0.1:{silent.getsockname()[1]}"
+def test_an_unresponsive_and_a_missing_server():
+    with socket.create_server(("127.0.0.1", 0)) as server_socket:  # accepts and never responds
+        address = f"http://127.0.0.1:{server_socket.getsockname()[1]}"
         with pytest.raises(TimeoutError), proxy(address, 0.1) as server:
             server.getPid("/test")
     with pytest.raises(ConnectionRefusedError), proxy(address, 10.0) as server:
         server.getPid("/test")
 
 
-class Questions:
-    """A monitor with a clock and answers of its own."""
+class Requests:
+    """A monitor with a fake clock and fake responses."""
 
     def __init__(self):
-        self.answer, self.time, self.asked = "a", 0.0, 0
+        self.response, self.time, self.count = "a", 0.0, 0
         self.monitor = MasterMonitor("http://m:1", self._identity, self._count, lambda: self.time)
 
     def _identity(self, uri):
         assert uri == "http://m:1"
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
+        if isinstance(self.response, Exception):
+            raise self.response
+        return self.response
 
     def _count(self):
-        self.asked += 1
+        self.count += 1
 
-    def state(self, answer, seconds):
-        """(silent_for, refused_for, replaced) after a question, so long after the last one."""
-        self.answer = answer
+    def state(self, response, seconds):
+        """(unresponsive_for, refused_for, replaced) after a request, a time after the last one."""
+        self.response = response
         self.time += seconds
         self.monitor.check()
         monitor = self.monitor
-        return monitor.silent_for, monitor.refused_for, monitor.replaced
+        return monitor.unresponsive_for, monitor.refused_for, monitor.replaced
 
 
 SLOW, REFUSED = TimeoutError(), ConnectionRefusedError()
 
 
 @pytest.mark.parametrize(
-    "answers, state",
+    "responses, state",
     [
         (["a"], (0.0, 0.0, False)),
         (["a", SLOW, SLOW], (2.0, 0.0, False)),
@@ -71,26 +71,26 @@ SLOW, REFUSED = TimeoutError(), ConnectionRefusedError()
         ([SLOW, "b", "b"], (0.0, 0.0, False)),
     ],
 )
-def test_a_master_that_is_silent_gone_or_another_one(answers, state):
-    questions = Questions()
-    assert [questions.state(answer, 1.0) for answer in answers][-1] == state
-    assert questions.asked == len(answers)
+def test_a_master_that_is_unresponsive_stopped_or_replaced(responses, state):
+    requests = Requests()
+    assert [requests.state(response, 1.0) for response in responses][-1] == state
+    assert requests.count == len(responses)
 
 
-def test_a_closed_monitor_tells_nothing():
-    questions = Questions()
-    questions.monitor.close()
-    questions.state("a", 1.0)
-    assert questions.asked == 0
+def test_a_closed_monitor_calls_nothing():
+    requests = Requests()
+    requests.monitor.close()
+    requests.state("a", 1.0)
+    assert requests.count == 0
 
 
-def test_the_thread_asks_again_and_again(monkeypatch):
+def test_the_thread_sends_requests_periodically(monkeypatch):
     monkeypatch.setattr(master, "PERIOD", 0.01)
-    asked = threading.Semaphore(0)
-    monitor = MasterMonitor("http://m:1", lambda _: "a", asked.release)
+    requested = threading.Semaphore(0)
+    monitor = MasterMonitor("http://m:1", lambda _: "a", requested.release)
     monitor.start()
     for _ in range(3):
-        assert asked.acquire(timeout=10.0)
+        assert requested.acquire(timeout=10.0)
     monitor.close()
 
 

@@ -1,4 +1,4 @@
-"""Solids have the volume of their formula; what is written can be read again."""
+"""Solids have the volume of their formula; written files can be read again."""
 
 import math
 
@@ -9,7 +9,7 @@ from paddock_common.meshes import Mesh, MeshSet, obj_lines
 from paddock_common import meshes
 
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
-# An L: not convex. Its corners' mean lies inside, so fans about it are good.
+# An L: not convex. Its corners' mean lies inside, so fans about it are valid.
 ANGLE = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
 
 
@@ -31,7 +31,7 @@ ANGLE = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
 def test_volumes_and_closure(solid, volume):
     mesh = Mesh(solid)
     assert abs(meshes.volume(solid)) == pytest.approx(volume)
-    assert mesh.volume() == pytest.approx(volume)  # turned outwards
+    assert mesh.volume() == pytest.approx(volume)  # reversed to point outwards
     total = sum(meshes.area_vector(face) for face in mesh.faces)
     assert np.abs(total).max() < 1e-12
 
@@ -50,11 +50,11 @@ def test_mirrored_solids_point_outwards_too():
 
 
 def read(lines):
-    """Gives positions (N, 3), normals (M, 3) and faces (F, 3, 2) of an OBJ's lines."""
+    """Returns positions (N, 3), normals (M, 3) and faces (F, 3, 2) of an OBJ's lines."""
     rows = [line.split() for line in lines]
     points, normals = (
-        np.array([list(map(float, row[1:])) for row in rows if row[0] == kind])
-        for kind in ("v", "vn")
+        np.array([list(map(float, row[1:])) for row in rows if row[0] == tag])
+        for tag in ("v", "vn")
     )
     faces = [[list(map(int, c.split("//"))) for c in row[1:]] for row in rows if row[0] == "f"]
     return points, normals, np.array(faces)
@@ -65,8 +65,8 @@ def test_an_obj_shares_corners_and_normals():
     assert (len(points), len(normals), len(faces)) == (8, 6, 12)
     a, b, c = (points[faces[:, k, 0] - 1] for k in range(3))
     across = np.cross(b - a, c - a)
-    stated = normals[faces[:, 0, 1] - 1]
-    assert (across / np.linalg.norm(across, axis=1)[:, None]) == pytest.approx(stated)
+    expected = normals[faces[:, 0, 1] - 1]
+    assert (across / np.linalg.norm(across, axis=1)[:, None]) == pytest.approx(expected)
 
 
 def test_a_bent_face_has_one_normal_or_folds():

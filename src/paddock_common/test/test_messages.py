@@ -19,22 +19,26 @@ def test_headings(yaw):
 def test_the_transform_of_an_odometry():
     message = Odometry()
     message.header.frame_id, message.child_frame_id = "odom", "base_footprint"
-    place, turn = message.pose.pose.position, message.pose.pose.orientation
-    place.x, place.y, place.z, turn.z, turn.w = 1.0, 2.0, 0.1, 0.6, 0.8
-    made = transform_of(message)
-    move = made.transform.translation
-    assert (made.header.frame_id, made.child_frame_id) == ("odom", "base_footprint")
-    assert (move.x, move.y, move.z) == (1.0, 2.0, 0.1) and made.transform.rotation == turn
+    position, rotation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y, position.z, rotation.z, rotation.w = 1.0, 2.0, 0.1, 0.6, 0.8
+    transform = transform_of(message)
+    translation = transform.transform.translation
+    assert (transform.header.frame_id, transform.child_frame_id) == ("odom", "base_footprint")
+    assert (translation.x, translation.y, translation.z) == (
+        1.0,
+        2.0,
+        0.1,
+    ) and transform.transform.rotation == rotation
 
 
 def test_a_configuration_type_is_what_dynamic_reconfigure_reads():
-    kind = SimpleNamespace(
+    module = SimpleNamespace(
         **describe(
             (("p", "double", 1.0, -5.0, 5.0, "Gain."), ("on", "bool", True, False, True, ""))
         )
     )
-    assert (kind.defaults, kind.type) == ({"p": 1.0, "on": True}, {"p": "double", "on": "bool"})
-    message = encode_description(kind)
+    assert (module.defaults, module.type) == ({"p": 1.0, "on": True}, {"p": "double", "on": "bool"})
+    message = encode_description(module)
     assert [item.name for item in message.groups[0].parameters] == ["p", "on"]
     assert (message.min.doubles[0].value, message.max.doubles[0].value) == (-5.0, 5.0)
     assert (message.dflt.doubles[0].value, message.dflt.bools[0].value) == (1.0, True)

@@ -1,4 +1,4 @@
-"""A node ends with roslaunch, and only with roslaunch."""
+"""A node exits with roslaunch, and only with roslaunch."""
 
 import os
 import subprocess
@@ -10,8 +10,8 @@ from paddock_common.testing import is_running, wait_ended
 
 NODE = """
 import signal
-from paddock_common.process import end_with_roslaunch
-end_with_roslaunch()
+from paddock_common.process import exit_with_roslaunch
+exit_with_roslaunch()
 print('ready', flush=True)
 signal.pause()
 """
@@ -45,18 +45,18 @@ def _orphan(tmp_path):
             os.kill(pid, 9)
 
 
-def test_a_node_ends_with_a_killed_roslaunch(orphan):
+def test_a_node_exits_with_a_killed_roslaunch(orphan):
     wait_ended(orphan("roslaunch"), 30.0)
 
 
-def test_a_node_outlives_a_shell(orphan):
+def test_a_node_survives_a_shell(orphan):
     pid = orphan("terminal")
     with pytest.raises(AssertionError):
         wait_ended(pid, 0.5)
 
 
 @pytest.mark.parametrize(
-    "words, expected",
+    "arguments, expected",
     [
         (["/usr/bin/python3", "/usr/bin/roslaunch", "a", "b.launch"], True),
         (["roslaunch", "x"], True),
@@ -64,5 +64,5 @@ def test_a_node_outlives_a_shell(orphan):
         ([], False),
     ],
 )
-def test_what_counts_as_roslaunch(words, expected):
-    assert is_roslaunch(words) is expected
+def test_what_counts_as_roslaunch(arguments, expected):
+    assert is_roslaunch(arguments) is expected

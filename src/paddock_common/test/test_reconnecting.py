@@ -1,7 +1,8 @@
-"""What is asked of the master after a connection has ended, how often, and for what."""
+"""Requests to the master after a connection has ended: which, and how often."""
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 from rospy.impl.registration import RegManager
@@ -26,7 +27,7 @@ class Topics:
         return self.subscription if topic == "/t" else None
 
     def connect(self, uri=URI):
-        """A connection to a publisher that stands."""
+        """Returns an established connection to a publisher."""
         made = TCPROSTransport(TCPROSSub("/t", String), "/t")
         made.set_endpoint_id(uri)
         self.subscription.add_connection(made)
@@ -36,22 +37,21 @@ class Topics:
 @pytest.fixture
 def topics(monkeypatch):
     made = Topics()
-    for module in (subscriptions, subscriptions):
-        monkeypatch.setattr(module, "get_topic_manager", lambda: made)
+    monkeypatch.setattr(subscriptions, "get_topic_manager", lambda: made)
     monkeypatch.setattr(subscriptions, "DELAYS", (0.01, 0.01, 0.01))
-    monkeypatch.setattr(subscriptions, "PATIENCE", 0.2)
+    monkeypatch.setattr(subscriptions, "DRAIN_TIMEOUT", 0.2)
     return made
 
 
 class Master:
-    """A master that knows publishers of /t; counts the questions."""
+    """A master that knows publishers of /t; counts the requests."""
 
     def __init__(self, *uris):
-        self.uris, self.asked, self.connected = uris, 0, []
+        self.uris, self.requests, self.connected = uris, 0, []
 
-    def ask(self, topics):
-        self.asked += 1
-        if self.uris == ("silent",):
+    def request(self, topics):
+        self.requests += 1
+        if self.uris == ("unresponsive",):
             raise ConnectionRefusedError
         return {topic: set(self.uris) for topic in topics}
 
@@ -59,138 +59,142 @@ class Master:
         self.connected.append((topic, uris))
 
 
-def settled(master, reconnecting_):
-    """Waits until nothing is due any more."""
+def wait_until_idle(master, reconnecting_):
+    """Waits until no request is due."""
     end = time.monotonic() + LIMIT
     while True:
-        before = master.asked
+        before = master.requests
         time.sleep(0.1)
-        if not reconnecting_._due and master.asked == before:
+        if not reconnecting_._due and master.requests == before:
             return
         assert time.monotonic() < end
 
 
 @pytest.mark.parametrize(
-    "uris, asked, connected",
+    "uris, requests, connected",
     [
-        ((), 1, []),  # it is no publisher any more
+        ((), 1, []),  # it is no longer a publisher
         ((OTHER,), 1, []),
-        ((URI, OTHER), 3, [("/t", [URI, OTHER])] * 3),  # it was killed: in vain
-        (("silent",), 3, []),
+        ((URI, OTHER), 3, [("/t", [URI, OTHER])] * 3),  # it was killed: no success
+        (("unresponsive",), 3, []),
     ],
 )
-def test_the_master_is_asked_some_times(topics, uris, asked, connected):
+def test_the_number_of_requests_is_limited(topics, uris, requests, connected):
     master = Master(*uris)
-    made = subscriptions.Reconnecting(master.ask, master.connect)
-    made.lost("/t", URI, worked=True)
-    settled(master, made)
-    assert (master.asked, master.connected) == (asked, connected)
+    made = subscriptions.Reconnecting(master.request, master.connect)
+    made.connection_ended("/t", URI, worked=True)
+    wait_until_idle(master, made)
+    assert (master.requests, master.connected) == (requests, connected)
 
 
-def test_a_connection_that_fails_again_and_again_is_given_up(topics):
+def test_a_connection_that_fails_again_and_again_is_abandoned(topics):
     master = Master(URI)
-    made = subscriptions.Reconnecting(master.ask, lambda *_: made.lost("/t", URI, worked=False))
-    made.lost("/t", URI, worked=False)
-    settled(master, made)
-    assert master.asked == 3
-    made.lost("/t", URI, worked=False)
-    settled(master, made)
-    assert master.asked == 3
-    made.forgive("/t", URI)  # the master tells of it
-    made.lost("/t", URI, worked=False)
-    settled(master, made)
-    assert master.asked == 6
-    made.lost("/t", URI, worked=True)
-    settled(master, made)
-    assert master.asked == 9
+    made = subscriptions.Reconnecting(
+        master.request, lambda *_: made.connection_ended("/t", URI, worked=False)
+    )
+    made.connection_ended("/t", URI, worked=False)
+    wait_until_idle(master, made)
+    assert master.requests == 3
+    made.connection_ended("/t", URI, worked=False)
+    wait_until_idle(master, made)
+    assert master.requests == 3
+    made.reset_attempts("/t", URI)  # the master sends an update about it
+    made.connection_ended("/t", URI, worked=False)
+    wait_until_idle(master, made)
+    assert master.requests == 6
+    made.connection_ended("/t", URI, worked=True)
+    wait_until_idle(master, made)
+    assert master.requests == 9
 
 
-def test_nothing_is_asked_for_what_is_connected_or_not_wanted(topics):
+def test_no_request_for_connected_or_unknown_topics(topics):
     topics.connect()
     master = Master(URI)
-    made = subscriptions.Reconnecting(master.ask, master.connect)
-    made.lost("/t", URI, worked=True)
-    made.lost("/other", URI, worked=True)
-    settled(master, made)
-    assert master.asked == 0
+    made = subscriptions.Reconnecting(master.request, master.connect)
+    made.connection_ended("/t", URI, worked=True)
+    made.connection_ended("/other", URI, worked=True)
+    wait_until_idle(master, made)
+    assert master.requests == 0
 
 
-def test_many_that_are_lost_together_are_asked_for_together(topics):
-    begin, master = threading.Event(), Master()
+def test_connections_that_end_together_make_one_request(topics):
+    start, master = threading.Event(), Master()
 
-    def ask(wanted):
-        begin.wait(LIMIT)
-        return master.ask(wanted)
+    def request(topics):
+        start.wait(LIMIT)
+        return master.request(topics)
 
-    made = subscriptions.Reconnecting(ask, master.connect)
-    made.lost("/t", "http://first:1/", worked=True)
+    made = subscriptions.Reconnecting(request, master.connect)
+    made.connection_ended("/t", "http://first:1/", worked=True)
     end = time.monotonic() + LIMIT
-    while made._due:  # the thread asks for the first
+    while made._due:  # the thread requests the first
         assert time.monotonic() < end
         time.sleep(0.001)
     for number in range(20):
-        made.lost("/t", f"http://node:{number}/", worked=True)
+        made.connection_ended("/t", f"http://node:{number}/", worked=True)
     time.sleep(0.1)
-    begin.set()
-    settled(master, made)
-    assert master.asked == 2
+    start.set()
+    wait_until_idle(master, made)
+    assert master.requests == 2
 
 
 @pytest.fixture
-def noted(topics, monkeypatch):
-    """Connects that were asked for when connections ended; no thread."""
+def calls(topics, monkeypatch):
+    """Calls that were made when connections ended; no thread."""
     made = []
     monkeypatch.setattr(subscriptions, "connect", lambda topic, uris: made.append(uris))
-    quiet = type("", (), {"replace": made.append, "lost": lambda *a: made.append("lost")})()
-    quiet.replace = lambda topic, uri: made.append("replace")
-    quiet.forgive = lambda topic, uri: None
-    monkeypatch.setattr(subscriptions, "_reconnecting", quiet)
+    fake = SimpleNamespace(
+        connection_ended=lambda *_: made.append("ended"),
+        replace=lambda *_: made.append("replace"),
+        reset_attempts=lambda *_: None,
+    )
+    monkeypatch.setattr(subscriptions, "_reconnecting", fake)
     return made
 
 
 @pytest.mark.parametrize(
     "lists, expected",
     [
-        ([], ["lost"]),  # it ends for no reason that is known
-        ([[URI]], ["lost"]),
-        ([[]], []),  # it is no publisher any more
+        ([], ["ended"]),  # it ends for an unknown reason
+        ([[URI]], ["ended"]),
+        ([[]], []),  # it is no longer a publisher
         ([[OTHER]], []),
-        ([[], [URI]], ["replace", [URI], "lost"]),  # it was, and is again
+        ([[], [URI]], ["replace", [URI], "ended"]),  # it was, and is again
         ([[], [URI], []], ["replace"]),
     ],
 )
-def test_what_the_master_has_told_says_what_an_end_means(topics, noted, lists, expected):
+def test_the_masters_updates_decide_on_reconnecting(topics, calls, lists, expected):
     connection = topics.connect()
     for publishers in lists:
-        subscriptions._mark("/t", publishers)
+        subscriptions._update_connections("/t", publishers)
     connection.close()
-    subscriptions._ended(topics.subscription, connection, URI, worked=True)
-    assert noted == expected
+    subscriptions._handle_end(topics.subscription, connection, URI, worked=True)
+    assert calls == expected
 
 
-def test_connection_that_rospy_has_given_up_leaves_the_list(topics, noted):
+def test_connection_that_rospy_has_abandoned_leaves_the_list(topics, calls):
     connection = topics.connect()
     connection.done = True  # as rospy does, without closing it
-    subscriptions._ended(topics.subscription, connection, URI, worked=False)
+    subscriptions._handle_end(topics.subscription, connection, URI, worked=False)
     assert topics.subscription.connections == []
 
 
 def test_connection_that_is_replaced_is_closed_after_a_while(topics, monkeypatch):
     master = Master(URI)
-    made = subscriptions.Reconnecting(master.ask, master.connect)
+    made = subscriptions.Reconnecting(master.request, master.connect)
     monkeypatch.setattr(subscriptions, "_reconnecting", made)
     connection = topics.connect()
-    subscriptions._mark("/t", [])
-    subscriptions._mark("/t", [URI])
+    subscriptions._update_connections("/t", [])
+    subscriptions._update_connections("/t", [URI])
     assert not connection.done
-    settled(master, made)
+    wait_until_idle(master, made)
     assert connection.done
     assert master.connected[0] == ("/t", [URI])
 
 
 @pytest.mark.parametrize("lists", [([URI], []), ([], [URI]), ([OTHER], [URI]), ([URI], [URI])])
-def test_no_list_of_publishers_that_waits_is_forgotten(monkeypatch, lists):
-    """rospy takes the last and drops the others of its topic."""
+def test_no_pending_list_of_publishers_is_dropped(monkeypatch, lists):
+    """rospy uses the last and drops the others of its topic."""
     monkeypatch.setattr(RegManager, "publisher_update", subscriptions._join_updates)
     manager = RegManager(None)
     manager.publisher_update("/other", ["http://three:3/"])
@@ -200,13 +204,13 @@ def test_no_list_of_publishers_that_waits_is_forgotten(monkeypatch, lists):
 
 
 def test_one_publisher_is_connected_to_by_one_thread_at_a_time(monkeypatch):
-    within, most = [], []
+    active, counts = [], []
 
     def connect(_handler, topic, _uri):
-        within.append(topic)
-        most.append(len(within))
+        active.append(topic)
+        counts.append(len(active))
         time.sleep(0.02)
-        within.remove(topic)
+        active.remove(topic)
         return 1, "", 0
 
     monkeypatch.setattr(subscriptions, "_connect", connect)
@@ -218,13 +222,13 @@ def test_one_publisher_is_connected_to_by_one_thread_at_a_time(monkeypatch):
         thread.start()
     for thread in threads:
         thread.join(LIMIT)
-    assert most == [1] * 5
+    assert counts == [1] * 5
     assert not subscriptions._locks
 
 
 @pytest.mark.parametrize(
     "topic, publishers", [(7, []), ("/t", None), ("/t", [3, []]), (None, None)]
 )
-def test_nonsense_by_the_network_is_rospys_to_answer(topics, noted, monkeypatch, topic, publishers):
-    monkeypatch.setattr(subscriptions, "_told", lambda *_: (-1, "ERROR", 0))
+def test_invalid_updates_are_passed_to_rospy(topics, calls, monkeypatch, topic, publishers):
+    monkeypatch.setattr(subscriptions, "_publisher_update", lambda *_: (-1, "ERROR", 0))
     assert subscriptions._note_update(None, "/x", topic, publishers) == (-1, "ERROR", 0)

@@ -1,4 +1,4 @@
-"""Rules say what is valid, in the words that users read."""
+"""Rules report what is valid, in the messages that users read."""
 
 import math
 
@@ -14,11 +14,11 @@ from paddock_common.settings import Choice, Flag, Number, Text, converted
         (Number(), np.float32(0.5)),
         (Number(), np.int64(2)),
         (Number(above=0.0), 1e-9),
-        (Number(least=0.0), 0),
-        (Number(least=0.0, most=2.0), 2.0),
+        (Number(min=0.0), 0),
+        (Number(min=0.0, max=2.0), 2.0),
         (Number(above=-1.0, below=1.0), -0.99),
-        (Number(whole=True), 3),
-        (Number(whole=True), np.int64(3)),
+        (Number(integer=True), 3),
+        (Number(integer=True), np.int64(3)),
         (Flag(), False),
         (Choice(("a", "b")), "b"),
         (Choice((1, -1)), -1.0),
@@ -40,14 +40,14 @@ def test_valid_values_come_back(rule, value):
         (Number(unit="m"), math.nan, "a number [m]"),
         (Number(above=0.0, unit="s"), "fast", "a number above 0 [s]"),
         (Number(above=0.0, unit="s"), 0.0, "above 0 [s]"),
-        (Number(least=0.0), -0.1, "0 or more"),
-        (Number(least=0.0), [], "a number, 0 or more"),
+        (Number(min=0.0), -0.1, "0 or more"),
+        (Number(min=0.0), [], "a number, 0 or more"),
         (Number(above=0.0, below=math.pi / 2), 1.6, "above 0 and below 1.571"),
         (Number(above=0.0, below=0.7), 0.7, "above 0 and below 0.7"),
-        (Number(least=0.01, most=3.0), 4.0, "from 0.01 to 3"),
-        (Number(above=0.0, most=5.0), 5.1, "above 0 and at most 5"),
-        (Number(least=0, whole=True), 1.0, "a whole number, 0 or more"),
-        (Number(least=0, whole=True), -1, "0 or more"),
+        (Number(min=0.01, max=3.0), 4.0, "from 0.01 to 3"),
+        (Number(above=0.0, max=5.0), 5.1, "above 0 and at most 5"),
+        (Number(min=0, integer=True), 1.0, "a whole number, 0 or more"),
+        (Number(min=0, integer=True), -1, "0 or more"),
         (Flag(), 1, "true or false"),
         (Choice(("a", "b")), "c", "one of a, b"),
         (Choice((1, -1)), True, "one of 1, -1"),
@@ -64,8 +64,8 @@ def test_others_are_refused_with_what_is_valid(rule, value, valid):
 
 @pytest.mark.parametrize("value, number", [(2, 2.0), ("1e3", 1000.0), (" -0.5 ", -0.5)])
 def test_a_text_that_is_a_number_is_converted(value, number):
-    found = converted("x", value)
-    assert found == number and isinstance(found, float)
+    result = converted("x", value)
+    assert result == number and isinstance(result, float)
 
 
 @pytest.mark.parametrize("value", [True, "two", "", None, [1], math.nan, "inf", 10**400])

@@ -1,4 +1,4 @@
-"""flush: what is queued is waited for, and not for ever."""
+"""flush: it waits for queued messages, and not forever."""
 
 import threading
 import time
@@ -20,10 +20,10 @@ def test_queues_are_waited_for():
     assert not queue
 
 
-def test_a_queue_that_nobody_takes_is_given_up():
-    begin = time.monotonic()
+def test_a_queue_that_does_not_empty_is_abandoned():
+    start = time.monotonic()
     assert not flush(publisher([b"stop"]), limit=0.1)
-    assert time.monotonic() - begin >= 0.1
+    assert time.monotonic() - start >= 0.1
 
 
 def test_a_closed_publisher_has_nothing_to_send():

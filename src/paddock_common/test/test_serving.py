@@ -1,4 +1,4 @@
-"""A node's XML-RPC thread ends with the node, whose socket it polls."""
+"""A node's XML-RPC thread stops with the node, whose socket it polls."""
 
 import time
 
@@ -7,12 +7,12 @@ from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
 from paddock_common import nodes
 
-LIMIT, QUIET = 10.0, 0.8  # [s]; it polls for 0.5 s at a time
+LIMIT, IDLE = 10.0, 0.8  # [s]; it polls for 0.5 s at a time
 
 
 @pytest.fixture
 def node():
-    """A node with a server that runs."""
+    """A node with a running server."""
     node = XmlRpcNode(0, XmlRpcHandler())
     node.start()
     deadline = time.monotonic() + LIMIT
@@ -23,19 +23,19 @@ def node():
 
 
 def test_thread_does_not_poll_closed_socket(node, monkeypatch):
-    """After a shutdown it looks at nothing any more."""
-    monkeypatch.setattr(XmlRpcNode, "shutdown", XmlRpcNode.shutdown)  # put back at the end
-    nodes.end_with_node()
-    looks = []
-    node.server.service_actions = lambda: looks.append(1)
+    """After a shutdown it polls nothing."""
+    monkeypatch.setattr(XmlRpcNode, "shutdown", XmlRpcNode.shutdown)  # restored at the end
+    nodes.close_server_with_node()
+    polls = []
+    node.server.service_actions = lambda: polls.append(1)
     node.shutdown("test")
     deadline = time.monotonic() + LIMIT
     while True:
-        before = len(looks)
-        time.sleep(QUIET)
-        if len(looks) == before:
+        before = len(polls)
+        time.sleep(IDLE)
+        if len(polls) == before:
             return
-        assert time.monotonic() < deadline, f"{len(looks)} looks at a closed socket"
+        assert time.monotonic() < deadline, f"{len(polls)} polls of a closed socket"
 
 
 def test_shutdown_before_start():

@@ -18,7 +18,7 @@ from paddock_common.settings import (
 
 @dataclass(frozen=True)
 class Limits:
-    """One of each kind of field, and one without a rule."""
+    """One of each type of field, and one without a rule."""
 
     speed: float = number(1.5, above=0.0, unit="m/s")
     rate: float = number(100.0, above=0.0, name="pub_frequency")
@@ -45,7 +45,7 @@ def test_parameters_are_read_by_name():
 
 
 @pytest.mark.parametrize(
-    "values, said",
+    "values, message",
     [
         ({"speed": -1}, "limit speed is -1; it must be above 0 [m/s]"),
         ({"pub_frequency": 0}, "limit pub_frequency is 0; it must be above 0"),
@@ -54,10 +54,10 @@ def test_parameters_are_read_by_name():
         ({"frame": ""}, "limit frame is ''; it must be a name"),
     ],
 )
-def test_what_is_wrong_is_named(values, said):
+def test_errors_name_the_setting(values, message):
     with pytest.raises(KeyError) as error:
         read(Limits, values.get, prefix="")
-    assert error.value.args == (said,)
+    assert error.value.args == (message,)
 
 
 def test_one_parameter():
@@ -65,7 +65,7 @@ def test_one_parameter():
     assert parameter(values.get, "rate", 5.0, Number(above=0.0)) == 20
     assert parameter(values.get, "other", 5.0, Number(above=0.0)) == 5.0
     with pytest.raises(ValueError, match="rate is 20; it must be at most 10"):
-        parameter(values.get, "rate", 5.0, Number(most=10.0))
+        parameter(values.get, "rate", 5.0, Number(max=10.0))
 
 
 def test_tables():

@@ -1,4 +1,4 @@
-"""Signals that ask a process to stop; a node ends by them whatever its main thread is doing."""
+"""Signals that request a stop; they shut a node down at any time."""
 
 import signal
 import subprocess
@@ -9,12 +9,12 @@ import pytest
 from paddock_common.process import StopRequest
 
 LIMIT = 60.0  # [s]
-# The main thread has a lock that the shutdown needs, as in a call of the master.
+# The main thread holds a lock that the shutdown needs, as in a call of the master.
 LOCKED = """
 import threading, time
 import rospy
 from paddock_common import nodes
-nodes.watch()
+nodes.handle_signals()
 lock = threading.Lock()
 def end():
     with lock:
@@ -26,13 +26,13 @@ with lock:
 while not rospy.is_shutdown():
     time.sleep(0.01)
 """
-# The main thread ends before the shutdown does.
+# The main thread finishes before the shutdown does.
 SLOW = """
 import time
 import rospy
 import rospy.core
 from paddock_common import nodes
-nodes.watch()
+nodes.handle_signals()
 def end(reason):
     time.sleep(0.5)
     print("unregistered", flush=True)
@@ -41,7 +41,7 @@ print("ready", flush=True)
 while not rospy.is_shutdown():
     time.sleep(0.01)
 """
-# There is no master: the node is never made.
+# There is no master: the node is never initialized.
 STARTING = """
 from paddock_common import nodes
 print("ready", flush=True)
@@ -49,7 +49,7 @@ nodes.init_interruptible("n")
 """
 
 
-def test_a_stop_request_stores_the_first_signal_and_gives_the_handlers_back():
+def test_a_stop_request_stores_the_first_signal_and_restores_the_handlers():
     numbers, calls = (signal.SIGUSR1, signal.SIGUSR2), []
     before = [signal.getsignal(number) for number in numbers]
     with StopRequest(numbers, lambda: calls.append(stop.signal)) as stop:
@@ -67,8 +67,8 @@ def test_a_stop_request_needs_no_ros():
     subprocess.run([sys.executable, "-c", script], check=True, timeout=LIMIT)
 
 
-def ended(script, number, wait=0.0):
-    """What a script prints that gets a signal when it is ready, and its exit status."""
+def stopped(script, number, wait=0.0):
+    """Returns the output of a script that gets a signal when it is ready, and its exit status."""
     process = subprocess.Popen(
         [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -76,28 +76,28 @@ def ended(script, number, wait=0.0):
         assert process.stdout.readline() == "ready\n"
         time.sleep(wait)
         process.send_signal(number)
-        process.send_signal(number)  # a second one does no harm
-        said, _ = process.communicate(timeout=LIMIT)
+        process.send_signal(number)  # a second one has no effect
+        output, _ = process.communicate(timeout=LIMIT)
     finally:
         process.kill()
         process.wait()
-    return said, process.returncode
+    return output, process.returncode
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("script", [LOCKED, SLOW])
-def test_the_shutdown_is_done_to_its_end(script, number):
-    assert ended(script, number) == ("unregistered\n", 0)
+def test_the_shutdown_is_complete(script, number):
+    assert stopped(script, number) == ("unregistered\n", 0)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_node_that_is_not_made_yet_ends_at_once(monkeypatch, number):
-    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:9")  # nobody listens
-    assert ended(STARTING, number, wait=0.5)[1] == -number
+def test_a_node_that_is_not_initialized_yet_exits_immediately(monkeypatch, number):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:9")  # no server
+    assert stopped(STARTING, number, wait=0.5)[1] == -number
 
 
-def test_without_a_signal_nothing_is_waited_for():
-    script = "from paddock_common import nodes\nnodes.watch()\nprint('ends')\n"
+def test_without_a_signal_there_is_no_wait():
+    script = "from paddock_common import nodes\nnodes.handle_signals()\nprint('ends')\n"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT
     )

@@ -1,4 +1,4 @@
-"""Subscriptions keep their publishers in each interleaving in which rospy loses them."""
+"""Subscriptions reconnect in each interleaving in which rospy drops a publisher."""
 
 import queue
 import subprocess
@@ -10,9 +10,9 @@ import pytest
 
 from paddock_common import testing
 
-LIMIT = 40.0  # [s] for what comes at once; what is lost never comes
+LIMIT = 40.0  # [s] for immediate messages; dropped ones never arrive
 TIMES = 15
-# A node that prints what it hears. `delay` has rospy be late at one place.
+# A node that prints what it receives. `delay` makes rospy late at one place.
 NODE = """
 import sys, threading, time
 import rospy
@@ -20,16 +20,16 @@ from rospy.impl import registration
 from rospy.impl.tcpros_base import TCPROSTransport
 from paddock_common import nodes
 from std_msgs.msg import Int32
-def say(text):
-    sys.stdout.write(text + "\\n")  # in one piece
+def log(text):
+    sys.stdout.write(text + "\\n")  # in one write
     sys.stdout.flush()
 {delay}
 nodes.init_node("node", disable_signals=True)
-heard = rospy.Subscriber("/command", Int32, lambda message: say(str(message.data)))
-say("subscribed")
+subscriber = rospy.Subscriber("/command", Int32, lambda message: log(str(message.data)))
+log("subscribed")
 rospy.spin()
 """
-# What is closed is noticed a second later, as by a thread that gets no processor.
+# A closed connection is noticed a second later, as by a thread that gets no CPU time.
 LATE_END = """
 close = TCPROSTransport.close
 def late(self):
@@ -38,25 +38,25 @@ def late(self):
     close(self)
 TCPROSTransport.close = late
 """
-# The master's answer is read after its word of a publisher that registers in between; the thread
-# that reads both waits for the subscription meanwhile, for it looks at all topics twice a second.
-LATE_ANSWER = """
-ask = registration.xmlrpcapi
+# The master's response is read after its update about a publisher that registers in between; the
+# thread that reads both waits for the subscription meanwhile: it checks all topics twice a second.
+LATE_RESPONSE = """
+original = registration.xmlrpcapi
 class Late:
     def __init__(self, master):
         self.master = master
     def __getattr__(self, name):
         return getattr(self.master, name)
     def registerSubscriber(self, *args):
-        answer = self.master.registerSubscriber(*args)
+        response = self.master.registerSubscriber(*args)
         if args[1] == "/command":
             time.sleep(1.5)
-            say("answered")
+            log("responded")
             manager = next(iter(registration.get_registration_listeners().listeners))
             while not any(topic == "/command" for topic, _ in manager.updates):
                 time.sleep(0.01)
-        return answer
-registration.xmlrpcapi = lambda uri, cache=True: Late(ask(uri, cache))
+        return response
+registration.xmlrpcapi = lambda uri, cache=True: Late(original(uri, cache))
 """
 BUSY = """
 def work():
@@ -65,7 +65,7 @@ def work():
 sys.setswitchinterval(0.05)
 threading.Thread(target=work, daemon=True).start()
 """
-# A client: `again` gives up the publisher `made` and makes another.
+# A client with a publisher `made`.
 CLIENT = """
 import sys, time
 import rospy, rospy.core
@@ -76,12 +76,12 @@ def advertise():
     global made
     made = rospy.Publisher("/command", Int32, queue_size=10)
 def await_connection():
-    begin = time.monotonic()
+    start = time.monotonic()
     while not made.get_num_connections():
-        assert time.monotonic() - begin < {limit}, "nobody hears"
+        assert time.monotonic() - start < {limit}, "no subscriber"
         time.sleep(0.005)
-    return time.monotonic() - begin
-{hindrance}
+    return time.monotonic() - start
+{delay}
 rospy.init_node("client", disable_signals=True)
 {life}
 """
@@ -103,25 +103,25 @@ for _ in range(int({limit} / 0.1)):
     made.publish(2)
     time.sleep(0.1)
 """
-# The publisher loses sight of its connection, which stays open: the node hears no end of it.
-FORGET = """
+# The publisher drops its connection, which stays open: the node does not notice.
+DROP = """
 kept = list(made.impl.connections)
 made.impl.connections = []
 """
-# The publisher goes while the node greets it; a second later it comes again.
-GO_AT_FIRST = """
-greet = TCPROSHandler.topic_connection_handler
-def go(self, sock, address, header):
-    if header.get("topic") == "/command" and not gone:
-        gone.append(1)
+# The publisher unregisters during the handshake; later it registers again.
+UNREGISTER_FIRST = """
+handshake = TCPROSHandler.topic_connection_handler
+def unregister_first(self, sock, address, header):
+    if header.get("topic") == "/command" and not done:
+        done.append(1)
         made.unregister()
-    return greet(self, sock, address, header)
-gone = []
-TCPROSHandler.topic_connection_handler = go
+    return handshake(self, sock, address, header)
+done = []
+TCPROSHandler.topic_connection_handler = unregister_first
 """
-COME_AGAIN = """
+REGISTER_AGAIN = """
 advertise()
-while not gone:
+while not done:
     time.sleep(0.01)
 time.sleep(2.0)
 advertise()
@@ -129,20 +129,20 @@ for _ in range(int({limit} / 0.1)):
     made.publish(2)
     time.sleep(0.1)
 """
-# It comes again and again, each time as soon as it is told that the last command was heard.
+# It registers repeatedly, each time as soon as the last command was received.
 MANY = """
 import select
-for number in range({times}):
+for index in range({times}):
     advertise()
     while not select.select([sys.stdin], [], [], 0.01)[0]:
-        made.publish(number)
+        made.publish(index)
     sys.stdin.readline()
     made.unregister()
 """
 
 
 class Process:
-    """A script that runs, and the lines that it says."""
+    """A running script, and the lines that it prints."""
 
     def __init__(self, script, environment):
         self.process = subprocess.Popen(
@@ -159,19 +159,19 @@ class Process:
         for line in self.process.stdout:
             self._lines.put(line.strip())
 
-    def hear(self, wanted, limit=LIMIT):
+    def expect(self, expected, limit=LIMIT):
         """Waits for a line."""
         end = time.monotonic() + limit
         while time.monotonic() < end:
             try:
-                if self._lines.get(timeout=max(0.0, end - time.monotonic())) == wanted:
+                if self._lines.get(timeout=max(0.0, end - time.monotonic())) == expected:
                     return
             except queue.Empty:
                 break
-        raise AssertionError(f"{wanted}: not within {limit:g} s")
+        raise AssertionError(f"{expected}: not within {limit:g} s")
 
-    def go_on(self):
-        """Tells it to go on."""
+    def proceed(self):
+        """Makes it continue."""
         self.process.stdin.write("\n")
         self.process.stdin.flush()
 
@@ -187,8 +187,8 @@ def start(environment):
     """Function that starts a script; killed at the end."""
     made = []
 
-    def popen(script, **words):
-        for name, value in [*words.items(), ("limit", LIMIT)]:
+    def popen(script, **values):
+        for name, value in [*values.items(), ("limit", LIMIT)]:
             script = script.replace(f"{{{name}}}", str(value))
         made.append(Process(script, environment))
         return made[-1]
@@ -199,43 +199,43 @@ def start(environment):
         script.process.wait()
 
 
-def test_publisher_that_comes_again_before_its_end_is_noticed(start):
+def test_publisher_that_registers_again_before_its_end_is_noticed(start):
     node = start(NODE, delay=LATE_END)
-    node.hear("subscribed")
-    start(CLIENT, hindrance="", life=TWICE, between="")
-    node.hear("2")
+    node.expect("subscribed")
+    start(CLIENT, delay="", life=TWICE, between="")
+    node.expect("2")
 
 
-def test_publisher_that_forgets_its_connection_and_comes_again(start):
+def test_publisher_that_drops_its_connection_and_registers_again(start):
     node = start(NODE, delay="")
-    node.hear("subscribed")
-    start(CLIENT, hindrance="", life=TWICE, between=FORGET)
-    node.hear("2")
+    node.expect("subscribed")
+    start(CLIENT, delay="", life=TWICE, between=DROP)
+    node.expect("2")
 
 
-def test_publisher_that_goes_while_it_is_greeted(start):
+def test_publisher_that_unregisters_during_the_handshake(start):
     node = start(NODE, delay="")
-    node.hear("subscribed")
-    start(CLIENT, hindrance=GO_AT_FIRST, life=COME_AGAIN)
-    node.hear("2")
+    node.expect("subscribed")
+    start(CLIENT, delay=UNREGISTER_FIRST, life=REGISTER_AGAIN)
+    node.expect("2")
 
 
 def test_publisher_that_registers_while_the_node_subscribes(start):
-    node = start(NODE, delay=LATE_ANSWER)
-    node.hear("answered")
-    start(CLIENT, hindrance="", life=ADVERTISE)
-    node.hear("1")
+    node = start(NODE, delay=LATE_RESPONSE)
+    node.expect("responded")
+    start(CLIENT, delay="", life=ADVERTISE)
+    node.expect("1")
 
 
-def test_client_that_closes_and_advertises_again_at_once(start):
-    """A busy node hears it each time, within a bounded time."""
+def test_client_that_closes_and_advertises_again_immediately(start):
+    """A busy node receives it each time, within a bounded time."""
     node = start(NODE, delay=BUSY)
-    node.hear("subscribed")
-    client = start(CLIENT, hindrance="", life=MANY, times=TIMES)
+    node.expect("subscribed")
+    client = start(CLIENT, delay="", life=MANY, times=TIMES)
     longest = 0.0
-    for number in range(TIMES):
-        begin = time.monotonic()
-        node.hear(str(number))
-        longest = max(longest, time.monotonic() - begin)
-        client.go_on()
+    for index in range(TIMES):
+        start_time = time.monotonic()
+        node.expect(str(index))
+        longest = max(longest, time.monotonic() - start_time)
+        client.proceed()
     print(f"longest without a command: {longest:.2f} s")

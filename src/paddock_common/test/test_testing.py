@@ -1,4 +1,4 @@
-"""Helpers of tests: processes that end, do not end, and leave others behind."""
+"""Helpers of tests: processes that exit, do not exit, and leave others behind."""
 
 import os
 import signal
@@ -40,7 +40,7 @@ def test_a_zombie_does_not_run():
     with pytest.raises(AssertionError, match=f"process {process.pid} has not ended within 0.01 s"):
         wait_ended(process.pid, 0.01)
     process.stdin.close()
-    wait_ended(process.pid, LIMIT)  # nobody has waited for it yet
+    wait_ended(process.pid, LIMIT)  # it has not been waited for yet
     process.wait()
     assert not is_running(process.pid)
 
@@ -56,12 +56,12 @@ def test_what_a_killed_process_leaves_behind():
     wait_ended(pid, LIMIT)
 
 
-def test_a_session_ends_by_interrupt():
+def test_a_session_stops_by_interrupt():
     process = start("import time; print(1, flush=True)\ntime.sleep(600)")
     process.stdout.readline()
     stop_session(process, LIMIT)
     assert process.returncode == -signal.SIGINT
-    stop_session(process, LIMIT)  # it has ended already
+    stop_session(process, LIMIT)  # it has exited already
     process.stdout.close()
 
 

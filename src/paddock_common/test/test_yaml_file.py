@@ -1,4 +1,4 @@
-"""YAML files: what they hold, or a sentence that names them."""
+"""YAML files: their content, or an error message that names them."""
 
 import os
 
@@ -10,7 +10,7 @@ LAUGHS = "".join(f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 9)}]\n" for n in ran
 
 
 @pytest.mark.parametrize(
-    "content, words",
+    "content, message",
     [
         (b"a: [", "is no YAML"),
         (b"[" * 50_000, "nested too deeply"),
@@ -19,21 +19,21 @@ LAUGHS = "".join(f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 9)}]\n" for n in ran
         (b"a: \xff", "is no YAML"),
         (b"\0", "is no YAML"),
         (b"!!python/object/apply:os.mkdir ['made']", "is no YAML"),
-        (b" " * (yaml_file.LONGEST + 1), "more than"),
+        (b" " * (yaml_file.MAX_SIZE + 1), "more than"),
     ],
     ids=lambda value: repr(value[:12]),
 )
-def test_what_is_no_yaml_is_named(tmp_path, monkeypatch, content, words):
+def test_invalid_yaml_is_named(tmp_path, monkeypatch, content, message):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "f.yaml"
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=f"f.yaml .*{words}") as caught:
+    with pytest.raises(ValueError, match=f"f.yaml .*{message}") as caught:
         yaml_file.read(str(path))
     assert len(str(caught.value)) < 1000 and "\n" not in str(caught.value)
     assert not (tmp_path / "made").exists()
 
 
-def test_what_is_no_file_is_named(tmp_path):
+def test_unreadable_files_are_named(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path, "/dev/zero", tmp_path / "none"):
         with pytest.raises(ValueError, match=f"{path} cannot be read"):
@@ -46,6 +46,6 @@ def test_a_file_is_read_in_its_encoding(tmp_path, encoding):
     assert yaml_file.read(str(tmp_path / "f.yaml")) == {"street": "Häuserweg"}
 
 
-def test_what_repeats_without_end_is_shown_in_short():
-    held = yaml_file.parse("l0: &l0 [lol]\n" + LAUGHS, "f.yaml")
-    assert len(yaml_file.shown(held)) < 5000
+def test_endless_repetition_is_formatted_briefly():
+    data = yaml_file.parse("l0: &l0 [lol]\n" + LAUGHS, "f.yaml")
+    assert len(yaml_file.formatted(data)) < 5000

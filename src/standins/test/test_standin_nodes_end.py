@@ -79,7 +79,7 @@ def terminal():
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_end_silently(environment, tmp_path, terminal, node, number):
     name, topics, arguments = NODES[node]
-    testing.assert_silent_end(
+    testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         f"/{name}",
         [testing.executable(*node.split("/")), *arguments],

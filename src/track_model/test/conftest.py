@@ -9,7 +9,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 @pytest.fixture(autouse=True)
 def cache_home(tmp_path_factory, monkeypatch, request):
-    """One cache for a test module, unless a test asks for its own (own_cache)."""
+    """One cache for a test module, unless a test requests a separate one (own_cache)."""
     name = request.module.__name__
     store = request.config.__dict__.setdefault("_track_caches", {})
     if name not in store:

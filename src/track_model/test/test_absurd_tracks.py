@@ -20,15 +20,15 @@ TRACK = pathlib.Path(source.tracks_directory(), "hard.yaml").read_bytes()
 
 
 def refused(name, content):
-    """The sentence with which a file is refused."""
+    """The message with which a file is refused."""
     with pytest.raises(TrackError, match=name) as caught:
         source.load(name, content if isinstance(content, bytes) else content.encode())
     return str(caught.value)
 
 
-def npy(shape, kind="<f8", data=b""):
-    """A .npy file that says to have a shape, and has other data."""
-    text = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n".encode()
+def npy(shape, dtype="<f8", data=b""):
+    """A .npy file whose header does not match its data."""
+    text = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}\n".encode()
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + data
 
 
@@ -107,7 +107,7 @@ def test_what_is_no_file_or_too_long(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     long = tmp_path / "long.csv"
     with long.open("wb") as stream:
-        stream.truncate(source.LONGEST + 1)
+        stream.truncate(source.MAX_SIZE + 1)
     for path in (tmp_path / "pipe.csv", tmp_path, "/dev/zero", long):
         with pytest.raises(TrackError, match=str(path)):
             source.read(str(path))
@@ -119,11 +119,11 @@ def test_what_is_no_file_or_too_long(tmp_path):
 def test_a_shipped_track_with_other_bytes_is_read_or_refused(data):
     content = bytearray(TRACK)
     for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.integers(0, len(content) - 1))
+        index = data.draw(st.integers(0, len(content) - 1))
         new = data.draw(
             st.binary(max_size=3) | st.sampled_from([b"1e99", b"-", b"nan", b"[[", b": "])
         )
-        content[place : place + data.draw(st.integers(0, 3))] = new
+        content[index : index + data.draw(st.integers(0, 3))] = new
     try:
         source.load("t.yaml", bytes(content))
     except TrackError as error:

@@ -158,9 +158,9 @@ def test_chassis_clears_ground_and_wheels(robot):
         _, width, height = numbers(collision.find("geometry/box").get("size"))
         bottom = z - height / 2.0
         assert bottom > 0.009 + 0.004 + 0.005
-        # Either inside the wheels turned by 60 degrees, or above their tops.
-        reach = 0.03 * math.sin(math.radians(60)) + 0.0125 * math.cos(math.radians(60))
-        assert width / 2.0 < 0.079601 - reach or bottom > 0.01575 + 0.023249 + 0.03
+        # Either inside the wheels steered by 60 degrees, or above their tops.
+        extent = 0.03 * math.sin(math.radians(60)) + 0.0125 * math.cos(math.radians(60))
+        assert width / 2.0 < 0.079601 - extent or bottom > 0.01575 + 0.023249 + 0.03
 
 
 def test_camera(robot):

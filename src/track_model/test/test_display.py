@@ -10,7 +10,7 @@ from track_model import geometry, track_file
 
 
 def area(marker):
-    """Area of a marker's triangles [m^2]; all turn the same way."""
+    """Area of a marker's triangles [m^2]; all have the same orientation."""
     corners = np.array([(p.x, p.y) for p in marker.points]).reshape(-1, 3, 2)
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     areas = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2.0
@@ -35,10 +35,10 @@ def test_the_lane_marker_covers_the_lane(text, closed):
     assert lane.closed == closed
     marker = lane_marker(lane, "odom")
     left, right = lane.edge(1), lane.edge(-1)
-    whole = (
+    expected = (
         Polygon(right).area - Polygon(left).area
         if closed
         else Polygon(np.vstack([left, right[::-1]])).area
     )
-    assert area(marker) == pytest.approx(whole, rel=1e-6)
+    assert area(marker) == pytest.approx(expected, rel=1e-6)
     assert marker.header.frame_id == "odom" and marker.color.a == 1.0

@@ -51,9 +51,9 @@ def test_sizes():
         assert low[0] > -0.16 and high[0] < 0.18 and max(-low[1], high[1]) < 0.1, name
 
 
-def test_colours_are_those_of_the_description(package):
+def test_colors_are_those_of_the_description(package):
     text = (package / "urdf" / "materials.xacro").read_text()
     names = {"body": "paint", "headlights": "headlight", "taillights": "taillight"}
-    for name, colour in MESHES.colours.items():
+    for name, color in MESHES.colors.items():
         match = re.search(f'name="{names.get(name, name)}"><color rgba="([^"]*)"', text)
-        assert tuple(map(float, match.group(1).split()))[:3] == colour, name
+        assert tuple(map(float, match.group(1).split()))[:3] == color, name

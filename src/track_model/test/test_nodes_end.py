@@ -1,4 +1,4 @@
-"""Nodes of the track say nothing when they end while messages come."""
+"""Nodes of the track print nothing when they stop while messages arrive."""
 
 import signal
 
@@ -20,8 +20,8 @@ def environment():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("node", NODES)
-def test_nodes_end_silently(environment, tmp_path, node, number):
-    testing.assert_silent_end(
+def test_nodes_stop_cleanly(environment, tmp_path, node, number):
+    testing.assert_clean_exit(
         testing.slow_close(tmp_path, environment),
         f"/{node}",
         [testing.executable("track_model", node)],

@@ -28,11 +28,11 @@ def message(frame="odom", child="base_link"):
 )
 def test_frames_and_pose(frames, arguments, expected):
     result = to_transform(message(*frames), **arguments)
-    move, turn = result.transform.translation, result.transform.rotation
+    translation, rotation = result.transform.translation, result.transform.rotation
     assert (result.header.frame_id, result.child_frame_id) == expected
     assert result.header.stamp == rospy.Time(12, 34)
-    assert (move.x, move.y, move.z) == (1.5, -2.5, 0.25)
-    assert (turn.x, turn.y, turn.z, turn.w) == (0.0, 0.0, 0.6, 0.8)
+    assert (translation.x, translation.y, translation.z) == (1.5, -2.5, 0.25)
+    assert (rotation.x, rotation.y, rotation.z, rotation.w) == (0.0, 0.0, 0.6, 0.8)
 
 
 def test_missing_frame_is_named():

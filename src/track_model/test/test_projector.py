@@ -1,4 +1,4 @@
-"""The fast projection gives what Course gives."""
+"""The fast projection has the same results as Course."""
 
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def points_around(course, count=200):
     """Points within 0.6 m of the centreline, and their arc lengths before projection."""
     rng = np.random.default_rng(7)
     s = rng.uniform(-0.2, course.length + 0.2, count)
-    place = np.array([course.pose(at)[:2] for at in s])
-    return s, place + rng.uniform(-0.4, 0.4, (count, 2))
+    positions = np.array([course.pose(at)[:2] for at in s])
+    return s, positions + rng.uniform(-0.4, 0.4, (count, 2))
 
 
 @pytest.mark.parametrize("near", [False, True])
@@ -34,33 +34,35 @@ def test_arc_length_and_side_are_those_of_course(course, near):
     for s, point in zip(*points_around(course)):
         start = s if near else None
         expected = course.project(*point, near=start)
-        got = fast.project(point[None], start)
-        assert [float(value[0]) for value in got] == pytest.approx(expected, abs=1e-9)
+        result = fast.project(point[None], start)
+        assert [float(value[0]) for value in result] == pytest.approx(expected, abs=1e-9)
 
 
 def test_one_point_is_projected_as_several(course):
     fast = Projector(course)
     for s, point in zip(*points_around(course)):
         expected = fast.project(point[None], s)
-        assert fast.place(*point, s) == pytest.approx([float(v[0]) for v in expected], abs=1e-9)
+        assert fast.project_point(*point, s) == pytest.approx(
+            [float(v[0]) for v in expected], abs=1e-9
+        )
 
 
 def test_several_points_share_a_window(course):
     s, points = points_around(course, 8)
     near = float(s[0])
     cluster = points[0] + 0.05 * (points - points[0]) / (1.0 + np.abs(points - points[0]))
-    got = np.array(Projector(course).project(cluster, near)).T
+    result = np.array(Projector(course).project(cluster, near)).T
     expected = [course.project(*point, near=near) for point in cluster]
-    assert got == pytest.approx(np.array(expected), abs=1e-9)
+    assert result == pytest.approx(np.array(expected), abs=1e-9)
 
 
 def test_poses_are_those_of_course(course):
     fast = Projector(course)
     for s in points_around(course)[0]:
         expected = course.pose(s)
-        got = fast.pose(s)
-        assert got[:2] == pytest.approx(expected[:2], abs=1e-4)  # [m]: chords taken as equal
-        assert np.angle(np.exp(1j * (got[2] - expected[2]))) == pytest.approx(0.0, abs=1e-3)
+        result = fast.pose(s)
+        assert result[:2] == pytest.approx(expected[:2], abs=1e-4)  # [m]: chords taken as equal
+        assert np.angle(np.exp(1j * (result[2] - expected[2]))) == pytest.approx(0.0, abs=1e-3)
 
 
 def test_curvature_is_that_of_course(course):
@@ -72,7 +74,7 @@ def test_curvature_is_that_of_course(course):
 def test_the_bend_is_the_curvature(course):
     fast = Projector(course)
     for s in np.linspace(0.1, course.length - 0.1, 100):
-        assert fast.bend(s) == pytest.approx(float(fast.curvature(s)), abs=0.05)
+        assert fast.point_curvature(s) == pytest.approx(float(fast.curvature(s)), abs=0.05)
 
 
 def test_sides_are_those_of_the_lane(course):

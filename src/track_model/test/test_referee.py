@@ -26,19 +26,19 @@ def course():
     return Course(geometry.lane(circle()))
 
 
-def place(angle, offset=0.0):
+def pose_at(angle, offset=0.0):
     """Pose at an angle past the start, offset [m] to the left (towards the centre)."""
     r = RADIUS - offset
     return r * np.sin(angle), RADIUS - r * np.cos(angle), angle
 
 
-def drive(referee, angles, times, offset=0.0, turn=0.0):
+def drive(referee, angles, times, offset=0.0, rotation=0.0):
     """Feed poses; returns all events as (time, name)."""
     events = []
     speeds = np.gradient(np.asarray(angles) * (RADIUS - offset), times)
     for angle, time, speed in zip(angles, times, speeds):
-        x, y, yaw = place(angle, offset)
-        _, new = referee.update(time, x, y, yaw + turn, speed)
+        x, y, yaw = pose_at(angle, offset)
+        _, new = referee.update(time, x, y, yaw + rotation, speed)
         events += [(time, name) for name in new]
     return events
 
@@ -46,30 +46,30 @@ def drive(referee, angles, times, offset=0.0, turn=0.0):
 def test_projection(course):
     for angle in np.linspace(0.01, 6.2, 40):
         for offset in (-0.3, 0.0, 0.35):
-            s, left = course.project(*place(angle, offset)[:2])
+            s, left = course.project(*pose_at(angle, offset)[:2])
             assert s == pytest.approx(RADIUS * angle, abs=2e-3)
             assert left == pytest.approx(offset, abs=2e-4)
-    assert course.pose(RADIUS)[:2] == pytest.approx(place(1.0)[:2], abs=1e-3)
+    assert course.pose(RADIUS)[:2] == pytest.approx(pose_at(1.0)[:2], abs=1e-3)
     assert course.pose(RADIUS)[2] == pytest.approx(1.0, abs=1e-3)
     assert course.curvature(3.0) == pytest.approx(1.0 / RADIUS, rel=0.01)
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 123.0])
 def test_lap_times_are_exact_between_samples(course, rate):
-    """0.31 rad/s from 0.2 rad before the line: crossings at 0.2/0.31 s and one turn later each."""
+    """0.31 rad/s from 0.2 rad before the line: crossings at 0.2/0.31 s and one lap later each."""
     referee = Referee(course)
     times = np.arange(0.0, 45.0, 1.0 / rate)
     events = drive(referee, 0.31 * times - 0.2, times)
     assert [name for _, name in events] == ["start", "lap", "lap"]
-    turn = 2.0 * np.pi / 0.31
+    lap = 2.0 * np.pi / 0.31
     for (time, _), k in zip(events, range(3)):
-        assert 0.0 <= time - (0.2 / 0.31 + k * turn) < 1.0 / rate
-    assert referee.status.last_lap_time == pytest.approx(turn, abs=1e-4)
-    assert referee.status.best_lap_time == pytest.approx(turn, abs=1e-4)
+        assert 0.0 <= time - (0.2 / 0.31 + k * lap) < 1.0 / rate
+    assert referee.status.last_lap_time == pytest.approx(lap, abs=1e-4)
+    assert referee.status.best_lap_time == pytest.approx(lap, abs=1e-4)
     assert referee.status.laps == 2
     expected = 100.0 * ((0.31 * times[-1] - 0.2) / (2.0 * np.pi) - 2)
     assert referee.status.progress == pytest.approx(expected, abs=0.5)
-    assert referee.status.lap_time == pytest.approx(times[-1] - 0.2 / 0.31 - 2 * turn, abs=1e-4)
+    assert referee.status.lap_time == pytest.approx(times[-1] - 0.2 / 0.31 - 2 * lap, abs=1e-4)
 
 
 def test_standing_start_counts_from_the_first_motion(course):
@@ -95,9 +95,9 @@ def test_cutting_to_a_far_part_is_no_progress(course):
     """A car that is moved elsewhere continues from there; the distance between does not count."""
     referee = Referee(course)
     drive(referee, np.linspace(-0.2, 1.0, 100), np.arange(100) * 0.02)
-    way = referee.status.distance
+    distance = referee.status.distance
     drive(referee, np.linspace(5.0, 5.1, 10), 3.0 + np.arange(10) * 0.02)
-    assert referee.status.distance - way == pytest.approx(0.1 * RADIUS, abs=0.03)
+    assert referee.status.distance - distance == pytest.approx(0.1 * RADIUS, abs=0.03)
 
 
 def test_wheels_off_and_penalty(course):
@@ -172,32 +172,34 @@ def test_time_going_back_restarts_the_run(course):
 
 
 def test_off_track_matches_polygon_geometry():
-    """10,000 random poses on a track of the package against shapely's own containment."""
+    """10,000 random poses on a track of the package against shapely's containment."""
     path = source.find("hard")
     lane = geometry.lane(source.load(path))
     area, referee = prep(region.lane_area(lane)), Referee(Course(lane))
     rng = np.random.default_rng(7)
     low, high = lane.curve.min(axis=0) - 0.8, lane.curve.max(axis=0) + 0.8
     wheels = np.array(Car().wheels)
-    places = []
+    positions = []
     for x, y, yaw in zip(
         rng.uniform(low[0], high[0], 10000),
         rng.uniform(low[1], high[1], 10000),
         rng.uniform(-np.pi, np.pi, 10000),
     ):
-        turn = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
-        places.append(wheels @ turn.T + (x, y))
-    places = np.array(places)
-    expected = np.array([[area.contains(Point(place)) for place in four] for four in places])
-    for begin in range(0, 10000, 100):  # a hundred poses at once
-        found = referee.course.contains(places[begin : begin + 100].reshape(-1, 2))
-        np.testing.assert_array_equal(found.reshape(-1, 4), expected[begin : begin + 100])
-    seen = set(np.count_nonzero(~expected, axis=1))
-    assert seen == {0, 1, 2, 3, 4}
+        rotation = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
+        positions.append(wheels @ rotation.T + (x, y))
+    positions = np.array(positions)
+    expected = np.array(
+        [[area.contains(Point(position)) for position in four] for four in positions]
+    )
+    for start in range(0, 10000, 100):  # a hundred poses in one call
+        result = referee.course.contains(positions[start : start + 100].reshape(-1, 2))
+        np.testing.assert_array_equal(result.reshape(-1, 4), expected[start : start + 100])
+    counts = set(np.count_nonzero(~expected, axis=1))
+    assert counts == {0, 1, 2, 3, 4}
 
 
 @pytest.mark.parametrize(
-    "wrong, words",
+    "wrong, texts",
     [
         ({"off_track": "two"}, ["off_track", "two", "all, one"]),
         ({"stuck_time": -1.0}, ["stuck_time", "-1"]),
@@ -205,16 +207,16 @@ def test_off_track_matches_polygon_geometry():
         ({"auto_reset": 1}, ["auto_reset", "true or false"]),
     ],
 )
-def test_bad_rules(wrong, words):
+def test_invalid_rules(wrong, texts):
     with pytest.raises(ValueError) as caught:
         Rules(**wrong)
-    assert all(word in str(caught.value) for word in words)
+    assert all(text in str(caught.value) for text in texts)
 
 
 def test_a_stale_pose_at_the_line_starts_no_lap(course):
-    """The car was just moved before the line, but one old message still says that it is on it."""
+    """The car was just moved before the line, but one old message still has it on the line."""
     referee = Referee(course)
-    referee.update(0.0, *place(0.02), 0.0)
+    referee.update(0.0, *pose_at(0.02), 0.0)
     events = drive(referee, np.linspace(-0.2, 1.0, 100), 0.02 + 0.02 * np.arange(100))
     assert [name for _, name in events] == ["start"]
     assert referee.status.progress == pytest.approx(100.0 / (2.0 * np.pi), abs=0.5)

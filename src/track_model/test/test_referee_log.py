@@ -11,21 +11,21 @@ def status():
     return Status(**{**values, "wheels_off": (False,) * 4})
 
 
-def test_a_full_disk_is_said_once_and_ends_the_log():
-    said = []
-    log = Log("/dev/full", said.append)
+def test_a_full_disk_is_reported_once_and_ends_the_log():
+    reported = []
+    log = Log("/dev/full", reported.append)
     for _ in range(2000):
         log.add((0.0, 0.0, 0.0), status(), [])
     log.close()
-    assert said == ["/dev/full cannot be written: No space left on device; it ends here"]
+    assert reported == ["/dev/full cannot be written: No space left on device; it stops here"]
 
 
 def test_what_does_not_fill_the_buffer_is_missed_at_the_end():
-    said = []
-    log = Log("/dev/full", said.append)
+    reported = []
+    log = Log("/dev/full", reported.append)
     log.add((0.0, 0.0, 0.0), status(), [])
     log.close()
-    assert len(said) == 1
+    assert len(reported) == 1
 
 
 def test_rows_are_written(tmp_path):

@@ -1,4 +1,4 @@
-"""Routes of other projects: their forms, tracks made from them, error messages."""
+"""Routes of other projects: their formats, tracks made from them, error messages."""
 
 import io
 import xml.etree.ElementTree as ET
@@ -57,13 +57,13 @@ def test_community_routes_become_tracks(number, tmp_path):
     assert loaded.centreline[0] == pytest.approx((0, 0), abs=1e-9)
     assert curves.tangents(loaded.centreline, closed)[0] == pytest.approx((1, 0), abs=1e-9)
     x, y, yaw = loaded.lane.origin
-    turn = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
-    there = loaded.centreline @ turn.T + (x, y)
+    rotation = np.array(((np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))))
+    there = loaded.centreline @ rotation.T + (x, y)
     for points, line in (
         (array[:, :2], there),
         (
             np.vstack([array[:, 2:4], array[:, 4:6]]),
-            np.vstack([loaded.inner, loaded.outer]) @ turn.T + (x, y),
+            np.vstack([loaded.inner, loaded.outer]) @ rotation.T + (x, y),
         ),
     ):
         off = np.linalg.norm(points[:, None] - line[None], axis=2).min(axis=1)
@@ -107,7 +107,7 @@ def changed(row, column, value):
 
 
 @pytest.mark.parametrize(
-    "name, content, words",
+    "name, content, texts",
     [
         ("a.npy", b"nonsense", ["content", "not an array file", ".npy"]),
         ("a.npy", b"", ["content", "not an array file"]),
@@ -127,12 +127,12 @@ def changed(row, column, value):
         ("a.csv", b"0, 0, 1, 1\n1, 0, -3, 1\n2, 1, 1, 1", ["width near point 1", "-2"]),
     ],
 )
-def test_mistakes(name, content, words):
+def test_invalid_routes(name, content, texts):
     with pytest.raises(spec.TrackError) as caught:
         source.load(name, content)
     assert "\n" not in str(caught.value)
-    for word in [name, "valid:", *words]:
-        assert word in str(caught.value)
+    for text in [name, "valid:", *texts]:
+        assert text in str(caught.value)
 
 
 def test_self_crossing_route():
@@ -142,23 +142,23 @@ def test_self_crossing_route():
         geometry.lane(source.load("a.npy", npy(deepracer(eight, 0.3 * np.ones(80)))))
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3])
+@pytest.mark.parametrize("angle", [0.0, 0.3])
 @pytest.mark.parametrize("count", [8, 9, 40])
-def test_a_crossing_at_a_point_of_the_curve_is_one(turn, count):
+def test_a_crossing_at_a_point_of_the_curve_is_one(angle, count):
     at = 2.0 * np.pi * np.arange(count) / count
     eight = np.stack([np.sin(at), np.sin(at) * np.cos(at)], axis=1)
     eight[np.hypot(*eight.T) < 1e-9] = 0.0  # both ways through the same point
-    eight = eight @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+    eight = eight @ [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
     assert curves.first_crossing(eight) is not None
     assert curves.first_crossing(np.roll(eight, 3, axis=0)[::-1]) is not None
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, 2.0])
-def test_straight_parts_do_not_cross(turn):
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+def test_straight_parts_do_not_cross(angle):
     sides = [np.linspace(0.0, 3.0, 31)[:-1], np.full(30, 3.0)]
     square = np.vstack([np.stack(sides, 1), np.stack(sides[::-1], 1)])
     square = np.vstack([square, 3.0 - square])[:, ::-1]
-    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     assert curves.first_crossing(square @ rotation) is None
     assert curves.first_crossing(square[:25] @ rotation, closed=False) is None
 

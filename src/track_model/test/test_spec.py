@@ -26,7 +26,7 @@ def test_values_are_read():
     )
     assert (track.name, track.width, track.friction, track.start_line) == ("mine", 0.5, 2.0, False)
     assert track.walls == spec.WallSpec(True, 0.25, 0.03, 0.15)
-    assert track.colours["grass"] == (1, 2, 3) and track.colours["border"] == (242, 242, 240)
+    assert track.colors["grass"] == (1, 2, 3) and track.colors["border"] == (242, 242, 240)
 
 
 def test_repeated_first_point_closes():
@@ -36,7 +36,7 @@ def test_repeated_first_point_closes():
 
 
 @pytest.mark.parametrize(
-    "text, words",
+    "text, expected",
     [
         ("", ["content", "mapping"]),
         ("[1, 2]", ["content", "mapping"]),
@@ -66,21 +66,21 @@ def test_repeated_first_point_closes():
         ("points: [[0, 0], [1, .inf], [1, 1]]", ["points[1]", "inf", "finite"]),
         ("points: [[0, 0], [1, a], [1, 1]]", ["points[1]", "'a'", "number"]),
         ("points: [[0, 0], [1, 999], [1, 1]]", ["points[1]", "999", "50"]),
-        ("points: [[0, 0], [0, 0], [1, 1], [2, 0]]", ["points[1]", "point before"]),
+        ("points: [[0, 0], [0, 0], [1, 1], [2, 0]]", ["points[1]", "previous point"]),
     ],
 )
-def test_mistakes_in_the_file(text, words):
+def test_errors_in_the_file(text, expected):
     with pytest.raises(spec.TrackError) as caught:
         track_file.parse(text, "file.yaml")
     message = str(caught.value)
     assert isinstance(caught.value, ValueError) and message.startswith("file.yaml: ")
     assert "\n" not in message
-    for word in [*words, "valid:"]:
+    for word in [*expected, "valid:"]:
         assert word in message
 
 
 @pytest.mark.parametrize(
-    "text, words",
+    "text, expected",
     [
         ("points: [[0, 0], [4, 4], [4, 0], [0, 4]]", ["crosses itself", "near"]),
         ("points: [[0, 0], [0.5, 0], [0.5, 0.5], [0, 0.5]]", ["bend of radius", "near"]),
@@ -92,10 +92,10 @@ def test_mistakes_in_the_file(text, words):
         (SQUARE + "start_distance: 50", ["start_distance", "50", "length"]),
     ],
 )
-def test_mistakes_in_the_geometry(text, words):
+def test_errors_in_the_geometry(text, expected):
     with pytest.raises(spec.TrackError) as caught:
         geometry.centreline(track_file.parse(text, "file.yaml"))
-    for word in ["file.yaml", "valid:", *words]:
+    for word in ["file.yaml", "valid:", *expected]:
         assert word in str(caught.value)
 
 

@@ -1,4 +1,4 @@
-"""Geometry, picture, SDF, cache and command line."""
+"""Geometry, image, SDF, cache and command line."""
 
 import os
 import pathlib
@@ -85,7 +85,7 @@ def test_edges(made):
     assert curves.closed_length(made.inner) < made.length < curves.closed_length(made.outer)
 
 
-def colour_at(made, points):
+def color_at(made, points):
     """Return the texture's RGB (N, 3) under points [m] by the documented orientation alone."""
     image = cv2.imread(made.texture)[:, :, ::-1].astype(float)
     xmin, xmax, ymin, ymax = made.extent
@@ -105,19 +105,19 @@ def test_texture_shows_borders_and_grass_where_they_are(made):
             (half + 0.05, "grass"),
             (half / 2.0, "asphalt"),
         ):
-            found = colour_at(made, curve + side * distance * normal)
-            error = np.abs(found - made.spec.colours[name]).max(axis=1)
+            colors = color_at(made, curve + side * distance * normal)
+            error = np.abs(colors - made.spec.colors[name]).max(axis=1)
             assert np.percentile(error, 95) < 30, (side, name)
 
 
-def test_dashes_are_orange_for_their_share(made):
-    found = colour_at(made, made.centreline[5:-5])
-    orange = np.abs(found - made.spec.colours["centre_line"]).max(axis=1) < 60
+def test_dashes_are_orange_for_their_fraction(made):
+    colors = color_at(made, made.centreline[5:-5])
+    orange = np.abs(colors - made.spec.colors["centre_line"]).max(axis=1) < 60
     assert orange.mean() == pytest.approx(0.6, abs=0.03)
 
 
-def test_mesh_and_picture_agree(made):
-    """u grows with x, v with y; v = 0 is the picture's lowest row, as OBJ has it."""
+def test_mesh_and_image_agree(made):
+    """u grows with x, v with y; v = 0 is the image's bottom row, as OBJ defines."""
     lines = [line.split() for line in open(made.directory + "/track.obj", encoding="utf-8")]
     vertices = [tuple(map(float, line[1:])) for line in lines if line[0] == "v"]
     uvs = [tuple(map(float, line[1:])) for line in lines if line[0] == "vt"]
@@ -200,11 +200,11 @@ def test_changed_file_gets_its_own_folder(small, own_cache):
 
 
 def test_same_input_same_bytes(small, tmp_path, monkeypatch):
-    pictures = []
+    images = []
     for name in ("one", "two"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
-        pictures.append(open(cache.ensure(small) + "/track.png", "rb").read())
-    assert pictures[0] == pictures[1]
+        images.append(open(cache.ensure(small) + "/track.png", "rb").read())
+    assert images[0] == images[1]
 
 
 def test_bad_track_leaves_nothing(tmp_path, own_cache):
@@ -225,7 +225,7 @@ def test_command_line(small, own_cache, tmp_path):
     assert (code, err) == (0, "") and ET.fromstring(out).find("model").get("name") == "track"
     made = states(own_cache)
     assert made and run("--sdf", small)[1] == out
-    assert states(own_cache) == made  # cached: nothing was made again
+    assert states(own_cache) == made  # cached: nothing was generated again
     code, out, err = run(small, "-o", str(tmp_path / "out dir"))
     assert (code, err) == (0, "") and len(out.split("\n")) == 7
     assert all(os.path.isfile(path) for path in out.rstrip("\n").split("\n"))
@@ -249,21 +249,21 @@ def test_cached_answer_imports_no_numpy(small, package):
 
 
 @pytest.mark.parametrize(
-    "content, words",
+    "content, texts",
     [
         (None, ["nowhere", "default, easy, hard, medium"]),
         ("points: [[0, 0], [1, 0]]", ["points", "2 distinct points"]),
         (SMALL + "colour: red", ["'colour'", "colours"]),
     ],
 )
-def test_command_line_errors_are_one_line(tmp_path, content, words):
+def test_command_line_errors_are_one_line(tmp_path, content, texts):
     path = tmp_path / "nowhere.yaml"
     if content:
         path.write_text(content)
     code, out, err = run("--sdf", str(path))
     assert (code, out) == (1, "") and err.count("\n") == 1 and err.startswith("make_track: ")
-    for word in words:
-        assert word in err
+    for text in texts:
+        assert text in err
 
 
 def test_unwritable_cache_is_one_line(small, tmp_path, monkeypatch):

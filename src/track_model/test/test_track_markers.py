@@ -36,7 +36,7 @@ def test_ground_and_walls_are_those_of_the_track(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "description, told",
+    "description, message",
     [
         ("no XML", "is not the SDF of a track"),
         ("<sdf><model><link/></model></sdf>", "has 0 visuals"),
@@ -46,6 +46,6 @@ def test_ground_and_walls_are_those_of_the_track(tmp_path, monkeypatch):
         ),
     ],
 )
-def test_what_shows_no_track_is_refused(description, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_description_without_a_track_is_refused(description, message):
+    with pytest.raises(ValueError, match=message):
         track_markers(description, "odom")

@@ -10,10 +10,11 @@ from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.world import World
 from bullet_sim.xml_reader import is_true
-from paddock_common.nodes import bear_failures
-from paddock_common.process import end_with_roslaunch
+from paddock_common.nodes import tolerate_log_errors
+from paddock_common.process import exit_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
+from bullet_bridge.extensions import Extensions
 from bullet_bridge.loop.clock import SimClock, set_own_time
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import Arrivals
@@ -54,7 +55,7 @@ class Config:
 
     world_file: str = text("", empty=True)
     paused: bool = flag(False)
-    real_time_factor: float = number(1.0, least=0.0)
+    real_time_factor: float = number(1.0, min=0.0)
     world_pace: bool = False
     lockstep: bool = flag(False)
     every_picture: bool = flag(False)
@@ -62,11 +63,11 @@ class Config:
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
     labels: bool = flag(False)
-    clock_rate: float = number(200.0, least=0.0, unit="Hz", name="pub_clock_frequency")
+    clock_rate: float = number(200.0, min=0.0, unit="Hz", name="pub_clock_frequency")
     states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
-    step_timeout: float = number(10.0, least=0.0, unit="s")
+    step_timeout: float = number(10.0, min=0.0, unit="s")
     gui: bool = flag(False)
     headless: bool = flag(False)
 
@@ -108,10 +109,10 @@ def end(reason):
 def main():
     """Run the node `gazebo`; returns 1 after logging the reason when it cannot start or go on."""
     keep_python_output()
-    bear_failures()
+    tolerate_log_errors()
     # A subscription to its own /clock would cost a socket and a thread: SimClock sets the time.
     nodes.init_interruptible("gazebo", disable_rostime=True)
-    end_with_roslaunch()
+    exit_with_roslaunch()
     master = MasterWatch(end)
     master.monitor.start()
     with ExitStack() as parts:
@@ -144,6 +145,8 @@ def make_server(parts):
         parts.callback(relay.close)
     publishing.set_relay(relay)
     resolve = Resolver()
+    extensions = Extensions()
+    extensions.enter()
     described = load_world(world, config.world_file, resolve)
     if config.world_pace and described is not None:
         config = replace(config, real_time_factor=described.real_time_factor)
@@ -152,7 +155,7 @@ def make_server(parts):
     cameras = make_cameras(world, config)
     parts.callback(cameras.close)
     arrivals = Arrivals()
-    robots = Robots(jobs, world, cameras, config.seed, arrivals)
+    robots = Robots(jobs, world, cameras, config.seed, arrivals, extensions)
     own_time = set_own_time if is_true(rospy.get_param("/use_sim_time", False)) else None
     clock = SimClock(config.clock_rate, world.time_step, own=own_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)

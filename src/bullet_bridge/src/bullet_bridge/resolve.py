@@ -210,7 +210,7 @@ def exported_folders(packages, key):
     """
     folders = []
     for name in packages.list():  # rospkg overlooks <depend> of format 2
-        if not _is_in_manifest(key, packages.get_path(name)):
+        if not is_in_manifest(key, packages.get_path(name)):
             continue  # rospkg takes milliseconds for each, and few export anything
         try:
             exports = packages.get_manifest(name).get_export("gazebo_ros", key)
@@ -225,7 +225,7 @@ def exported_folders(packages, key):
     return folders
 
 
-def _is_in_manifest(word, folder):
+def is_in_manifest(word, folder):
     """Whether a word is anywhere in the manifest of a package's folder, the one rospkg reads."""
     for name in ("manifest.xml", "package.xml"):
         try:

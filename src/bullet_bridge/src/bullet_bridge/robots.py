@@ -6,6 +6,7 @@ import traceback
 import zlib
 
 import rospy
+from bullet_sim.plugins.custom import CustomSpec
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
@@ -26,17 +27,19 @@ class Robots:
         cameras: Cameras.
         seed: base of all noise seeds.
         arrivals: Arrivals, which count the commands.
+        extensions: Extensions, which have the classes of users' own plugins.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
     one number; `refresh` updates them after jobs.
     """
 
-    def __init__(self, jobs, world, cameras, seed, arrivals=None):
+    def __init__(self, jobs, world, cameras, seed, arrivals=None, extensions=None):
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
-        self.arrivals = arrivals or Arrivals()
+        self.arrivals, self.extensions = arrivals or Arrivals(), extensions
         self._claims, self._claiming = {}, threading.Lock()  # control namespace -> model
         self._controls, self._plugins, self._counts = {}, {}, {}
         self._failed = set()  # plugins that raised an exception
+        self._skipped = {}  # name of a model -> messages about plugins that it does without
         self._all_controls, self._all_plugins, self._next, self._next_check = (), (), 0, 0.0
 
     # connecting, outside the simulation thread ------------------------------------------------
@@ -81,10 +84,19 @@ class Robots:
         """Append one of a model's plugins to a list; one that fails is left out."""
         seed = zlib.crc32(f"{self._seed}/{model.name}/{number}".encode())
         context = PluginContext(self._world, model, spec, seed, self.arrivals, self._cameras)
+        own = isinstance(spec, CustomSpec)
         try:
-            parts.append(make_plugin(context))
+            parts.append(make_plugin(context, self.extensions.plugin(spec) if own else None))
         except (ValueError, ArithmeticError) as error:
-            rospy.logerr("model '%s': sensor on %s is left out: %s", model.name, spec.topic, error)
+            text = f"sensor on {spec.topic} is left out: {error}"
+            self._skipped.setdefault(model.name, []).append(text)
+            rospy.logerr("model '%s': %s", model.name, text)
+        except Exception as error:
+            if not own:
+                raise
+            text = f"{self.extensions.of(spec)}, and is left out: {error}"
+            self._skipped.setdefault(model.name, []).append(text)
+            rospy.logerr("model '%s': %s\n%s", model.name, text, traceback.format_exc().rstrip())
 
     def _make_control(self, model, namespace):
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
@@ -140,6 +152,7 @@ class Robots:
             control.closed = True
             self._release(control.model)
         removed = self._plugins.pop(name, [])
+        self._skipped.pop(name, None)
         for plugin in removed:
             self._counts.pop(plugin, None)
             self._failed.discard(plugin)
@@ -218,6 +231,12 @@ class Robots:
         self._failed.add(plugin)
         self._all_plugins = tuple(each for each in self._all_plugins if each is not plugin)
 
+    def skipped(self, model):
+        """Messages about what a model does without: plugins that failed, controllers."""
+        control = self._controls.get(model.name)
+        refused = [] if control is None else list(control.refused.values())
+        return self._skipped.get(model.name, []) + refused
+
     def parts(self, name):
         """Plugins (a list) and RobotControl, or None, of a model."""
         return list(self._plugins.get(name, ())), self._controls.get(name)
@@ -270,4 +289,5 @@ class Robots:
 
 def _label(plugin):
     """Name of a plugin in messages."""
-    return f"model '{plugin.model.name}', sensor on {plugin.spec.topic}"
+    kind = "plugin" if plugin.always else "sensor"
+    return f"model '{plugin.model.name}', {kind} on {plugin.spec.topic}"

@@ -24,6 +24,9 @@ _MODULES = {  # name -> module that has it
     "CameraRequest": "render.request",
     "Quality": "render.request",
     "Lidar": "sensors.lidar",
+    "Controller": "controllers",
+    "ControllerConfig": "controllers",
+    "CONTROLLERS": "controllers",
 }
 __all__ = list(_MODULES)
 

@@ -1,7 +1,7 @@
 """Names of types, and the classes or functions that stand for them."""
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -18,8 +18,12 @@ class Registry(Generic[T]):
         self._entries: dict[str, T] = {}
         self._sources: list[tuple[Callable[[str], T | None], Callable[[], tuple[str, ...]]]] = []
 
-    def register(self, *names: str) -> Callable[[T], T]:
+    def register(self, *names: str, **facts: Any) -> Callable[[T], T]:
         """Decorator that enters a class or a function under names.
+
+        Args:
+            names: of the entry.
+            facts: attributes that it gets.
 
         Raises:
             ValueError: a name is taken.
@@ -30,20 +34,27 @@ class Registry(Generic[T]):
                 if name in self._entries:
                     raise ValueError(f"{self.what} '{name}' is registered already")
                 self._entries[name] = entry
+            for key, value in facts.items():
+                setattr(entry, key, value)
             return entry
 
         return enter
 
     def add_source(
         self, find: Callable[[str], T | None], names: Callable[[], tuple[str, ...]]
-    ) -> None:
+    ) -> Callable[[], None]:
         """Ask others for what is not built in, in the order of these calls.
 
         Args:
             find: function of a name that gives an entry, or None for an unknown name.
             names: function that gives all names that it knows.
+
+        Returns:
+            Function that removes the source.
         """
-        self._sources.append((find, names))
+        source = (find, names)
+        self._sources.append(source)
+        return lambda: self._sources.remove(source)
 
     def find(self, name: str) -> T:
         """The entry of a name.
@@ -58,6 +69,10 @@ class Registry(Generic[T]):
             if entry is not None:
                 return entry
         raise KeyError(name)
+
+    def is_built_in(self, name: str) -> bool:
+        """Whether it is registered, and no source has to be asked."""
+        return name in self._entries
 
     def names(self) -> tuple[str, ...]:
         """All names, the built-in ones first."""

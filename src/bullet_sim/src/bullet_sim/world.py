@@ -16,7 +16,7 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model
-from bullet_sim.pose import PLACEABLE, Point, Pose
+from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
 COLD = (
@@ -68,7 +68,7 @@ def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
         dict(world.models),
         bodies_of(world.models),
         tuple(controllers_of(model) for model in models),
-        world.engine.save_bodies(clear=world.contacts.is_releasing),
+        world.engine.states.save(clear=world.contacts.is_releasing),
         tuple(part.get_state() for part in parts_of(world, order)),
         tuple(model.placed for model in models),
         world.time_step,
@@ -93,14 +93,14 @@ def restore(
     """
     world.contacts.begin_restore()
     world.models = dict(state.models)
-    known = state.engine.is_cleared or world.engine.layout == state.engine.layout
+    known = state.engine.is_cleared or world.engine.states.layout == state.engine.layout
     if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
         reload()
     world.contacts.prepare(world.models)
     for part, saved in zip(parts_of(world, order), state.parts, strict=True):
         part.set_state(saved)
     world.contacts.end_restore()
-    same = world.engine.restore_bodies(state.engine)
+    same = world.engine.states.restore(state.engine)
     for model, placed in zip(state.models.values(), state.placed):
         model.placed = placed
     return "" if same else COLD
@@ -340,7 +340,7 @@ class World:
     def __init__(
         self,
         time_step: float = 0.001,
-        gravity: Point = (0.0, 0.0, -9.81),
+        gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
     ) -> None:
         self._engine = engine or Engine(time_step, gravity)
@@ -360,7 +360,7 @@ class World:
         return self._engine.time_step
 
     @property
-    def gravity(self) -> Point:
+    def gravity(self) -> Vec3:
         """Gravity [m/s^2] in the world frame."""
         return self._engine.gravity
 

@@ -34,7 +34,7 @@ class Geometry:
         if self.max_steering >= limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r} rad; it must be above 0 and below "
-                f"{limit:.4f} rad, where the turning centre would lie under a wheel"
+                f"{limit:.4f} rad, where the turning centre would be under a wheel"
             )
 
 
@@ -57,30 +57,30 @@ def bicycle_steering(speed, yaw_rate, geometry):
 
     Args:
         speed: Forward speed of the rear axle's centre [m/s]; negative is backwards.
-        yaw_rate: Turning rate of the body [rad/s], left positive.
+        yaw_rate: Yaw rate of the body [rad/s], left positive.
         geometry: The car's Geometry.
 
     Returns:
-        Angle [rad], left positive. At speed 0 no steering angle gives a turning rate, so it is 0.
+        Angle [rad], left positive. At speed 0 no steering angle causes a yaw rate, so it is 0.
     """
     if speed == 0.0:
         return 0.0
-    # atan2 with a positive second argument stands for atan of the quotient without overflow.
+    # atan2 with a positive second argument is atan of the quotient without overflow.
     angle = math.atan2(geometry.wheelbase * math.copysign(1.0, speed) * yaw_rate, abs(speed))
     return max(-geometry.max_steering, min(geometry.max_steering, angle))
 
 
 def wheel_commands(speed, yaw_rate, geometry=Geometry()):
-    """Turns a body twist into hinge angles and wheel speeds that share one turning centre.
+    """Converts a body twist to hinge angles and wheel speeds with a common turning centre.
 
-    With curvature k = tan(steering) / wheelbase the turning centre lies on the rear axle's line at
+    With curvature k = tan(steering) / wheelbase the turning centre is on the rear axle's line at
     y = 1/k. A hinge at y = h points across the line to it: tan(angle) = wheelbase k / (1 - k h).
-    A wheel's speed grows with its distance from the centre. Where the steering limit cuts the turn,
-    the speed is kept and the car turns as tightly as it can.
+    A wheel's speed grows with its distance from the centre. If the steering limit is reached,
+    the speed is unchanged and the car turns with the limit.
 
     Args:
         speed: Forward speed of the rear axle's centre [m/s].
-        yaw_rate: Turning rate [rad/s], left positive (REP-103).
+        yaw_rate: Yaw rate [rad/s], left positive (REP-103).
         geometry: The car's Geometry.
 
     Returns:

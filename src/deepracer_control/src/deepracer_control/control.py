@@ -36,7 +36,7 @@ class Settings:
     """
 
     mode: str = choice("original", MODES)
-    command_timeout: float = number(0.0, least=0.0, unit="s")
+    command_timeout: float = number(0.0, min=0.0, unit="s")
     geometry: Geometry = Geometry()
 
     def __post_init__(self):
@@ -50,7 +50,7 @@ def settings_from_parameters():
         Settings.
 
     Raises:
-        ValueError: A parameter is no number or out of range; the message names it.
+        ValueError: A parameter is not a number or out of range; the message has its name.
     """
     return Settings(
         mode=rospy.get_param("~mode", Settings.mode),
@@ -70,7 +70,7 @@ def original_steering(w):
 
 
 class CarControl:
-    """Turns commands into the six joint commands of the car."""
+    """Converts commands to the six joint commands of the car."""
 
     def __init__(self, settings=None):
         """Advertises and subscribes.
@@ -90,20 +90,20 @@ class CarControl:
         self.rate = rospy.Rate(10)
         self._lock = threading.RLock()
         self._speed = 0.0
-        self._turn = 0.0
+        self._steering = 0.0
         self._last_command = None  # ROS time [s] of the newest command, None: watchdog off
-        self._ended = False  # at shutdown: zero was sent, and nothing may follow it
+        self._closed = False  # at shutdown: zero was sent, and no command may follow
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
-        rospy.on_shutdown(self._end)
+        rospy.on_shutdown(self._close)
         if self.settings.command_timeout > 0.0:
             period = rospy.Duration(self.settings.command_timeout / 4.0)
-            self._timer = rospy.Timer(period, self._watch, reset=True)
+            self._timer = rospy.Timer(period, self._check_timeout, reset=True)
 
     def linearDrive(self, v):
-        """Sets the speed and keeps the steering.
+        """Sets the speed; the steering is unchanged.
 
         Args:
-            v: Wheel speed [rad/s], to all four wheels as it is; in ackermann mode the car's
+            v: Wheel speed [rad/s], the same for all four wheels; in ackermann mode the car's
                 speed [m/s].
         """
         if not self._accepts(v, 0.0):
@@ -111,21 +111,21 @@ class CarControl:
         with self._lock:
             self._speed = v
             if self.settings.mode == "ackermann":
-                self._publish(wheel_commands(v, self._turn, self.settings.geometry))
+                self._publish(wheel_commands(v, self._steering, self.settings.geometry))
             else:
                 self._publish_wheels(v, v, v, v)
 
     def angularDrive(self, w):
-        """Sets the steering and keeps the speed.
+        """Sets the steering; the speed is unchanged.
 
         Args:
             w: Steering in units of 15 degrees, positive to the right, the same on both hinges; in
-                ackermann mode the turning rate [rad/s], positive to the left.
+                ackermann mode the yaw rate [rad/s], positive to the left.
         """
         if not self._accepts(0.0, w):
             return
         with self._lock:
-            self._turn = w
+            self._steering = w
             if self.settings.mode == "ackermann":
                 self._publish(wheel_commands(self._speed, w, self.settings.geometry))
             else:
@@ -138,17 +138,17 @@ class CarControl:
             return
         with self._lock:
             if self.settings.mode == "ackermann":
-                self._speed, self._turn = v, w
+                self._speed, self._steering = v, w
                 self._publish(wheel_commands(v, w, self.settings.geometry))
             else:
                 self.linearDrive(v)
                 self.angularDrive(w)
 
     def subscriberCb(self, msg):
-        """Follows a geometry_msgs/Twist: linear.x and angular.z."""
+        """Executes a geometry_msgs/Twist: linear.x and angular.z."""
         with self._lock:
-            watched = self.settings.command_timeout and msg.linear.x != 0.0
-            self._last_command = rospy.get_time() if watched else None  # else nothing to stop
+            monitored = self.settings.command_timeout and msg.linear.x != 0.0
+            self._last_command = rospy.get_time() if monitored else None  # else nothing to stop
             self.drive(msg.linear.x, msg.angular.z)
 
     def _accepts(self, v, w):
@@ -159,7 +159,7 @@ class CarControl:
         rospy.logerr_throttle(
             1.0,
             f"command refused: {name} is {value}; it must be a finite "
-            "number. The car is stopped until the next good command.",
+            "number. The car is stopped until the next valid command.",
         )
         self._stop()
         return False
@@ -167,14 +167,14 @@ class CarControl:
     def _stop(self):
         """Commands zero speed and straight wheels."""
         with self._lock:
-            self._speed = self._turn = 0.0
+            self._speed = self._steering = 0.0
             self._publish(WheelCommands())
 
-    def _end(self):
-        """Stops the car for good: a command that is still being handled must not follow."""
+    def _close(self):
+        """Stops the car for the last time: a command that is being processed must not follow."""
         with self._lock:
             self._stop()
-            self._ended = True
+            self._closed = True
         flush(
             self.rightRearPub,
             self.leftRearPub,
@@ -184,8 +184,8 @@ class CarControl:
             self.rightSteeringPub,
         )
 
-    def _watch(self, _event):
-        """Stops a moving car once when no command has come for command_timeout of ROS time."""
+    def _check_timeout(self, _event):
+        """Stops a moving car once when no command was received for command_timeout of ROS time."""
         with self._lock:
             if self._last_command is None:
                 return
@@ -215,8 +215,8 @@ class CarControl:
         self._send((self.leftSteeringPub, left), (self.rightSteeringPub, right))
 
     def _send(self, *commands):
-        """Publishes (publisher, value); rospy closes the topics once the car has ended."""
-        if not self._ended:
+        """Publishes (publisher, value); rospy closes the topics after the shutdown."""
+        if not self._closed:
             for publisher, value in commands:
                 publisher.publish(Float64(value))
 

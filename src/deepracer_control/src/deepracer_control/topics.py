@@ -17,5 +17,5 @@ RIGHT_DIRECTION_TOPIC = "/racecar/right_steering_hinge_position_controller/comma
 # Command of the car, geometry_msgs/Twist
 COMMANDED_DATA_TOPIC = "/cmd_vel"
 
-# A game pad, if there is one, sensor_msgs/Joy
+# A gamepad, if there is one, sensor_msgs/Joy
 PAD_TOPIC = "/joy"

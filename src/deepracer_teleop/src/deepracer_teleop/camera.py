@@ -1,4 +1,4 @@
-"""The camera image in the window: received, counted, painted."""
+"""The camera image in the window: received, counted, rendered."""
 
 import threading
 import time
@@ -56,58 +56,58 @@ class FrameRate:
 
 
 def frame_rate_text(rate):
-    """Returns the text drawn into the picture, from a rate [Hz] or None."""
+    """Returns the text rendered into the image, from a rate [Hz] or None."""
     if rate is None:
         return "Image Framerate: --"
     return f"Image Framerate: {rate:.0f}" if rate >= 9.95 else f"Image Framerate: {rate:.1f}"
 
 
-def draw_frame_rate(picture, rate):
-    """Writes the frame rate into a picture, in its upper left corner.
+def draw_frame_rate(image, rate):
+    """Renders the frame rate into an image, in its upper left corner.
 
     Args:
-        picture: (H, W, 3) uint8 BGR; changed in place.
+        image: (H, W, 3) uint8 BGR; changed in place.
         rate: Frame rate [Hz] or None.
 
     Returns:
-        The picture.
+        The image.
     """
-    scale = max(0.4, picture.shape[1] / 640.0)
-    place = (int(12 * scale), int(32 * scale))
-    draw_words(picture, frame_rate_text(rate), place, scale)
-    return picture
+    scale = max(0.4, image.shape[1] / 640.0)
+    position = (int(12 * scale), int(32 * scale))
+    draw_text(image, frame_rate_text(rate), position, scale)
+    return image
 
 
-def draw_words(picture, words, place, scale):
-    """Writes white words with a black rim into a picture.
+def draw_text(image, text, position, scale):
+    """Renders white text with a black outline into an image.
 
     Args:
-        picture: (H, W, 3) uint8 BGR; changed in place.
-        words: A line.
-        place: (x, y) of its lower left corner [px].
-        scale: Of the font.
+        image: (H, W, 3) uint8 BGR; changed in place.
+        text: A line.
+        position: (x, y) of its lower left corner [px].
+        scale: Scale of the font.
     """
-    for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
+    for color, width in (((0, 0, 0), 4), ((255, 255, 255), 2)):
         thickness = max(1, round(width * scale))
         font = cv2.FONT_HERSHEY_SIMPLEX
-        cv2.putText(picture, words, place, font, scale, colour, thickness, cv2.LINE_AA)
+        cv2.putText(image, text, position, font, scale, color, thickness, cv2.LINE_AA)
 
 
-def to_pixmap(picture, size, ratio=1.0):
-    """Turns an OpenCV picture into one for a label.
+def to_pixmap(image, size, ratio=1.0):
+    """Converts an OpenCV image to a pixmap for a label.
 
     Args:
-        picture: (H, W, 3) uint8 BGR.
+        image: (H, W, 3) uint8 BGR.
         size: QSize.
-        ratio: Pixels of the screen to one of the size (high-DPI screens).
+        ratio: Device pixel ratio of the screen.
 
     Returns:
-        QPixmap, as large as fits the size, aspect kept.
+        QPixmap, the largest that fits the size, with its aspect ratio.
     """
-    rgb = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+    rgb = cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
     height, width, channels = rgb.shape
-    image = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
-    return scaled(QPixmap.fromImage(image), size, ratio)
+    converted = QImage(rgb.data, width, height, channels * width, QImage.Format_RGB888)
+    return scaled(QPixmap.fromImage(converted), size, ratio)
 
 
 def scaled(pixmap, size, ratio):
@@ -118,19 +118,19 @@ def scaled(pixmap, size, ratio):
 
 
 class CameraView(QLabel):
-    """A label that shows a picture as large as fits, aspect kept, and a message over it."""
+    """A label with an image, scaled to fit with its aspect ratio, and a message over it."""
 
     def __init__(self, width=320, height=240, parent=None):
-        """Starts without a picture.
+        """Starts without an image.
 
         Args:
-            width: Smallest and preferred width [px].
-            height: Smallest and preferred height [px].
+            width: Minimum and preferred width [px].
+            height: Minimum and preferred height [px].
             parent: Qt parent.
         """
         super().__init__(parent)
         self._size = QSize(width, height)
-        self._picture = None
+        self._pixmap = None
         self.message = ""
         self.setObjectName("camera")
         self.setAlignment(Qt.AlignCenter)
@@ -140,40 +140,40 @@ class CameraView(QLabel):
         self.setStyleSheet("#camera { background: #20242a; color: #e8eaed; border-radius: 6px; }")
 
     def sizeHint(self):
-        """Returns the preferred size, whatever picture is shown."""
+        """Returns the preferred size, independent of the image."""
         return self._size
 
-    def room(self):
-        """Returns the QSize for a picture, and the pixels of the screen to one of it."""
+    def available_size(self):
+        """Returns the QSize for an image, and the device pixel ratio."""
         return self.contentsRect().size(), self.devicePixelRatioF()
 
-    def show_picture(self, pixmap):
-        """Shows a new picture (QPixmap of any size) and drops the message."""
-        self._picture, self.message = pixmap, ""
+    def show_image(self, pixmap):
+        """Shows a new image (QPixmap of any size) and removes the message."""
+        self._pixmap, self.message = pixmap, ""
         self._refresh()
 
-    def show_message(self, words):
-        """Shows a message, over the darkened last picture if there is one."""
-        if words != self.message:
-            self.message = words
+    def show_message(self, text):
+        """Shows a message, over the darkened last image if there is one."""
+        if text != self.message:
+            self.message = text
             self._refresh()
 
     def resizeEvent(self, event):
-        """Fits the picture into the new size."""
+        """Fits the image to the new size."""
         super().resizeEvent(event)
         self._refresh()
 
     def _refresh(self):
-        if self._picture is None or self._picture.isNull():
+        if self._pixmap is None or self._pixmap.isNull():
             self.setText(self.message)
             return
-        shown = scaled(self._picture, *self.room())
-        self.setPixmap(self._with_message(shown) if self.message else shown)
+        fitted = scaled(self._pixmap, *self.available_size())
+        self.setPixmap(self._with_message(fitted) if self.message else fitted)
 
-    def _with_message(self, shown):
-        shown = QPixmap(shown)
-        box = QRect(QPoint(), shown.size() / shown.devicePixelRatioF())
-        painter = QPainter(shown)
+    def _with_message(self, pixmap):
+        pixmap = QPixmap(pixmap)
+        box = QRect(QPoint(), pixmap.size() / pixmap.devicePixelRatioF())
+        painter = QPainter(pixmap)
         painter.fillRect(box, QColor(20, 22, 26, 190))
         painter.setPen(QColor("#ffd166"))
         painter.drawText(
@@ -182,14 +182,14 @@ class CameraView(QLabel):
             self.message,
         )
         painter.end()
-        return shown
+        return pixmap
 
 
 class CameraFeed(QObject):
-    """Shows the frames of CAMERA_TOPIC in a CameraView, or a message when none come.
+    """Shows the frames of CAMERA_TOPIC in a CameraView, or a message when there are none.
 
     Attributes:
-        picture: The newest frame as it came, (H, W, 3) uint8 BGR, or None.
+        image: The newest frame as received, (H, W, 3) uint8 BGR, or None.
         time: ROS time [s] at which it was shown, or None.
     """
 
@@ -200,13 +200,13 @@ class CameraFeed(QObject):
 
         Args:
             view: CameraView.
-            timeout: Wall time without a picture after which the camera counts as stopped [s].
+            timeout: Wall time without an image after which the camera counts as stopped [s].
         """
         super().__init__(view)
         self._view, self._timeout = view, timeout
         self._bridge, self._latest_frame, self._frame_rate = CvBridge(), LatestValue(), FrameRate()
-        self.picture = self.time = None
-        self._shown = None  # (wall time, words for the ROS time) of the newest frame
+        self.image = self.time = None
+        self._newest = None  # (wall time, text of the ROS time) of the newest frame
         self._started, self._subscriber, self._stopped = time.monotonic(), None, False
         self.arrived.connect(self._show, Qt.QueuedConnection)
 
@@ -218,13 +218,13 @@ class CameraFeed(QObject):
         )
 
     def stop(self):
-        """Unsubscribes; frames that come later are not shown."""
+        """Unsubscribes; later frames are not shown."""
         self._stopped = True
         if self._subscriber is not None:
             self._subscriber.unregister()
 
     def callback(self, message):
-        """Stores a camera frame; runs in the subscriber's thread, so it changes no widget."""
+        """Stores a camera frame; runs in the subscriber's thread, so it does not change widgets."""
         if self._latest_frame.put(message):
             self.arrived.emit()
 
@@ -234,32 +234,32 @@ class CameraFeed(QObject):
             return
         now = rospy.get_time()
         self.time = now
-        self._shown = (time.monotonic(), f"{now:.1f} s ({time.strftime('%H:%M:%S')})")
+        self._newest = (time.monotonic(), f"{now:.1f} s ({time.strftime('%H:%M:%S')})")
         rate = self._frame_rate.update(message.header.stamp.to_sec() or now)
         try:
-            self.picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
-            shown = draw_frame_rate(self.picture.copy(), rate)
-            self._view.show_picture(to_pixmap(shown, *self._view.room()))
+            self.image = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            rendered = draw_frame_rate(self.image.copy(), rate)
+            self._view.show_image(to_pixmap(rendered, *self._view.available_size()))
         except (CvBridgeError, cv2.error, ValueError, TypeError) as error:
             self._view.show_message(
-                f"A picture on {CAMERA_TOPIC} cannot be shown (encoding {message.encoding!r}, "
+                f"An image on {CAMERA_TOPIC} cannot be shown (encoding {message.encoding!r}, "
                 f"{message.width}x{message.height}): {error}"
             )
 
     def check(self):
-        """Shows a message when no picture has come yet, or none for too long."""
+        """Shows a message when no image was received yet, or none for too long."""
         now = time.monotonic()
-        if self._shown is None:
+        if self._newest is None:
             if now - self._started > self._timeout:
                 self._view.show_message(
-                    f"No camera: nothing has come on {CAMERA_TOPIC}.\n"
+                    f"No camera: nothing received on {CAMERA_TOPIC}.\n"
                     "Does the simulator (or the car) run?"
                 )
             else:
                 self._view.show_message(f"Waiting for {CAMERA_TOPIC} ...")
-        elif now - self._shown[0] > self._timeout:
+        elif now - self._newest[0] > self._timeout:
             paused = abs(rospy.get_time() - self.time) < 0.1
             self._view.show_message(
-                f"The camera has stopped: no picture since "
-                f"{self._shown[1]}." + ("\nThe clock stands still, too." if paused else "")
+                f"The camera has stopped: no image since "
+                f"{self._newest[1]}." + ("\nThe clock is paused, too." if paused else "")
             )

@@ -1,6 +1,6 @@
 """Drivers that use the real window: by buttons, by slider.
 
-Drivers that operate the teleop window by mouse events, from the camera picture in it alone.
+Drivers that operate the teleop window by mouse events, from the camera image in it alone.
 `slider_driver` moves the steering slider with cruise control on; `buttons_driver` roams with the
 five buttons.
 """
@@ -13,7 +13,7 @@ import rospy
 from deepracer_control.ackermann import Geometry
 from deepracer_control.control import DEGREES_PER_UNIT
 from deepracer_control.drivers.line_vision import vision_from
-from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.pursuit import arc_curvature
 from paddock_common.settings import Number, parameter
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PyQt5.QtGui import QMouseEvent
@@ -59,13 +59,13 @@ class Mouse:
 
     def pull_slider(self, value):
         """Moves the pressed mouse to a value's pixel."""
-        slider, place = self._window.slider, QPointF(self.slider_pixel(value))
+        slider, position = self._window.slider, QPointF(self.slider_pixel(value))
         QApplication.sendEvent(
             slider,
             QMouseEvent(
                 QEvent.MouseMove,
-                place,
-                QPointF(slider.mapToGlobal(place.toPoint())),
+                position,
+                QPointF(slider.mapToGlobal(position.toPoint())),
                 Qt.NoButton,
                 Qt.LeftButton,
                 Qt.NoModifier,
@@ -95,7 +95,7 @@ LINE_TIMEOUT = 1.5  # ROS time without a line after which it stops [s]
 
 
 class LineDetector:
-    """Detects the line in the window's picture.
+    """Detects the line in the window's image.
 
     Args:
         window: InterfaceWindow.
@@ -111,15 +111,15 @@ class LineDetector:
         self._matrix = tuple(message.K)
 
     def ready(self):
-        """Returns whether there is a picture and its camera_info."""
+        """Returns whether there is an image and its camera_info."""
         return self._matrix is not None and self._window.lastPicture() is not None
 
-    def has_new_picture(self):
-        """Returns whether there is a picture that was not processed yet."""
+    def has_new_image(self):
+        """Returns whether there is an image that was not processed yet."""
         return self.ready() and self._window.pictureTime() != self._last
 
     def find_goal(self):
-        """Returns the goal point (x ahead, y left) [m] in the newest picture, or None."""
+        """Returns the goal point (x ahead, y left) [m] in the newest image, or None."""
         self._last = self._window.pictureTime()
         return self._vision.find_goal(self._window.lastPicture(), self._matrix)
 
@@ -136,31 +136,31 @@ class SliderDriver:
 
     def __init__(self, window):
         self._window, self._mouse, self._detector = window, Mouse(window), LineDetector(window)
-        rate = Number(above=0.0, most=5.0, unit="1/s")  # as a person's
+        rate = Number(above=0.0, max=5.0, unit="1/s")  # as a human operator's
         self._rate = parameter(rospy.get_param, "changes_per_second", 5.0, rate)
-        self._changed = self._seen = -math.inf
+        self._changed = self._detected = -math.inf
         self._driving = False
 
     def spin_once(self):
-        """Moves the slider when the next change is due and the line asks for it."""
+        """Moves the slider when the next change is due and the line requires it."""
         now = rospy.get_time()
-        if now < max(self._changed, self._seen):  # the simulation was reset
-            self._changed, self._seen = -math.inf, now
+        if now < max(self._changed, self._detected):  # the simulation was reset
+            self._changed, self._detected = -math.inf, now
             self._detector.restart()
         if now - self._changed < 1.0 / self._rate:
             return
-        goal = self._detector.find_goal() if self._detector.has_new_picture() else None
+        goal = self._detector.find_goal() if self._detector.has_new_image() else None
         if goal is None:
-            if self._driving and now - self._seen > LINE_TIMEOUT:
-                print("slider_driver: nothing in sight, stop", file=sys.stderr)
+            if self._driving and now - self._detected > LINE_TIMEOUT:
+                print("slider_driver: no line detected, stop", file=sys.stderr)
                 self.stop()
             return
-        self._seen = now
+        self._detected = now
         if not self._driving:
             self._mouse.toggle_cruise()
             self._mouse.grab_slider()
             self._driving = True
-        value = round(self._mouse.slider_value(towards(*goal)))
+        value = round(self._mouse.slider_value(arc_curvature(*goal)))
         if value != self._window.slider.value():
             self._mouse.pull_slider(value)
             self._changed = now
@@ -175,7 +175,7 @@ class SliderDriver:
 
 
 class ButtonsDriver:
-    """Roams with the buttons: one click, then it waits for the end of the move."""
+    """Roams with the buttons: one click, then it waits until the move is finished."""
 
     name = "buttons_driver"
 
@@ -184,15 +184,15 @@ class ButtonsDriver:
         self._wide = math.radians(
             parameter(rospy.get_param, "wide_angle", 22.0, Number(unit="degrees"))
         )
-        self._rest_until = 0.0
+        self._idle_until = 0.0
 
     def spin_once(self):
-        """Clicks the button that leads towards the line, when the last move is over."""
+        """Clicks the button that leads towards the line, when the last move is finished."""
         now = rospy.get_time()
         if self._window.isMoving():
-            self._rest_until = now + 0.3  # until the car has stopped and the picture is new
+            self._idle_until = now + 0.3  # until the car has stopped and the image is new
             return
-        if self._rest_until - 1.0 < now < self._rest_until or not self._detector.has_new_picture():
+        if self._idle_until - 1.0 < now < self._idle_until or not self._detector.has_new_image():
             return
         goal = self._detector.find_goal()
         if goal is None:
@@ -208,14 +208,14 @@ class ButtonsDriver:
         self._mouse.click("Stop")
 
 
-def run(kind):
+def run(driver_type):
     """Runs a driver's node until the window is closed; returns its exit code."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     try:
-        window = connect(kind.name)
-        driver = kind(window)
+        window = connect(driver_type.name)
+        driver = driver_type(window)
     except (ConnectionError, ValueError) as error:
-        print(f"{kind.name} cannot start: {error}", file=sys.stderr)
+        print(f"{driver_type.name} cannot start: {error}", file=sys.stderr)
         return 1
     timer = QTimer(window)
     timer.timeout.connect(driver.spin_once)

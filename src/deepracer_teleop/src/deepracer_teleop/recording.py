@@ -15,15 +15,15 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from roslib.packages import find_node
 from sensor_msgs.msg import Image
 
-from deepracer_teleop.camera import FrameRate, draw_frame_rate, draw_words
+from deepracer_teleop.camera import FrameRate, draw_frame_rate, draw_text
 
 
 class Film:
     """Writes an mp4 (H.264); the first frame sets the size.
 
     Args:
-        path: Of the file.
-        rate: Frames per second of the film; frames that come faster in ROS time are left out.
+        path: Path of the file.
+        rate: Frames per second of the film; frames that arrive faster in ROS time are skipped.
 
     Raises:
         ValueError: The rate is not above 0.
@@ -39,16 +39,16 @@ class Film:
         """Number of frames so far."""
         return self._writer.frames
 
-    def add(self, time, picture, words):
+    def add(self, time, image, text):
         """Adds a frame if it is due.
 
         Args:
-            time: Stamp [s].
-            picture: (H, W, 3) uint8 BGR; not changed.
-            words: Text at the bottom.
+            time: Time stamp [s].
+            image: (H, W, 3) uint8 BGR; not changed.
+            text: Text at the bottom.
 
         Returns:
-            The frame as filmed, or None: not due, of another size, or the film is closed.
+            The frame as written, or None: not due, of another size, or the film is closed.
 
         Raises:
             OSError: The file cannot be written.
@@ -56,23 +56,23 @@ class Film:
         rate = self._frame_rate.update(time)
         if not self._times.due(time):
             return None
-        frame = draw_frame_rate(picture.copy(), rate)
+        frame = draw_frame_rate(image.copy(), rate)
         height, width = frame.shape[:2]
         scale = max(0.35, width / 900.0)
-        draw_words(frame, words, (int(14 * scale), height - int(16 * scale)), scale)
+        draw_text(frame, text, (int(14 * scale), height - int(16 * scale)), scale)
         return frame if self._writer.add(frame) else None
 
     def close(self):
-        """Finishes the file; frames that come later are left out."""
+        """Finishes the file; later frames are skipped."""
         self._writer.close()
 
 
-PICTURES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_msgs/PointCloud2")
+IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_msgs/PointCloud2")
 # Not in the bag: the clock (rosbag play --clock makes one), the simulator's own topics (up to
-# 1,000 messages a second), and pictures (the film has them).
-LEFT_OUT = ("/clock", "/gazebo/.*", ".*/compressed.*", ".*/theora.*")
+# 1,000 messages a second), and images (the film has them).
+EXCLUDED = ("/clock", "/gazebo/.*", ".*/compressed.*", ".*/theora.*")
 FILM_RATE = 15.0  # [Hz] of ROS time
-END = 10.0  # longest wait for the end of the bag [s]
+STOP_TIMEOUT = 10.0  # longest wait for the bag to be complete [s]
 
 
 def excluded(topics):
@@ -81,12 +81,12 @@ def excluded(topics):
     Args:
         topics: Pairs (name, type) of what is published now.
     """
-    names = [re.escape(name) for name, kind in topics if kind in PICTURES]
-    return "|".join((*LEFT_OUT, *names))
+    names = [re.escape(name) for name, message_type in topics if message_type in IMAGE_TYPES]
+    return "|".join((*EXCLUDED, *names))
 
 
-def size_words(size):
-    """Returns a file's size in words, from bytes."""
+def size_text(size):
+    """Returns a file's size as text, from bytes."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
 
 
@@ -95,14 +95,14 @@ class Recording:
 
     Attributes:
         stem: Path of bag and film without their suffixes.
-        problem: What went wrong, or "".
+        problem: Error message, or "".
     """
 
     def __init__(self, folder):
-        """Chooses the name; nothing is written yet.
+        """Sets the name; nothing is written yet.
 
         Args:
-            folder: Where to; made if it is missing.
+            folder: Target folder; created if it is missing.
         """
         name = time.strftime("drive-%Y%m%d-%H%M%S")
         self.folder = os.path.abspath(os.path.expanduser(folder))
@@ -141,28 +141,30 @@ class Recording:
         """Adds a camera frame to the film; runs in the subscriber's thread."""
         stamp = message.header.stamp.to_sec() or rospy.get_time()
         try:
-            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
-            self._film.add(stamp, picture, f"{stamp:.1f} s")
+            image = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            self._film.add(stamp, image, f"{stamp:.1f} s")
         except (CvBridgeError, OSError) as error:
             self.problem = f"no film: {error}"
 
-    def words(self):
-        """Returns what the window shows meanwhile."""
+    def text(self):
+        """Returns the text that the window shows during the recording."""
         if self._bag.poll() is not None and not self.problem:
-            self.problem = f"the bag has ended (status {self._bag.returncode}); is the disk full?"
+            self.problem = (
+                f"the bag has stopped (exit status {self._bag.returncode}); is the disk full?"
+            )
         if self.problem:
             return f"Recording: {self.problem}"
         seconds = int(time.monotonic() - self._since)
         return (
             f"Recording {seconds // 60}:{seconds % 60:02d} to {self.stem}.bag "
-            f"({size_words(self._bag_size())}) and .mp4 ({self._film.frames} pictures)"
+            f"({size_text(self._bag_size())}) and .mp4 ({self._film.frames} images)"
         )
 
     def stop(self):
-        """Ends bag and film.
+        """Stops bag and film.
 
         Returns:
-            What the window shows then.
+            The text that the window shows then.
         """
         if self._subscriber is not None:
             self._subscriber.unregister()
@@ -170,24 +172,26 @@ class Recording:
             self._film.close()
         except OSError as error:
             self.problem = f"no film: {error}"
-        self._end_bag()
+        self._stop_bag()
         if self.problem:
             return f"Recording: {self.problem}"
-        film = f"{self._film.frames} pictures" if self._film.frames else "none: no picture came"
-        bag = size_words(self._bag_size())
+        film = f"{self._film.frames} images" if self._film.frames else "none: no image received"
+        bag = size_text(self._bag_size())
         return f"Recorded {self.stem}.bag ({bag}) and .mp4 ({film})"
 
-    def _end_bag(self):
+    def _stop_bag(self):
         if self._bag is None:
             return
         if self._bag.poll() is None:
             self._bag.send_signal(signal.SIGINT)
         try:
-            self._bag.wait(END)
+            self._bag.wait(STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
             self._bag.kill()
             self._bag.wait()
-            self.problem = f"the bag did not end within {END:g} s; see {self.stem}.bag.active"
+            self.problem = (
+                f"the bag did not stop within {STOP_TIMEOUT:g} s; see {self.stem}.bag.active"
+            )
 
     def _bag_size(self):
         for path in (f"{self.stem}.bag", f"{self.stem}.bag.active"):
@@ -199,7 +203,7 @@ class Recording:
 
 
 def topics():
-    """Returns pairs (name, type) of what is published, or nothing if the master is lost."""
+    """Returns pairs (name, type) of what is published; empty without a ROS master."""
     try:
         return rospy.get_published_topics()
     except (OSError, rospy.ROSException):
@@ -207,22 +211,22 @@ def topics():
 
 
 class RecordButton(QObject):
-    """Starts and ends recordings by a checkable button and shows them in a label.
+    """Starts and stops recordings by a checkable button and shows them in a label.
 
     Args:
         button: QPushButton.
-        label: QLabel, hidden until there is something to say.
-        folder: For the recordings.
+        label: QLabel, hidden while it is empty.
+        folder: Folder of the recordings.
     """
 
-    ended = pyqtSignal(str)  # from the thread that ends a recording to Qt's
+    finished = pyqtSignal(str)  # from the thread that stops a recording to Qt's
 
     def __init__(self, button, label, folder):
         super().__init__(button)
         self._button, self._label, self._folder = button, label, folder
-        self._recording = self._ending = None
+        self._recording = self._stopping = None
         button.toggled.connect(self._toggle)
-        self.ended.connect(self._show_end)
+        self.finished.connect(self._on_finished)
 
     @property
     def recording(self):
@@ -230,15 +234,15 @@ class RecordButton(QObject):
         return self._recording
 
     def check(self):
-        """Shows how far the recording is."""
+        """Shows the state of the recording."""
         if self._recording is not None:
-            self._show(self._recording.words())
+            self._show(self._recording.text())
 
     def finish(self):
-        """Ends a running recording and waits for its files."""
+        """Stops a running recording and waits for its files."""
         self._button.setChecked(False)
-        if self._ending is not None:
-            self._ending.join()
+        if self._stopping is not None:
+            self._stopping.join()
 
     def _toggle(self, on):
         if on:
@@ -246,11 +250,11 @@ class RecordButton(QObject):
         elif self._recording is not None:
             self._button.setEnabled(False)  # until the files are complete
             recording, self._recording = self._recording, None
-            self._ending = threading.Thread(
-                target=lambda: self._end(recording), name="record-end", daemon=True
+            self._stopping = threading.Thread(
+                target=lambda: self._stop(recording), name="record-stop", daemon=True
             )
-            self._ending.start()
-        self._button.setText("Record" if self._recording is None else "End recording")
+            self._stopping.start()
+        self._button.setText("Record" if self._recording is None else "Stop recording")
 
     def _start(self):
         recording = Recording(self._folder)
@@ -263,20 +267,20 @@ class RecordButton(QObject):
         self._recording = recording
         self.check()
 
-    def _end(self, recording):
-        """Ends a recording without holding up the window; runs in a thread of its own."""
-        words = recording.stop()
-        print(f"teleop: {words}", flush=True)
+    def _stop(self, recording):
+        """Stops a recording without blocking the window; runs in a separate thread."""
+        text = recording.stop()
+        print(f"teleop: {text}", flush=True)
         try:
-            self.ended.emit(words)
+            self.finished.emit(text)
         except RuntimeError:  # the Qt object is deleted already
             pass
 
-    def _show_end(self, words):
+    def _on_finished(self, text):
         self._button.setEnabled(True)
-        self._show(words)
+        self._show(text)
 
-    def _show(self, words):
-        if words != self._label.text():
-            self._label.setText(words)
+    def _show(self, text):
+        if text != self._label.text():
+            self._label.setText(text)
         self._label.show()

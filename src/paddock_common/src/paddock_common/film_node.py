@@ -1,4 +1,4 @@
-"""The node `film`: writes the pictures of a topic into a film until it is stopped."""
+"""The node `film`: writes the images of a topic to a video file until it stops."""
 
 from dataclasses import dataclass
 
@@ -16,21 +16,21 @@ class FilmSettings:
     """Private parameters.
 
     Attributes:
-        path: Of the film.
-        rate: Pictures per second of the film; those that come sooner in ROS time are left out.
+        path: Path of the video file.
+        rate: Frames per second of the film; images that arrive faster in ROS time are skipped.
     """
 
     path: str = text("film.mp4")
     rate: float = number(15.0, above=0.0, unit="Hz")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
 
 class FilmNode:
-    """Films the topic `image`."""
+    """Records the topic `image`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         settings = read(FilmSettings, rospy.get_param)
         self._film = FilmWriter(settings.path, settings.rate)
         self._times = FrameTimes(settings.rate)
@@ -38,8 +38,8 @@ class FilmNode:
         rospy.on_shutdown(self._film.close)
         self._subscriber = rospy.Subscriber("image", Image, self.add)
 
-    def add(self, message):
-        """Adds a picture if it is due."""
+    def add(self, message: Image) -> None:
+        """Adds an image if it is due."""
         if not self._times.due(message.header.stamp.to_sec()):
             return
         try:
@@ -48,6 +48,6 @@ class FilmNode:
             rospy.logerr_throttle(10.0, f"film: {error}")
 
 
-def main():
+def main() -> None:
     """Runs the node."""
     run("film", FilmNode)

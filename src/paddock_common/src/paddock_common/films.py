@@ -1,87 +1,94 @@
 """Films as MP4 files in H.264, which browsers play."""
 
+import os
 import threading
 from fractions import Fraction
+from typing import Any
 
 import av
 import numpy as np
+import numpy.typing as npt
 
 CODEC = "libx264"
-OPTIONS = {"preset": "veryfast", "crf": "21"}  # quick; smaller crf is a better picture
-CLOCK = Fraction(1, 90000)  # unit of the frames' times [s]
+OPTIONS = {"preset": "veryfast", "crf": "21"}  # fast; a smaller crf gives a better quality
+CLOCK = Fraction(1, 90000)  # unit of the frames' time stamps [s]
 
 
 class FrameTimes:
-    """Chooses the frames of a film from those that come faster than its rate.
+    """Selects the frames of a film from a stream that may be faster than its rate.
 
     Args:
         rate: Frames per second.
     """
 
-    def __init__(self, rate):
-        self._period, self._next = 1.0 / rate, None
+    def __init__(self, rate: float) -> None:
+        self._period = 1.0 / rate
+        self._next: float | None = None
 
-    def due(self, time):
-        """Whether a frame is due; the first one and a time that jumps back always are.
+    def due(self, time: float) -> bool:
+        """Returns whether a frame is due; the first one is, and one after a backward time jump.
 
         Args:
-            time: Its stamp [s].
+            time: Time stamp of the frame [s].
         """
         due = self._next
         if due is not None and due - 1.0 < time < due - 1e-6:
             return False
-        on_time = due is not None and time - self._period < due <= time
-        self._next = (due if on_time else time) + self._period
+        if due is None or not time - self._period < due <= time:
+            due = time
+        self._next = due + self._period
         return True
 
 
 class FilmWriter:
-    """Writes one film; the first picture sets its size. Another thread may close it.
+    """Writes one film; the first image sets its size. Another thread may close it.
 
     Args:
-        path: Of the file.
-        rate: Pictures per second of the film; each lasts 1 / rate.
+        path: Path of the file.
+        rate: Frames per second of the film; each lasts 1 / rate.
 
     Raises:
         ValueError: The rate is not above 0.
     """
 
-    def __init__(self, path, rate):
+    def __init__(self, path: str | os.PathLike[str], rate: float) -> None:
         if not rate > 0.0:
             raise ValueError(f"film rate is {rate!r}; it must be above 0 Hz")
         self.path, self._rate = str(path), Fraction(rate).limit_denominator(1000)
-        self._container = self._stream = self._shape = None
+        self._container: Any = None
+        self._stream: Any = None
+        self._shape: tuple[int, ...] | None = None
         self._lock, self._closed = threading.Lock(), False
         self.frames = 0
 
-    def add(self, picture):
-        """Adds a picture.
+    def add(self, image: npt.NDArray[Any]) -> bool:
+        """Adds an image.
 
         Args:
-            picture: (H, W, 3) uint8 BGR, as large as the first; another size is left out.
+            image: (H, W, 3) uint8 BGR, of the first one's size; other sizes are skipped.
 
         Returns:
-            Whether it was added; not if the film is closed.
+            Whether it was added; False if the film is closed.
 
         Raises:
             OSError: The file cannot be written.
         """
         with self._lock:
-            return not self._closed and self._add(picture)
+            return not self._closed and self._add(image)
 
-    def _add(self, picture):
+    def _add(self, image: npt.NDArray[Any]) -> bool:
         if self._container is None:
-            self._open(picture.shape)
-        if picture.shape != self._shape:
+            self._open(image.shape)
+        if image.shape != self._shape:
             return False
-        frame = av.VideoFrame.from_ndarray(even(picture), format="bgr24")
+        frame = av.VideoFrame.from_ndarray(even(image), format="bgr24")
         frame.pts = round(self.frames / self._rate / CLOCK)
         frame.time_base = CLOCK
         self._write(frame, self._container)
         self.frames += 1
         return True
 
-    def close(self):
+    def close(self) -> None:
         """Finishes the file; a second call does nothing.
 
         Raises:
@@ -97,13 +104,13 @@ class FilmWriter:
             finally:
                 container.close()
 
-    def _open(self, shape):
+    def _open(self, shape: tuple[int, ...]) -> None:
         options = {"movflags": "+faststart"}
         try:
             container = av.open(self.path, "w", format="mp4", options=options)
             self._stream = container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
             self._stream.height, self._stream.width = (side + side % 2 for side in shape[:2])
-            self._stream.pix_fmt = "yuv420p"  # what every player reads
+            self._stream.pix_fmt = "yuv420p"  # what every player supports
             self._stream.codec_context.time_base = CLOCK
             self._stream.codec_context.thread_count = 1
             container.start_encoding()
@@ -111,7 +118,7 @@ class FilmWriter:
             raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
         self._container, self._shape = container, shape
 
-    def _write(self, frame, container):
+    def _write(self, frame: Any, container: Any) -> None:
         try:
             for packet in self._stream.encode(frame):
                 container.mux(packet)
@@ -119,9 +126,9 @@ class FilmWriter:
             raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
 
 
-def even(picture):
-    """Repeats the last row and column of a picture where its size is odd: yuv420p needs that."""
-    height, width = picture.shape[:2]
+def even(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Repeats the last row or column of an image of odd size: yuv420p needs even sizes."""
+    height, width = image.shape[:2]
     if height % 2 or width % 2:
-        picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-    return np.ascontiguousarray(picture)
+        image = np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    return np.ascontiguousarray(image)

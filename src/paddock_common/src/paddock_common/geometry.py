@@ -1,27 +1,28 @@
-"""Headings and quaternions, transforms of odometry messages."""
+"""Yaw angles and quaternions, transforms of odometry messages."""
 
 import math
+from typing import Any
 
 from geometry_msgs.msg import Quaternion, TransformStamped
 
 
-def yaw_of(quaternion):
-    """Gives the heading [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
+def yaw_of(quaternion: Any) -> float:
+    """Returns the yaw [rad] of a quaternion with fields x, y, z, w (Z of Z-Y-X Euler angles)."""
     q = quaternion
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 
 
-def quaternion_of(yaw):
-    """Returns the geometry_msgs/Quaternion of a heading [rad]."""
+def quaternion_of(yaw: float) -> Quaternion:
+    """Returns the geometry_msgs/Quaternion of a yaw angle [rad]."""
     return Quaternion(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
 
 
-def transform_of(message):
-    """Returns the geometry_msgs/TransformStamped that a nav_msgs/Odometry states."""
-    made = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+def transform_of(message: Any) -> TransformStamped:
+    """Returns the geometry_msgs/TransformStamped that a nav_msgs/Odometry contains."""
+    transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
     position = message.pose.pose.position
-    made.transform.translation.x = position.x
-    made.transform.translation.y = position.y
-    made.transform.translation.z = position.z
-    made.transform.rotation = message.pose.pose.orientation
-    return made
+    transform.transform.translation.x = position.x
+    transform.transform.translation.y = position.y
+    transform.transform.translation.z = position.z
+    transform.transform.rotation = message.pose.pose.orientation
+    return transform

@@ -1,7 +1,7 @@
-"""The ROS master: calls by XML-RPC, each with a time-out, and whether it is still there.
+"""The ROS master: XML-RPC calls, each with a time-out, and whether it is still available.
 
-rospy does not notice a master that dies or is started anew. A node would go on for ever that no
-subscriber, no service call and no roslaunch can reach.
+rospy does not notice when the master dies or is restarted. The node would continue forever, out of
+reach of subscribers, service calls and roslaunch.
 """
 
 import http.client
@@ -9,8 +9,10 @@ import threading
 import time
 import xml.parsers.expat
 import xmlrpc.client
+from collections.abc import Callable
+from typing import Any
 
-# What a call raises when there is no answer, or none that is XML-RPC.
+# What a call raises when there is no response, or one that is not XML-RPC.
 ERRORS = (
     OSError,
     ValueError,
@@ -18,15 +20,15 @@ ERRORS = (
     xmlrpc.client.Error,
     xml.parsers.expat.ExpatError,
 )
-PERIOD = 1.0  # [s] between two questions of a MasterMonitor
+PERIOD = 1.0  # [s] between two requests of a MasterMonitor
 
 
-def proxy(uri, timeout):
+def proxy(uri: str, timeout: float) -> xmlrpc.client.ServerProxy:
     """Returns a proxy of an XML-RPC server, to be used in a with statement.
 
     Args:
         uri: The server's address, http://host:port.
-        timeout: Longest wait for an answer [s].
+        timeout: Longest wait for a response [s].
     """
     return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
 
@@ -34,58 +36,66 @@ def proxy(uri, timeout):
 class _Transport(xmlrpc.client.Transport):
     """A transport with a time-out."""
 
-    def __init__(self, timeout):
+    def __init__(self, timeout: float) -> None:
         super().__init__()
         self._timeout = timeout
 
-    def make_connection(self, host):
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection
 
 
 class MasterMonitor:
-    """Asks a ROS master once a second, in a thread, who it is.
+    """Requests a ROS master's identity once a second, in a thread.
 
     Args:
         uri: Its address, http://host:port.
-        identity: Function of the URI -> what tells this master from another one at the address;
-            raises one of ERRORS when there is no answer.
-        then: Called in the thread after each question, without arguments.
+        identity: Function of the URI -> value that distinguishes this master from another one at
+            the same address; raises one of ERRORS when there is no response.
+        then: Called in the thread after each request, without arguments.
         now: Clock [s].
 
     Attributes:
-        uri: As given.
-        replaced: Whether another master than the first one gave the last answer.
+        uri: As passed.
+        replaced: Whether the last response came from a different master than the first one.
     """
 
-    def __init__(self, uri, identity, then=None, now=time.monotonic):
+    def __init__(
+        self,
+        uri: str,
+        identity: Callable[[str], Any],
+        then: Callable[[], object] | None = None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.uri, self.replaced = uri, False
         self._identity, self._then, self._now = identity, then, now
-        self._first, self._answered, self._refused_since = None, now(), None
+        self._first: Any = None
+        self._last_response = now()
+        self._refused_since: float | None = None
         self._closed = threading.Event()
 
     @property
-    def silent_for(self):
-        """Time since the last answer, or since this was made [s]."""
-        return self._now() - self._answered
+    def unresponsive_for(self) -> float:
+        """Time since the last response, or since construction [s]."""
+        return self._now() - self._last_response
 
     @property
-    def refused_for(self):
-        """Time for which nobody has listened on the master's port [s]; 0.0: somebody does."""
+    def refused_for(self) -> float:
+        """Time for which the master's port has refused connections [s]; 0.0: it accepts them."""
         since = self._refused_since
         return 0.0 if since is None else self._now() - since
 
-    def start(self):
+    def start(self) -> None:
         """Starts the thread."""
         threading.Thread(target=self._run, name="master-monitor", daemon=True).start()
 
-    def close(self):
-        """Ends the thread; `then` is not called any more."""
+    def close(self) -> None:
+        """Stops the thread; `then` is no longer called."""
         self._closed.set()
 
-    def check(self):
-        """Asks once."""
+    def check(self) -> None:
+        """Sends one request."""
         try:
             identity = self._identity(self.uri)
         except ConnectionRefusedError:
@@ -94,13 +104,13 @@ class MasterMonitor:
         except ERRORS:
             self._refused_since = None
         else:
-            self._answered, self._refused_since = self._now(), None
+            self._last_response, self._refused_since = self._now(), None
             self._first = identity if self._first is None else self._first
             self.replaced = identity != self._first
         if self._then is not None and not self._closed.is_set():
             self._then()
 
-    def _run(self):
+    def _run(self) -> None:
         while not self._closed.is_set():
             self.check()
             self._closed.wait(PERIOD)

@@ -1,24 +1,24 @@
-"""The life of a node: it starts, or prints why it cannot, and ends silently at a signal.
+"""The life cycle of a node: it starts, or logs why it cannot, and shuts down cleanly at a signal.
 
 A log that cannot be written must not stop a node: a full disk, a closed terminal or pipe. rospy's
-handler of the console lets the error out into whoever logs, and Python's of files prints a
-traceback for each line. Here a handler that fails is said once, and the node goes on.
+console handler raises the error in the thread that logs, and Python's file handlers print a
+traceback for each line. Here a failing handler is reported once, and the node continues.
 
-The thread that answers a node's XML-RPC calls ends with the node. rospy closes that thread's socket
-while it polls it. From then on poll() returns at once, and the thread takes a whole processor until
-the process is gone: 0.2 to 0.5 s where others start or end beside it, as they do when a launch file
-starts or ends.
+The thread that serves a node's XML-RPC calls stops with the node. rospy closes that thread's socket
+while it is being polled. From then on poll() returns immediately, and the thread uses a full CPU
+until the process exits: 0.2 to 0.5 s in which other nodes start or stop, as they do when a launch
+file starts or stops.
 
-A node that ends says nothing but that it ended. rospy closes a node's topics before it says that
-the node is shut down. What a callback, a timer or a service publishes in between raises, and is
-printed with a traceback. Here it is dropped, as rospy itself drops what is published later. What
-callbacks, services and threads of a node raise after its shutdown was requested goes to the log
-file alone. What is raised before is told as ever.
+A node that shuts down logs no follow-up errors. rospy closes a node's topics before it reports the
+node as shut down. Messages that a callback, a timer or a service publishes in between raise an
+error, printed with a traceback. Here they are dropped, as rospy itself drops messages that are
+published later. Errors of a node's callbacks, services and threads after the shutdown request go to
+the log file only. Earlier errors are logged as usual.
 
-SIGINT and SIGTERM end a node, whatever it is doing. rospy's own handlers run the whole shutdown in
-the main thread, between two of its instructions. If that thread has a lock which the shutdown
-needs, both wait for ever: each call of the master takes one, so a node that is asked to end while
-it starts may stay until roslaunch kills it 17 s later.
+SIGINT and SIGTERM shut a node down at any time. rospy's own handlers run the complete shutdown in
+the main thread, between two of its instructions. If that thread holds a lock which the shutdown
+needs, it deadlocks: each call of the master takes one, so a node that is stopped while it starts
+may remain until roslaunch kills it 17 s later.
 """
 
 import _thread
@@ -31,7 +31,9 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from types import SimpleNamespace
+from typing import Any, TypeVar
 
 import rospy
 import rospy.exceptions
@@ -43,34 +45,36 @@ from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 
 from paddock_common import subscriptions
-from paddock_common.process import StopRequest, end_with_roslaunch
+from paddock_common.process import StopRequest, exit_with_roslaunch
 
-_said = set()  # handlers that have failed
+T = TypeVar("T")
+Errors = type[Exception] | tuple[type[Exception], ...]
+_reported: set[logging.Handler] = set()  # handlers that have failed
 
 
-def bear_failures():
-    """Changes the handlers of this process; to be called once, when the node starts."""
-    logging.Handler.handleError = _failed
+def tolerate_log_errors() -> None:
+    """Makes the log handlers of this process tolerate errors; called when the node starts."""
+    logging.Handler.handleError = _failed  # type: ignore[assignment]
     if RosStreamHandler.emit is not _emit:
         RosStreamHandler.emit_or_raise = RosStreamHandler.emit
         RosStreamHandler.emit = _emit
 
 
-def _emit(handler, record):
+def _emit(handler: Any, record: logging.LogRecord) -> None:
     try:
         handler.emit_or_raise(record)
     except (OSError, ValueError):  # ValueError: the stream is closed
         handler.handleError(record)
 
 
-def _failed(handler, record):
-    """Says once that a handler fails, wherever that can still be read."""
+def _failed(handler: logging.Handler, record: logging.LogRecord) -> None:
+    """Reports a failing handler once, on stderr or in the log."""
     error = sys.exc_info()[1]
-    if handler in _said:
+    if handler in _reported:
         return
-    _said.add(handler)
+    _reported.add(handler)
     name = getattr(handler, "baseFilename", "the console")
-    text = f"the log cannot be written to {name}: {error}; it is left out from now on"
+    text = f"the log cannot be written to {name}: {error}; it is skipped from now on"
     try:
         sys.stderr.write(f"{text}\n")
     except (OSError, ValueError):
@@ -81,54 +85,54 @@ _upstream = XmlRpcNode.shutdown
 
 
 @functools.wraps(_upstream)
-def _shutdown(self, reason):
+def _shutdown(self: Any, reason: str) -> None:
     server = self.server
     if server:
-        _thread.start_new_thread(server.shutdown, ())  # it waits for the thread's end
+        _thread.start_new_thread(server.shutdown, ())  # it waits for the thread
     _upstream(self, reason)
 
 
-def end_with_node():
-    """Has the thread end when the node does, of all nodes of this process."""
+def close_server_with_node() -> None:
+    """Makes the XML-RPC thread of each node of this process stop with the node."""
     XmlRpcNode.shutdown = _shutdown
 
 
-# What rospy raises because of a shutdown, wherever it is called.
+# What rospy's functions raise because of a shutdown.
 INTERRUPTIONS = (rospy.ROSException, rospy.ServiceException, rospy.exceptions.TransportException)
-_log = logging.getLogger("rospy.closing")  # has no console
+_log = logging.getLogger("rospy.closing")  # has no console handler
 _publish = _PublisherImpl.publish
 _invoke = _SubscriberImpl._invoke_callback
 _service_failed = ServiceImpl.error_handler
 
 
-def end_silently():
-    """Has the node of this process end so; may be called twice."""
-    _PublisherImpl.publock = _Kept()
+def suppress_shutdown_errors() -> None:
+    """Makes the node of this process shut down without such errors; may be called twice."""
+    _PublisherImpl.publock = _PersistentLock()
     _PublisherImpl.publish = _publish_unless_closed
     _SubscriberImpl._invoke_callback = _invoke_unless_failed
-    ServiceImpl.error_handler = _tell_service_error
+    ServiceImpl.error_handler = _log_service_error
     if not isinstance(threading.excepthook, _Hook):
         threading.excepthook = _Hook(threading.excepthook, Exception)
     if not isinstance(sys.excepthook, _Hook):
         sys.excepthook = _Hook(sys.excepthook, INTERRUPTIONS)
 
 
-class _Kept:
-    """The lock of a publisher's topic, which rospy takes away when it closes the topic.
+class _PersistentLock:
+    """The lock of a publisher's topic, which rospy removes when it closes the topic.
 
-    A thread that has the lock then could not give it back, and one that waits for it waited on.
+    Without it a thread that holds the lock cannot release it, and a waiting one waits forever.
     """
 
-    def __get__(self, topic, _kind=None):
+    def __get__(self, topic: Any, _owner: type | None = None) -> Any:
         return self if topic is None else topic.__dict__.get("publock")
 
-    def __set__(self, topic, lock):
+    def __set__(self, topic: Any, lock: Any) -> None:
         if lock is not None:
             topic.__dict__["publock"] = lock
 
 
 @functools.wraps(_publish)
-def _publish_unless_closed(self, message, connection_override=None):
+def _publish_unless_closed(self: Any, message: Any, connection_override: Any = None) -> Any:
     try:
         return _publish(self, message, connection_override)
     except Exception:
@@ -138,149 +142,151 @@ def _publish_unless_closed(self, message, connection_override=None):
 
 
 class _Callback:
-    """A subscriber's callback; looks like it in rospy's words about its errors."""
+    """Wrapper of a subscriber's callback with its repr, which rospy puts into error messages."""
 
     __slots__ = ("_call",)
 
-    def __init__(self, call):
+    def __init__(self, call: Callable[..., object]) -> None:
         self._call = call
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return repr(self._call)
 
-    def __call__(self, *args):
+    def __call__(self, *args: Any) -> None:
         try:
             self._call(*args)
         except Exception:
             if not is_shutdown_requested():
                 raise
-            _log.warning("while the node ends: bad callback: %s", self._call, exc_info=True)
+            _log.warning("during shutdown: bad callback: %s", self._call, exc_info=True)
 
 
 @functools.wraps(_invoke)
-def _invoke_unless_failed(self, msg, cb, cb_args):
+def _invoke_unless_failed(self: Any, msg: Any, cb: Callable[..., object], cb_args: Any) -> None:
     _invoke(self, msg, _Callback(cb), cb_args)
 
 
 @functools.wraps(_service_failed)
-def _tell_service_error(self, e, exc_type, exc_value, tb):
+def _log_service_error(self: Any, e: Exception, exc_type: Any, exc_value: Any, tb: Any) -> None:
     if is_shutdown_requested():
-        _log.warning("while the node ends: error of a service", exc_info=(exc_type, exc_value, tb))
+        _log.warning("during shutdown: error of a service", exc_info=(exc_type, exc_value, tb))
     else:
         _service_failed(self, e, exc_type, exc_value, tb)
 
 
 class _Hook:
-    """Python's excepthook, of sys or of threading.
+    """Wrapper of Python's excepthook, of sys or of threading.
 
     Args:
-        before: The hook that it takes the place of.
-        kinds: Exceptions that are not printed while the node ends.
+        original: The hook that it replaces.
+        errors: Exceptions that are not printed during shutdown.
     """
 
-    def __init__(self, before, kinds):
-        self._before, self._kinds = before, kinds
+    def __init__(self, original: Callable[..., object], errors: type | tuple[type, ...]) -> None:
+        self._original, self._errors = original, errors
 
-    def __call__(self, *args):
-        told = args if len(args) == 3 else args[0][:3]  # threading gives one tuple
-        if is_shutdown_requested() and issubclass(told[0], self._kinds):
-            _log.warning("while the node ends", exc_info=tuple(told))
+    def __call__(self, *args: Any) -> None:
+        error: Any = args if len(args) == 3 else tuple(args[0][:3])  # threading: one tuple
+        if is_shutdown_requested() and issubclass(error[0], self._errors):
+            _log.warning("during shutdown", exc_info=error)
         else:
-            self._before(*args)
+            self._original(*args)
 
 
-LOOK = 0.003  # [s] between two looks whether the master has registered the node
-LARGEST_KEPT = 32 << 20  # [bytes] the most that glibc takes
+POLL_PERIOD = 0.003  # [s] between two checks whether the master has registered the node
+MAX_THRESHOLD = 32 << 20  # [bytes] the maximum that glibc accepts
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 
 
-def init_node(name, **options):
-    """Calls rospy.init_node, which looks for its registration every 0.1 s: here it does so sooner.
+def init_node(name: str, **options: Any) -> None:
+    """Calls rospy.init_node, which checks its registration every 0.1 s, with a shorter period.
 
-    Every node of Paddock starts here: its subscriptions keep their publishers, and it ends without
-    a word and without taking a processor.
+    Every node of Paddock starts here: its subscriptions reconnect to their publishers, and it shuts
+    down without follow-up errors and without using a full CPU.
 
     Args:
-        name: Of the node.
-        options: rospy.init_node's.
+        name: Name of the node.
+        options: Options of rospy.init_node.
     """
-    end_with_node()
-    end_silently()
-    subscriptions.keep()
-    keep_freed_memory()
+    close_server_with_node()
+    suppress_shutdown_errors()
+    subscriptions.enable_reconnecting()
+    retain_freed_memory()
     clock = rospy.impl.init.time
-    rospy.impl.init.time = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, LOOK)))
+    rospy.impl.init.time = SimpleNamespace(
+        sleep=lambda seconds: time.sleep(min(seconds, POLL_PERIOD))
+    )
     try:
         rospy.init_node(name, **options)
     finally:
         rospy.impl.init.time = clock
 
 
-def keep_freed_memory():
-    """Has glibc keep what is freed for later, instead of giving each large block back.
+def retain_freed_memory() -> None:
+    """Makes glibc retain freed memory instead of returning each large block to the kernel.
 
-    rospy receives every message into a block of 4 MB, and pictures are as large: each would be
-    mapped and unmapped by the kernel, which doubles the processor time of a subscriber.
+    rospy receives every message into a block of 4 MB, and images are as large: the kernel would map
+    and unmap each of them, which doubles the CPU time of a subscriber.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:  # glibc
-        mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT)
-        mallopt(M_TRIM_THRESHOLD, 2 * LARGEST_KEPT)
+        mallopt(M_MMAP_THRESHOLD, MAX_THRESHOLD)
+        mallopt(M_TRIM_THRESHOLD, 2 * MAX_THRESHOLD)
 
 
-NUMBERS = (signal.SIGINT, signal.SIGTERM)
-PATIENCE = 10.0  # longest wait at exit for a shutdown that is under way [s]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SHUTDOWN_TIMEOUT = 10.0  # longest wait at exit for a running shutdown [s]
 
 
-def init_interruptible(name, **options):
-    """Calls rospy.init_node, of a node whose shutdown has a thread of its own.
+def init_interruptible(name: str, **options: Any) -> None:
+    """Calls rospy.init_node for a node whose shutdown runs in its own thread.
 
-    A signal that comes before the node is made ends the process at once.
+    A signal before the node is initialized terminates the process immediately.
 
     Args:
-        name: Of the node.
-        options: rospy.init_node's.
+        name: Name of the node.
+        options: Options of rospy.init_node.
     """
-    for number in NUMBERS:
+    for number in SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     init_node(name, disable_signals=True, **options)
-    watch()
+    handle_signals()
 
 
-def watch():
-    """Has SIGINT and SIGTERM shut the node down; main thread only."""
+def handle_signals() -> None:
+    """Makes SIGINT and SIGTERM shut the node down; main thread only."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
-    stop, done = StopRequest(NUMBERS, lambda: os.write(writer, b".")), threading.Event()
+    stop, done = StopRequest(SIGNALS, lambda: os.write(writer, b".")), threading.Event()
 
-    def shut_down():
+    def shut_down() -> None:
         os.read(reader, 1)
-        rospy.signal_shutdown(f"signal-{int(stop.signal)}")
+        rospy.signal_shutdown(f"signal-{stop.signal:d}")
         done.set()
 
-    def finish():
+    def finish() -> None:
         if stop.requested():
-            done.wait(PATIENCE)
+            done.wait(SHUTDOWN_TIMEOUT)
 
     _thread.start_new_thread(shut_down, ())
     atexit.register(finish)
 
 
-def start(name, make, errors=ValueError):
+def start(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
     """Starts a node.
 
     Args:
-        name: Of the node.
-        make: Class or function without arguments that connects.
-        errors: Exceptions that tell what keeps it from starting: they are logged, and the process
-            ends with exit status 1.
+        name: Name of the node.
+        make: Class or function without arguments that connects the node.
+        errors: Exceptions that prevent the start: they are logged, and the process exits with
+            status 1.
 
     Returns:
-        What `make` gave.
+        The result of `make`.
     """
-    bear_failures()
+    tolerate_log_errors()
     init_interruptible(name)
-    end_with_roslaunch()
+    exit_with_roslaunch()
     try:
         return make()
     except errors as error:
@@ -288,7 +294,7 @@ def start(name, make, errors=ValueError):
         sys.exit(1)
 
 
-def run(name, make, errors=ValueError):
+def run(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
     """Starts a node and waits until ROS shuts down; arguments as those of start."""
     node = start(name, make, errors)
     rospy.spin()

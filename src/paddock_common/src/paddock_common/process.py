@@ -1,17 +1,18 @@
-"""This process: its priority, signals that ask it to stop, and its end with the one that started
-it; imports no rospy.
+"""This process: its priority, signals that request a stop, and its exit together with its parent;
+imports no rospy.
 """
 
 import ctypes
 import os
 import signal
+from collections.abc import Callable, Iterable, Sequence
 
 
-def give_way(niceness=5):
-    """Lowers this process's priority, so that nodes that do little leave the processors to others.
+def lower_priority(niceness: int = 5) -> None:
+    """Lowers this process's priority, so that nodes with little to do leave the CPUs to others.
 
-    Linux groups processes by their session (autogroup) and looks at a group's niceness first. A
-    node of a launch file has a session of its own; one that was started in a terminal has not.
+    Linux groups processes by their session (autogroup) and applies a group's niceness first. A
+    node of a launch file has its own session; one that was started in a terminal does not.
 
     Args:
         niceness: as of nice(1), 1 to 19.
@@ -23,43 +24,48 @@ def give_way(niceness=5):
         with open("/proc/self/autogroup", "w", encoding="ascii") as stream:
             stream.write(str(niceness))
     except OSError:
-        pass  # there are no such groups
+        pass  # the kernel has no such groups
 
 
 class StopRequest:
-    """Whether a signal has asked this process to stop; to be made in the main thread.
+    """Whether a signal has requested a stop of this process; construct it in the main thread.
 
-    The handler stores the number and does no work of its own: it runs between two instructions of
-    the main thread, which may have a lock that the work needs.
+    The handler only stores the signal: it runs between two instructions of the main thread, which
+    may hold a lock that any further work needs.
 
     Args:
-        signals: Numbers of the signals; they are handled from here on.
-        then: Called by the handler, without arguments, at each of them; must not block.
+        signals: Signals to handle from now on.
+        then: Called by the handler, without arguments, at each signal; must not block.
 
     Attributes:
-        signal: Number of the first one that came; None: none has come.
+        signal: The first signal received; None: none was received.
     """
 
-    def __init__(self, signals=(signal.SIGINT, signal.SIGTERM), then=None):
-        self.signal, self._then = None, then
+    def __init__(
+        self,
+        signals: Iterable[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
+        then: Callable[[], object] | None = None,
+    ) -> None:
+        self.signal: int | None = None
+        self._then = then
         self._before = {number: signal.signal(number, self._handle) for number in signals}
 
-    def requested(self):
-        """Whether one has come."""
+    def requested(self) -> bool:
+        """Returns whether a signal was received."""
         return self.signal is not None
 
-    def close(self):
-        """Handles the signals as before."""
+    def close(self) -> None:
+        """Restores the previous signal handlers."""
         while self._before:
             signal.signal(*self._before.popitem())
 
-    def __enter__(self):
+    def __enter__(self) -> "StopRequest":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _handle(self, number, _frame):
+    def _handle(self, number: int, _frame: object) -> None:
         if self.signal is None:
             self.signal = number
         if self._then is not None:
@@ -69,10 +75,10 @@ class StopRequest:
 PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
-def end_with_roslaunch(number=signal.SIGTERM):
-    """Has the kernel send this process a signal when the roslaunch that started it ends.
+def exit_with_roslaunch(number: int = signal.SIGTERM) -> bool:
+    """Makes the kernel send this process a signal when the roslaunch that started it exits.
 
-    Does nothing for a process that something else has started: a shell may well end before it.
+    Does nothing if the parent is another program: a shell may exit before its children.
 
     Args:
         number: The signal.
@@ -83,32 +89,32 @@ def end_with_roslaunch(number=signal.SIGTERM):
     parent = os.getppid()
     if not is_roslaunch(command_line(parent)):
         return False
-    if not signal_at_end_of(parent, number):
+    if not signal_at_exit_of(parent, number):
         os.kill(os.getpid(), number)
     return True
 
 
-def signal_at_end_of(parent, number=signal.SIGTERM):
-    """Has the kernel send this process a signal when its parent ends.
+def signal_at_exit_of(parent: int, number: int = signal.SIGTERM) -> bool:
+    """Makes the kernel send this process a signal when its parent exits.
 
     Args:
         parent: Process id of the parent.
         number: The signal.
 
     Returns:
-        Whether it is still the parent; if not, it has ended before and no signal will come.
+        Whether it is still the parent; if not, it has exited before and no signal will be sent.
     """
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, ctypes.c_ulong(number), 0, 0, 0)
     return os.getppid() == parent
 
 
-def is_roslaunch(words):
-    """Whether a command line, a list of words, is roslaunch's."""
-    return any(os.path.basename(word) == "roslaunch" for word in words[:3])
+def is_roslaunch(arguments: Sequence[str]) -> bool:
+    """Returns whether a command line, a list of arguments, is roslaunch's."""
+    return any(os.path.basename(argument) == "roslaunch" for argument in arguments[:3])
 
 
-def command_line(pid):
-    """Words of a process's command line; empty where there is no such process."""
+def command_line(pid: int) -> list[str]:
+    """Returns the arguments of a process's command line; empty if there is no such process."""
     try:
         with open(f"/proc/{pid}/cmdline", "rb") as file:
             return os.fsdecode(file.read()).split("\0")[:-1]

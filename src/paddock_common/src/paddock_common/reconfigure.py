@@ -1,27 +1,30 @@
 """Configuration types for dynamic_reconfigure, as a .cfg generator would write them."""
 
+from collections.abc import Iterable
+from typing import Any
 
-def describe(parameters):
-    """Returns the names that a configuration's module has to hold.
+
+def describe(parameters: Iterable[tuple[str, str, Any, Any, Any, str]]) -> dict[str, Any]:
+    """Returns the names that a configuration's module has to define.
 
     Args:
-        parameters: (name, type, default, least, greatest, description) of each; all of level 1.
+        parameters: (name, type, default, minimum, maximum, description) of each; all of level 1.
 
     Returns:
-        Dict of config_description, min, max, defaults, level, type and all_level.
+        config_description, min, max, defaults, level, type and all_level.
     """
     rows = [
         {
             "name": name,
-            "type": kind,
+            "type": type_name,
             "default": default,
-            "min": least,
-            "max": greatest,
+            "min": minimum,
+            "max": maximum,
             "description": description,
             "level": 1,
             "edit_method": "",
         }
-        for name, kind, default, least, greatest, description in parameters
+        for name, type_name, default, minimum, maximum, description in parameters
     ]
     group = {
         "name": "Default",

@@ -1,6 +1,4 @@
-"""Settings of a node or file: dataclasses whose fields have rules, read with clear errors.
-
-Settings as frozen dataclasses whose fields carry a default and a rule.
+"""Settings of a node or file: frozen dataclasses whose fields have a default and a rule.
 
     @dataclass(frozen=True)
     class Limits:
@@ -12,26 +10,30 @@ Settings as frozen dataclasses whose fields carry a default and a rule.
 
     limits = read(Limits, rospy.get_param)  # ~max_speed, ~trailer
 
-What is wrong raises an error that names the setting, its value and what is valid.
+An invalid value raises an error that names the setting, its value and what is valid.
 """
 
 import math
 import numbers
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class Rule:
-    """What a value must be; subclasses give `complaint`."""
+    """What a value must be; subclasses define `complaint`."""
 
-    def complaint(self, value):
-        """Gives what the value must be instead, or "" if it is valid."""
+    def complaint(self, value: Any) -> str:
+        """Returns what the value must be instead, or "" if it is valid."""
         raise NotImplementedError
 
-    def check(self, name, value, error=ValueError):
-        """Gives the value back.
+    def check(self, name: str, value: Any, error: type[Exception] = ValueError) -> Any:
+        """Returns the value unchanged.
 
         Raises:
-            error: It is not valid; the message names it, its value and what is valid.
+            error: The value is not valid; the message has its name, the value and what is valid.
         """
         valid = self.complaint(value)
         if valid:
@@ -41,56 +43,56 @@ class Rule:
 
 @dataclass(frozen=True)
 class Number(Rule):
-    """A finite number within a range; True and False are none.
+    """A finite number within a range; True and False are not numbers.
 
     Attributes:
-        above, below: Ends of the range that are left out; None: there is no end.
-        least, most: Ends that belong to the range.
-        whole: Whether only whole numbers are valid.
+        above, below: Exclusive limits of the range; None: no limit.
+        min, max: Inclusive limits of the range; None: no limit.
+        integer: Whether only whole numbers are valid.
         unit: For the message, e.g. "m/s".
     """
 
-    above: float = None
-    below: float = None
-    least: float = None
-    most: float = None
-    whole: bool = False
+    above: float | None = None
+    below: float | None = None
+    min: float | None = None
+    max: float | None = None
+    integer: bool = False
     unit: str = ""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         valid = self._range()
-        if not is_number(value) or (self.whole and not isinstance(value, numbers.Integral)):
-            kind = "a whole number" if self.whole else "a number"
-            return kind + (", " if valid[:1].isdigit() else " " if valid else "") + valid
+        if not is_number(value) or (self.integer and not isinstance(value, numbers.Integral)):
+            noun = "a whole number" if self.integer else "a number"
+            return noun + (", " if valid[:1].isdigit() else " " if valid else "") + valid
         inside = (
             (self.above is None or value > self.above)
             and (self.below is None or value < self.below)
-            and (self.least is None or value >= self.least)
-            and (self.most is None or value <= self.most)
+            and (self.min is None or value >= self.min)
+            and (self.max is None or value <= self.max)
         )
         return "" if inside else valid
 
-    def _range(self):
-        """The range in words, e.g. "above 0 and below 0.7 [m/s]"."""
-        if self.least is not None and self.most is not None:
-            words = f"from {self.least:g} to {self.most:g}"
+    def _range(self) -> str:
+        """Returns the range as text, e.g. "above 0 and below 0.7 [m/s]"."""
+        if self.min is not None and self.max is not None:
+            limits = f"from {self.min:g} to {self.max:g}"
         else:
-            ends = [
-                self.above is not None and f"above {self.above:g}",
-                self.least is not None and f"{self.least:g} or more",
-                self.below is not None and f"below {self.below:.4g}",
-                self.most is not None and f"at most {self.most:g}",
+            parts = [
+                "" if self.above is None else f"above {self.above:g}",
+                "" if self.min is None else f"{self.min:g} or more",
+                "" if self.below is None else f"below {self.below:.4g}",
+                "" if self.max is None else f"at most {self.max:g}",
             ]
-            words = " and ".join(filter(None, ends))
-        return " ".join(filter(None, (words, self.unit and f"[{self.unit}]")))
+            limits = " and ".join(filter(None, parts))
+        return " ".join(filter(None, (limits, self.unit and f"[{self.unit}]")))
 
 
 @dataclass(frozen=True)
 class Flag(Rule):
     """True or false."""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         return "" if isinstance(value, bool) else "true or false"
 
@@ -101,18 +103,18 @@ class Choice(Rule):
 
     Attributes:
         values: The valid ones.
-        words: What the message says is valid; "": the values.
+        text: Text of the valid values in messages; "": the values.
     """
 
-    values: tuple
-    words: str = ""
+    values: tuple[Any, ...]
+    text: str = ""
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         for valid in self.values:
             if value == valid and isinstance(value, bool) == isinstance(valid, bool):
                 return ""
-        return self.words or "one of " + ", ".join(map(str, self.values))
+        return self.text or "one of " + ", ".join(map(str, self.values))
 
 
 @dataclass(frozen=True)
@@ -125,15 +127,15 @@ class Text(Rule):
 
     empty: bool = False
 
-    def complaint(self, value):
+    def complaint(self, value: Any) -> str:
         """As Rule.complaint."""
         if isinstance(value, str) and (value or self.empty):
             return ""
         return "a text" if self.empty else "a name"
 
 
-def is_number(value):
-    """Says whether a value is a finite real number, of Python or numpy; booleans are none."""
+def is_number(value: Any) -> bool:
+    """Returns whether a value is a finite real number, of Python or numpy; booleans are not."""
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         return False
     try:
@@ -142,11 +144,11 @@ def is_number(value):
         return False
 
 
-def converted(name, value):
-    """Gives the float of a finite number or of a text that is one, as upstream's nodes take it.
+def converted(name: str, value: Any) -> float:
+    """Returns the float of a finite number or of a text that is one, as upstream's nodes accept it.
 
     Raises:
-        ValueError: It is none; the message names it and its value.
+        ValueError: It is not a number; the message has its name and value.
     """
     try:
         number = value if isinstance(value, bool) else float(value)
@@ -160,50 +162,48 @@ def converted(name, value):
 _RULE, _NAME = "rule", "name"
 
 
-def ruled(default, rule, name=""):
-    """Gives a dataclass field with a default and a Rule.
+def ruled(default: Any, rule: Rule, name: str = "") -> Any:
+    """Returns a dataclass field with a default and a Rule.
 
     Args:
-        default: Value when none is given.
-        rule: Rule.
-        name: Of the parameter; "": the field's.
+        default: Default value.
+        name: Name of the parameter; "": the field's.
     """
     return field(default=default, metadata={_RULE: rule, _NAME: name})
 
 
-def number(default, name="", **limits):
-    """Gives a field for a finite number.
+def number(default: float, name: str = "", **limits: Any) -> Any:
+    """Returns a field for a finite number.
 
     Args:
-        default: Value when none is given.
-        name: Of the parameter; "": the field's.
-        limits: Those of rules.Number.
+        default: Default value.
+        name: Name of the parameter; "": the field's.
+        limits: Arguments of Number.
     """
     return ruled(default, Number(**limits), name)
 
 
-def flag(default):
-    """Gives a field for true or false."""
+def flag(default: bool) -> Any:
+    """Returns a field for true or false."""
     return ruled(default, Flag())
 
 
-def choice(default, values, words=""):
-    """Gives a field for one of several values; words: what the message says is valid."""
-    return ruled(default, Choice(tuple(values), words))
+def choice(default: Any, values: Iterable[Any], valid: str = "") -> Any:
+    """Returns a field for one of several values; valid: text of them in messages."""
+    return ruled(default, Choice(tuple(values), valid))
 
 
-def text(default, empty=False):
-    """Gives a field for a text."""
+def text(default: str, empty: bool = False) -> Any:
+    """Returns a field for a text."""
     return ruled(default, Text(empty))
 
 
-def check(settings, error=ValueError, prefix=""):
+def check(settings: Any, error: type[Exception] = ValueError, prefix: str = "") -> None:
     """Checks every field that has a rule; for a dataclass's __post_init__.
 
     Args:
         settings: Dataclass instance.
-        error: Class of the error.
-        prefix: Stands before the names in messages.
+        prefix: Prefix of the names in messages.
 
     Raises:
         error: A value is not valid.
@@ -214,32 +214,29 @@ def check(settings, error=ValueError, prefix=""):
             item.metadata[_RULE].check(name, getattr(settings, item.name), error)
 
 
-def _parameter(item):
-    """The name that a field's parameter has."""
+def _parameter(item: Field[Any]) -> str:
+    """Returns the name of a field's parameter."""
     return item.metadata.get(_NAME) or item.name
 
 
-def read(kind, get, prefix="~"):
-    """Makes settings of ROS parameters, one a field.
+def read(cls: type[T], get: Callable[[str, Any], Any], prefix: str = "~") -> T:
+    """Returns settings from ROS parameters, one per field.
 
     Args:
-        kind: Dataclass that checks its values and has defaults for all.
+        cls: Dataclass that checks its values and has defaults for all fields.
         get: rospy.get_param or a function like it: (name, default) -> value.
-        prefix: Stands before the parameters' names; "~": the node's private ones.
+        prefix: Prefix of the parameters' names; "~": the node's private ones.
     """
-    return kind(
-        **{item.name: get(prefix + _parameter(item), item.default) for item in fields(kind)}
-    )
+    return cls(**{item.name: get(prefix + _parameter(item), item.default) for item in fields(cls)})
 
 
-def parameter(get, name, default, rule):
-    """Gives one private ROS parameter.
+def parameter(get: Callable[[str, Any], Any], name: str, default: Any, rule: Rule) -> Any:
+    """Returns one private ROS parameter.
 
     Args:
         get: rospy.get_param or a function like it: (name, default) -> value.
         name: Without the tilde.
-        default: Its value when it is not set; it is checked, too.
-        rule: Rule.
+        default: Value if it is not set; it is checked, too.
 
     Raises:
         ValueError: It is not valid.
@@ -247,22 +244,20 @@ def parameter(get, name, default, rule):
     return rule.check(name, get("~" + name, default))
 
 
-def from_table(kind, data, what, error=ValueError):
-    """Makes settings of a table of names and values, as YAML gives it.
+def from_table(cls: type[T], data: Any, label: str, error: type[Exception] = ValueError) -> T:
+    """Returns settings from a table of names and values, as read from YAML.
 
     Args:
-        kind: Dataclass that checks its values.
-        data: Dict.
-        what: Name of the table for messages.
-        error: Class of the error.
+        cls: Dataclass that checks its values.
+        label: Name of the table in messages.
 
     Raises:
-        error: It is no table, or has a name that the class does not have.
+        error: It is not a table, or has a name that is not a field.
     """
     if not isinstance(data, dict):
-        raise error(f"{what} is {data!r}; it must be a table of names and values")
-    names = [item.name for item in fields(kind)]
+        raise error(f"{label} is {data!r}; it must be a table of names and values")
+    names = [item.name for item in fields(cls)]
     unknown = sorted(str(key) for key in set(data) - set(names))
     if unknown:
-        raise error(f"{what}: unknown {', '.join(unknown)}; there are: {', '.join(names)}")
-    return kind(**data)
+        raise error(f"{label}: unknown {', '.join(unknown)}; there are: {', '.join(names)}")
+    return cls(**data)

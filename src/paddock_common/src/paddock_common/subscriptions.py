@@ -1,18 +1,17 @@
-"""Subscriptions that rospy loses on busy machines, kept.
+"""Subscriptions that reconnect to publishers which rospy drops on busy machines.
 
-Subscriptions keep their publishers; rospy loses some.
-
-- Of two lists of a topic's publishers that wait, rospy takes the one that came last. The master's
-  answer to a new subscription may be older than its word of a new publisher, and come later.
-- A publisher that is told while the connection to it is there is left out, also when that
+- If two lists of a topic's publishers are pending, rospy uses the one that arrived last. The
+  master's response to a new subscription may be older than its update about a new publisher, and
+  arrive later.
+- An update about a publisher is ignored while there is a connection to it, even when that
   connection is about to close because the publisher has closed the topic and opened it again.
-- Two threads that connect to one publisher both do, and the second closes what the first receives.
-- A connection whose handshake fails stays in the list for ever when the publisher is gone then:
-  rospy never connects to it again.
+- If two threads connect to one publisher, both do, and the second closes what the first receives.
+- A connection whose handshake fails stays in the list forever if the publisher has exited
+  meanwhile: rospy never connects to it again.
 
-Here waiting lists are joined; threads connect one after the other; a connection that the master
-calls off and on again is followed by another; and after a connection that ends otherwise the master
-is asked for the publishers.
+Here pending lists are merged; threads connect one after the other; a connection whose publisher the
+master removes and adds again is followed by a new one; and after a connection that ends otherwise
+the publishers are requested from the master.
 """
 
 import functools
@@ -21,6 +20,8 @@ import threading
 import time
 import weakref
 import xmlrpc.client
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import rosgraph
 import rospy
@@ -29,88 +30,97 @@ from rospy.impl import tcpros_pubsub
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 
-# [s] before each question about one publisher; after the last nothing is asked until the master
-# tells of it. A publisher that was killed stays in the master's list.
+# [s] before each request about one publisher; after the last there is none until the master sends
+# an update about it. A publisher that was killed stays in the master's list.
 DELAYS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
-PATIENCE = 2.0  # [s] for a connection that is replaced to be read to its end
-_log = logging.getLogger("rospy.reconnecting")  # has no console
+DRAIN_TIMEOUT = 2.0  # [s] for reading the rest of a connection that is replaced
+_log = logging.getLogger("rospy.reconnecting")  # has no console handler
 
 
-def connect(topic, uris):
-    """Has rospy connect a subscription to the publishers that it has no connection to."""
+def connect(topic: str, uris: list[str]) -> None:
+    """Makes rospy connect a subscription to the publishers that it has no connection to."""
     for listener in list(get_registration_listeners().listeners):
         if isinstance(listener, RegManager):
             listener.publisher_update(topic, uris)
 
 
-def ask_master(topics):
-    """Asks the master for the publishers of topics.
+def request_publishers(topics: Iterable[str]) -> dict[str, set[str]]:
+    """Requests the publishers of topics from the master.
 
     Returns:
-        Dict of topic -> set of their addresses.
+        Topic -> addresses of its publishers.
     """
     caller = rospy.get_name()
-    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri()) as master:
+    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri()) as server:
+        master: Any = server
         publishers = dict(master.getSystemState(caller)[2][0])
         names = {name for topic in topics for name in publishers.get(topic, ())}
-        found = {name: master.lookupNode(caller, name) for name in names}
+        nodes = {name: master.lookupNode(caller, name) for name in names}
     return {
-        topic: {found[name][2] for name in publishers.get(topic, ()) if found[name][0] == 1}
+        topic: {nodes[name][2] for name in publishers.get(topic, ()) if nodes[name][0] == 1}
         for topic in topics
     }
 
 
 class Reconnecting:
-    """Connects subscriptions again to publishers that they have lost.
+    """Reconnects subscriptions to publishers whose connections have ended.
 
-    A thread does it, which starts with the first loss.
+    It does so in a thread, which starts with the first ended connection.
 
     Args:
-        ask: As ask_master.
-        connect: As the function of that name.
+        request: Like request_publishers.
+        connect: Like the function of that name.
     """
 
-    def __init__(self, ask=ask_master, connect=connect):
-        self._ask, self._connect = ask, connect
+    def __init__(
+        self,
+        request: Callable[[Iterable[str]], dict[str, set[str]]] = request_publishers,
+        connect: Callable[[str, list[str]], object] = connect,
+    ) -> None:
+        self._request, self._connect = request, connect
         self._changed = threading.Condition()
-        self._due = {}  # (topic, address) -> time of the next look [s]
-        self._asked = {}  # (topic, address) -> how often in vain
-        self._thread = None
+        self._due: dict[
+            tuple[str, str], float
+        ] = {}  # (topic, address) -> time of the next check [s]
+        self._attempts: dict[
+            tuple[str, str], int
+        ] = {}  # (topic, address) -> number of failed attempts
+        self._thread: threading.Thread | None = None
 
-    def lost(self, topic, uri, worked):
-        """A connection has ended.
+    def connection_ended(self, topic: str, uri: str, worked: bool) -> None:
+        """Schedules a new connection after one has ended.
 
         Args:
             topic: Resolved name.
             uri: Address of the publisher.
-            worked: Whether it was more than an attempt.
+            worked: Whether the connection had been established.
         """
         with self._changed:
             if worked:
-                self._asked.pop((topic, uri), None)
-            asked = self._asked.get((topic, uri), 0)
-            if asked < len(DELAYS):
-                self._look((topic, uri), DELAYS[asked])
+                self._attempts.pop((topic, uri), None)
+            attempts = self._attempts.get((topic, uri), 0)
+            if attempts < len(DELAYS):
+                self._schedule((topic, uri), DELAYS[attempts])
 
-    def replace(self, topic, uri):
-        """The publisher of a connection has gone and come again: another has to follow it."""
+    def replace(self, topic: str, uri: str) -> None:
+        """Schedules a second connection to a publisher that was removed and registered again."""
         with self._changed:
-            self._look((topic, uri), PATIENCE)
+            self._schedule((topic, uri), DRAIN_TIMEOUT)
 
-    def forgive(self, topic, uri):
-        """The master tells of a publisher: what failed before does not count any more."""
+    def reset_attempts(self, topic: str, uri: str) -> None:
+        """Clears the failed attempts: the master has sent an update about the publisher."""
         with self._changed:
-            self._asked.pop((topic, uri), None)
+            self._attempts.pop((topic, uri), None)
 
-    def _look(self, key, delay):
-        """Sets the next look; with the lock held."""
+    def _schedule(self, key: tuple[str, str], delay: float) -> None:
+        """Sets the time of the next check; with the lock held."""
         self._due[key] = time.monotonic() + delay
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="reconnecting", daemon=True)
             self._thread.start()
         self._changed.notify()
 
-    def _run(self):
+    def _run(self) -> None:
         while not is_shutdown_requested():
             with self._changed:
                 now = time.monotonic()
@@ -120,10 +130,10 @@ class Reconnecting:
                     continue
                 for key in keys:
                     del self._due[key]
-            self._see_to([key for key in keys if self._is_missing(*key)])
+            self._reconnect([key for key in keys if self._is_missing(*key)])
 
-    def _is_missing(self, topic, uri):
-        """Whether a subscription has no connection to a publisher; closes one that is replaced."""
+    def _is_missing(self, topic: str, uri: str) -> bool:
+        """Returns whether a connection to a publisher is missing; closes one that is replaced."""
         subscription = get_topic_manager().get_subscriber_impl(topic)
         if subscription is None or subscription.closed:
             return False
@@ -131,49 +141,50 @@ class Reconnecting:
             if connection.endpoint_id != uri:
                 continue
             since = getattr(connection, "replaced", None)
-            if since is None or connection.called_off:
+            if since is None or connection.removed:
                 return False
-            if time.monotonic() - since < PATIENCE:
+            if time.monotonic() - since < DRAIN_TIMEOUT:
                 with self._changed:
-                    self._look((topic, uri), PATIENCE)
+                    self._schedule((topic, uri), DRAIN_TIMEOUT)
                 return False
             connection.close()
         return True
 
-    def _see_to(self, missing):
-        """Asks the master once for all that are missing."""
+    def _reconnect(self, missing: list[tuple[str, str]]) -> None:
+        """Requests the publishers of all missing connections at once and connects to them."""
         if not missing:
             return
         try:
-            known = self._ask({topic for topic, _ in missing})
-        except Exception:  # whatever another process answers; it may do better the next time
+            known = self._request({topic for topic, _ in missing})
+        except Exception:  # any response of another process; a later one may be valid
             known = None
-            _log.warning("the master gives no publishers", exc_info=True)
+            _log.warning("the publishers cannot be requested from the master", exc_info=True)
         for topic, uri in missing:
             with self._changed:
                 if known is not None and uri not in known[topic]:
-                    self._asked.pop((topic, uri), None)
+                    self._attempts.pop((topic, uri), None)
                     continue
-                asked = self._asked[topic, uri] = self._asked.get((topic, uri), 0) + 1
-                if asked < len(DELAYS):
-                    self._look((topic, uri), DELAYS[asked])
+                attempts = self._attempts[topic, uri] = self._attempts.get((topic, uri), 0) + 1
+                if attempts < len(DELAYS):
+                    self._schedule((topic, uri), DELAYS[attempts])
             if known is not None:
                 self._connect(topic, sorted(known[topic]))
 
 
-LASTING = 1.0  # [s] a connection that has stood so long was more than an attempt
+MIN_LIFETIME = 1.0  # [s] after which a connection counts as established
 _update = RegManager.publisher_update
-_told = ROSHandler.publisherUpdate
+_publisher_update = ROSHandler.publisherUpdate
 _connect = ROSHandler._connect_topic
 _receive = tcpros_pubsub.robust_connect_subscriber
 _reconnecting = Reconnecting()
-_locks, _locking = weakref.WeakValueDictionary(), threading.Lock()  # (topic, address) -> lock
+_locks: weakref.WeakValueDictionary[tuple[str, str], Any] = weakref.WeakValueDictionary()
+_locking = threading.Lock()  # of _locks
 
 
-def keep():
-    """Has all subscriptions of this process keep their publishers; may be called twice.
+def enable_reconnecting() -> None:
+    """Makes all subscriptions of this process reconnect to their publishers; may be called twice.
 
-    starting.init_node calls it; connections that are there already are not looked after.
+    nodes.init_node calls it; existing connections are not covered.
     """
     RegManager.publisher_update = _join_updates
     ROSHandler.publisherUpdate = _note_update
@@ -182,61 +193,68 @@ def keep():
 
 
 @functools.wraps(_update)
-def _join_updates(self, resolved_name, uris):
-    with self.cond:  # a lock that may be taken twice
-        waiting = [uri for topic, known in self.updates if topic == resolved_name for uri in known]
-        _update(self, resolved_name, list(dict.fromkeys([*uris, *waiting])))
+def _join_updates(self: Any, resolved_name: str, uris: list[str]) -> None:
+    with self.cond:  # a reentrant lock
+        pending = [uri for topic, known in self.updates if topic == resolved_name for uri in known]
+        _update(self, resolved_name, list(dict.fromkeys([*uris, *pending])))
 
 
 @functools.wraps(_connect)
-def _connect_once(self, topic, pub_uri):
+def _connect_once(self: Any, topic: str, pub_uri: str) -> Any:
     with _locking:
         lock = _locks.setdefault((topic, pub_uri), threading.Lock())
-    with lock:  # then rospy sees the connection of the thread before
+    with lock:  # then rospy finds the connection of the previous thread
         return _connect(self, topic, pub_uri)
 
 
-@functools.wraps(_told)
-def _note_update(self, caller_id, topic, publishers):
+@functools.wraps(_publisher_update)
+def _note_update(self: Any, caller_id: str, topic: Any, publishers: Any) -> Any:
     if isinstance(topic, str) and isinstance(publishers, list):
-        _mark(topic, [uri for uri in publishers if isinstance(uri, str)])
-    return _told(self, caller_id, topic, publishers)
+        _update_connections(topic, [uri for uri in publishers if isinstance(uri, str)])
+    return _publisher_update(self, caller_id, topic, publishers)
 
 
-def _mark(topic, publishers):
-    """Marks a topic's connections by the master's newest list of its publishers."""
+def _update_connections(topic: str, publishers: list[str]) -> None:
+    """Sets flags of a topic's connections by the master's newest list of its publishers."""
     subscription = get_topic_manager().get_subscriber_impl(topic)
     for connection in subscription.connections if subscription else ():
         listed = connection.endpoint_id in publishers
-        if listed and getattr(connection, "called_off", False):
+        if listed and getattr(connection, "removed", False):
             connection.replaced = time.monotonic()
             _reconnecting.replace(topic, connection.endpoint_id)
-        connection.called_off = not listed
+        connection.removed = not listed
     for uri in publishers:
-        _reconnecting.forgive(topic, uri)
+        _reconnecting.reset_attempts(topic, uri)
 
 
 @functools.wraps(_receive)
-def _receive_and_reconnect(conn, dest_addr, dest_port, pub_uri, receive_cb, resolved_topic_name):
-    begin = time.monotonic()
+def _receive_and_reconnect(
+    conn: Any,
+    dest_addr: str,
+    dest_port: int,
+    pub_uri: str,
+    receive_cb: Any,
+    resolved_topic_name: str,
+) -> None:
+    start = time.monotonic()
     try:
         _receive(conn, dest_addr, dest_port, pub_uri, receive_cb, resolved_topic_name)
     finally:
         subscription = getattr(receive_cb, "__self__", None)
-        now = get_topic_manager().get_subscriber_impl(resolved_topic_name)
-        if subscription is now is not None and not is_shutdown_requested():
-            shook_hands = conn.md5sum is not None
-            worked = shook_hands and time.monotonic() - begin > LASTING
-            _ended(subscription, conn, pub_uri, worked)
+        current = get_topic_manager().get_subscriber_impl(resolved_topic_name)
+        if subscription is current is not None and not is_shutdown_requested():
+            handshake_done = conn.md5sum is not None
+            worked = handshake_done and time.monotonic() - start > MIN_LIFETIME
+            _handle_end(subscription, conn, pub_uri, worked)
 
 
-def _ended(subscription, connection, uri, worked):
-    """Sees to it that a subscription gets a publisher again whose connection has ended."""
-    if connection in subscription.connections:  # rospy has given it up and left it there
+def _handle_end(subscription: Any, connection: Any, uri: str, worked: bool) -> None:
+    """Reconnects a subscription to a publisher whose connection has ended."""
+    if connection in subscription.connections:  # rospy has abandoned it and left it in the list
         connection.done = False
         connection.close()
-    if getattr(connection, "called_off", False):
-        return  # the master tells when it comes again
+    if getattr(connection, "removed", False):
+        return  # the master sends an update when it registers again
     if getattr(connection, "replaced", None):
         connect(subscription.resolved_name, [uri])
-    _reconnecting.lost(subscription.resolved_name, uri, worked)
+    _reconnecting.connection_ended(subscription.resolved_name, uri, worked)

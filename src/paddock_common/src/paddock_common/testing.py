@@ -1,4 +1,4 @@
-"""For tests: masters, nodes, ports, and assertions about how nodes end."""
+"""For tests: masters, nodes, ports, and assertions about how nodes shut down."""
 
 import contextlib
 import itertools
@@ -10,16 +10,20 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterable, Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any, TypeVar
 
 from paddock_common.master import ERRORS, proxy
 
-FIRST, LAST = 20000, 32000  # below those that the kernel gives to whoever asks for any port
+FIRST, LAST = 20000, 32000  # below the kernel's ephemeral ports
 POLL_PERIOD = 0.005  # [s]
-_servers = itertools.count()  # X servers that this process has started
+T = TypeVar("T")
+_servers = itertools.count()  # number of X servers that this process has started
 
 
-def free_port():
+def free_port() -> int:
     """Returns an unused TCP port outside the range that the kernel assigns."""
     for port in random.sample(range(FIRST, LAST), 100):
         with socket.socket() as probe:
@@ -32,19 +36,19 @@ def free_port():
 
 
 class _Page(BaseHTTPRequestHandler):
-    def do_POST(self):
+    def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))
         self.send_response(200)
         self.end_headers()
         self.wfile.write(b"<html><p>hello<br></html>")
 
-    def log_message(self, *_):
+    def log_message(self, *_: object) -> None:
         pass
 
 
 @contextlib.contextmanager
-def web_page():
-    """Yields the address of a server that gives a web page to whoever calls it by XML-RPC."""
+def web_page() -> Iterator[str]:
+    """Yields the address of a server that responds to XML-RPC calls with a web page."""
     with HTTPServer(("127.0.0.1", 0), _Page) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -55,23 +59,23 @@ def web_page():
             thread.join()
 
 
-def start_x_server(size):
-    """Starts an Xvfb on a display that no other process here has.
+def start_x_server(size: str) -> tuple[subprocess.Popen[bytes], str]:
+    """Starts an Xvfb on a display that no other process of this machine uses.
 
-    Servers that choose a number themselves (-displayfd alone) take each other's sockets away when
-    they start in the same moment.
+    Servers that choose a display number themselves (-displayfd alone) remove each other's sockets
+    when they start at the same time.
 
     Args:
         size: WIDTHxHEIGHT [px].
 
     Returns:
-        Its subprocess.Popen, the display's name.
+        Its process, the name of the display.
     """
     display = f":{1000 + (8 * os.getpid() + next(_servers)) % 50000}"
     screen = ("-screen", "0", f"{size}x24")
     reader, writer = os.pipe()
     process = subprocess.Popen(
-        # Without -noreset it starts over when its last client leaves, and refuses the next one.
+        # Without -noreset it restarts when its last client disconnects, and refuses the next one.
         ["Xvfb", display, "-displayfd", str(writer), *screen, "-nolisten", "tcp", "-noreset"],
         pass_fds=[writer],
         stdout=subprocess.DEVNULL,
@@ -84,8 +88,8 @@ def start_x_server(size):
     return process, f":{number}"
 
 
-def is_running(pid):
-    """Returns whether a process runs; one that has ended but was not waited for does not."""
+def is_running(pid: int) -> bool:
+    """Returns whether a process runs; a zombie does not."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()[0] != "Z"
@@ -93,15 +97,15 @@ def is_running(pid):
         return False
 
 
-def wait_ended(pid, limit):
-    """Waits until a process has ended.
+def wait_ended(pid: int, limit: float) -> None:
+    """Waits until a process has exited.
 
     Args:
         pid: Process id.
         limit: Longest wait in wall time [s].
 
     Raises:
-        AssertionError: It runs on.
+        AssertionError: It still runs.
     """
     deadline = time.monotonic() + limit
     while is_running(pid):
@@ -109,11 +113,11 @@ def wait_ended(pid, limit):
         time.sleep(POLL_PERIOD)
 
 
-def pid_from_killed(code):
+def pid_from_killed(code: str) -> int:
     """Runs Python code that prints a process id, kills it, and returns that id.
 
     Args:
-        code: Python source; it has to go on running after it has printed.
+        code: Python source; it has to continue after it has printed.
     """
     parent = subprocess.Popen(
         [sys.executable, "-c", code],
@@ -122,16 +126,17 @@ def pid_from_killed(code):
         env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
     )
     with parent:
+        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         parent.kill()
     return pid
 
 
-def stop_session(process, limit):
-    """Ends a process and all of its session as Ctrl-C does; kills what does not end.
+def stop_session(process: subprocess.Popen[Any], limit: float) -> None:
+    """Stops a process and its session as Ctrl-C does; kills it if it does not exit.
 
     Args:
-        process: subprocess.Popen with start_new_session=True.
+        process: Started with start_new_session=True.
         limit: Wall time from SIGINT to SIGKILL [s].
 
     Raises:
@@ -144,22 +149,23 @@ def stop_session(process, limit):
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-        name = os.path.basename(process.args[0])
+        command: Any = process.args
+        name = os.path.basename(command[0])
         raise AssertionError(f"{name} did not end within {limit:g} s") from None
 
 
-LIMIT = 120.0  # longest wait for what comes at once on an idle machine [s]
+LIMIT = 120.0  # longest wait for what takes no time on an idle machine [s]
 CALL_LIMIT = 10.0  # of a call by XML-RPC [s]
 NOISE = ("Traceback", "bad callback", "closed topic", "Exception", "Error")
 FLOOD = """
 import itertools, sys, time
 import roslib.message, rospy
 from paddock_common import nodes
-def filled(kind):
-    message = kind()
-    for turned in ("pose.pose.orientation", "pose.orientation", "orientation"):
+def filled(message_type):
+    message = message_type()
+    for path in ("pose.pose.orientation", "pose.orientation", "orientation"):
         part = message
-        for name in turned.split("."):
+        for name in path.split("."):
             part = getattr(part, name, None)
         if part is not None:
             part.w = 1.0
@@ -172,10 +178,10 @@ def filled(kind):
     return message
 nodes.init_node("flood", disable_signals=True)
 topics = dict(item.split("=") for item in sys.argv[1].split(","))
-kinds = {topic: roslib.message.get_message_class(name) for topic, name in topics.items()}
-made = [(rospy.Publisher(t, k, queue_size=5), filled(k)) for t, k in kinds.items()]
+types = {topic: roslib.message.get_message_class(name) for topic, name in topics.items()}
+publishers = [(rospy.Publisher(t, k, queue_size=5), filled(k)) for t, k in types.items()]
 for number in itertools.count(1):
-    for publisher, message in made:
+    for publisher, message in publishers:
         if hasattr(message, "header"):
             message.header.stamp = rospy.Time(100 + number // 1000, number % 1000 * 1000000)
         publisher.publish(message)
@@ -185,23 +191,23 @@ for number in itertools.count(1):
 SLOW_CLOSE = """
 import time
 import rospy.topics
-def slow(kind, name, wait):
-    upstream = getattr(kind, name)
+def slow(cls, name, wait):
+    upstream = getattr(cls, name)
     def then_wait(self):
         upstream(self)
         time.sleep(wait)
-    setattr(kind, name, then_wait)
+    setattr(cls, name, then_wait)
 slow(rospy.topics._PublisherImpl, "close", 0.1)
 slow(rospy.topics._TopicManager, "close_all", 0.3)
 """
 
 
 @contextlib.contextmanager
-def ros_master():
+def ros_master() -> Iterator[dict[str, str]]:
     """Runs a ROS master on a free port of this machine's loopback.
 
     Yields:
-        Environment of nodes that use it.
+        Environment variables of nodes that use it.
     """
     port = free_port()
     environment = dict(
@@ -225,26 +231,25 @@ def ros_master():
         master.wait()
 
 
-def wait_for(condition, what, limit=LIMIT):
-    """Waits until a condition holds and returns its value.
+def wait_for(condition: Callable[[], T], label: str, limit: float = LIMIT) -> T:
+    """Waits until a condition is true and returns its value.
 
     Args:
-        condition: Function without arguments.
-        what: For the error.
+        label: Name of the condition in the error message.
         limit: Longest wait in wall time [s].
 
     Raises:
-        AssertionError: It did not hold in time.
+        AssertionError: It did not become true in time.
     """
     deadline = time.monotonic() + limit
     while not (value := condition()):
-        assert time.monotonic() < deadline, f"{what}: not within {limit:g} s"
+        assert time.monotonic() < deadline, f"{label}: not within {limit:g} s"
         time.sleep(0.02)
     return value
 
 
-def call(uri, name, *arguments):
-    """What a method of a master or a node gives by XML-RPC, or None when it does not answer."""
+def call(uri: str, name: str, *arguments: Any) -> Any:
+    """Returns the result of an XML-RPC method of a master or a node, or None without a response."""
     try:
         with proxy(uri, CALL_LIMIT) as server:
             code, _, value = getattr(server, name)("/test", *arguments)
@@ -253,11 +258,11 @@ def call(uri, name, *arguments):
     return value if code == 1 else None
 
 
-def connected(environment, node):
-    """Topics that a node receives over a connection, or None when there is no such node yet.
+def connected(environment: dict[str, str], node: str) -> set[str] | None:
+    """Returns the topics that a node receives, or None while there is no such node.
 
     Args:
-        environment: Of ros_master.
+        environment: As yielded by ros_master.
         node: Its name with a slash.
     """
     uri = call(environment["ROS_MASTER_URI"], "lookupNode", node)
@@ -266,15 +271,15 @@ def connected(environment, node):
 
 
 @contextlib.contextmanager
-def flood(environment, topics, *values):
+def flood(environment: dict[str, str], topics: dict[str, str], *values: str) -> Iterator[None]:
     """Publishes on topics some hundred times a second.
 
     Args:
-        environment: Of ros_master.
-        topics: Dict of topic -> type.
+        environment: As yielded by ros_master.
+        topics: Topic -> message type.
         values: "field=expression" of messages that have the field.
     """
-    named = ",".join(f"{topic}={kind}" for topic, kind in topics.items())
+    named = ",".join(f"{topic}={name}" for topic, name in topics.items())
     process = subprocess.Popen([sys.executable, "-c", FLOOD, named, *values], env=environment)
     try:
         wait_for(
@@ -287,13 +292,15 @@ def flood(environment, topics, *values):
 
 
 @contextlib.contextmanager
-def running(environment, command, **options):
-    """Runs a node, killed at the end if it has not ended by then.
+def running(
+    environment: dict[str, str], command: list[str], **options: Any
+) -> Iterator[subprocess.Popen[str]]:
+    """Runs a node; kills it at the end if it still runs.
 
     Args:
-        environment: Of ros_master.
-        command: List of words.
-        options: Of subprocess.Popen.
+        environment: As yielded by ros_master.
+        command: Its program and arguments.
+        options: Options of subprocess.Popen.
     """
     process = subprocess.Popen(
         command,
@@ -310,54 +317,61 @@ def running(environment, command, **options):
         process.communicate()
 
 
-def slow_close(folder, environment):
-    """Environment of nodes that take their time between closing topics and being shut down.
+def slow_close(folder: Path, environment: dict[str, str]) -> dict[str, str]:
+    """Returns the environment of nodes with a delay between closing topics and their shutdown.
 
     Args:
-        folder: pathlib.Path, to write to.
-        environment: Of ros_master.
+        folder: Folder to write to.
+        environment: As yielded by ros_master.
     """
     (folder / "sitecustomize.py").write_text(SLOW_CLOSE)
     return with_path(environment, folder)
 
 
-def with_path(environment, folder):
-    """Environment of Python processes that look for modules in a folder first."""
+def with_path(environment: dict[str, str], folder: Path) -> dict[str, str]:
+    """Returns the environment of Python processes that import modules from a folder first."""
     paths = [str(folder), *filter(None, [environment.get("PYTHONPATH")])]
     return dict(environment, PYTHONPATH=os.pathsep.join(paths))
 
 
-def executable(package, name):
-    """Path of a node, as rosrun finds it in a third of a second."""
+def executable(package: str, name: str) -> str:
+    """Returns the path of a node's executable, without the delay of rosrun (0.3 s)."""
     import roslib.packages
 
     [path, *_] = roslib.packages.find_node(package, name)
     return path
 
 
-def assert_silent_end(environment, node, command, topics, number=signal.SIGINT, **options):
-    """Ends a node in the midst of a flood of messages: it must say no word of an error.
+def assert_clean_exit(
+    environment: dict[str, str],
+    node: str,
+    command: list[str],
+    topics: Iterable[str],
+    number: int = signal.SIGINT,
+    **options: Any,
+) -> None:
+    """Stops a node during a flood of messages: it must print no error.
 
     Args:
-        environment: Of ros_master, in which the flood runs.
+        environment: As yielded by ros_master, in which the flood runs.
         node: Name of the node with a slash.
-        command: List of words that starts it.
-        topics: That it has to receive before it is ended.
-        number: Of the signal.
-        options: Of subprocess.Popen.
+        command: Program and arguments that start it.
+        topics: Topics that it has to receive before it is stopped.
+        number: Number of the signal.
+        options: Options of subprocess.Popen.
 
     Raises:
-        AssertionError: It says what an error says, or does not end.
+        AssertionError: It prints an error, or does not exit.
     """
 
-    def is_under_way():
-        heard = connected(environment, node)
-        return process.poll() is not None or (heard is not None and heard >= set(topics))
+    def is_receiving() -> bool:
+        received = connected(environment, node)
+        return process.poll() is not None or (received is not None and received >= set(topics))
 
     with running(environment, command, **options) as process:
-        wait_for(is_under_way, f"connections of {node}")
+        wait_for(is_receiving, f"connections of {node}")
         time.sleep(0.2)  # some messages
         process.send_signal(number)
-        said, _ = process.communicate(timeout=LIMIT)
-    noise = [line for line in said.splitlines() if any(word in line for word in NOISE)]
-    assert not noise, f"{node}, ended by {signal.Signals(number).name}, said:\n{said}"
+        output, _ = process.communicate(timeout=LIMIT)
+    noise = [line for line in output.splitlines() if any(text in line for text in NOISE)]
+    assert not noise, f"{node}, stopped by {signal.Signals(number).name}, printed:\n{output}"

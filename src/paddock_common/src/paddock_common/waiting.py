@@ -1,94 +1,106 @@
-"""Waiting in wall time: for conditions, services, and messages to be sent."""
+"""Waits in wall time: for conditions, services, and messages to be sent."""
 
 import time
+from collections.abc import Callable
+from typing import TypeVar
 
 import rosgraph
 import rospy
 
 POLL_PERIOD = 0.05  # [s]
+T = TypeVar("T")
 
 
 class WaitTimeout(Exception):
-    """The awaited condition did not hold in time."""
+    """The condition did not become true in time."""
 
 
-def wait_until(check, timeout, what, poll_period=POLL_PERIOD, ended=None):
+def wait_until(
+    check: Callable[[], T],
+    timeout: float | None,
+    label: str,
+    poll_period: float = POLL_PERIOD,
+    is_shutdown: Callable[[], bool] | None = None,
+) -> T:
     """Polls until a check holds.
 
     Args:
-        check: callable; anything true ends the wait and is returned.
+        check: a true value ends the wait and is returned.
         timeout: wall-clock limit [s]; None waits without limit.
-        what: the awaited condition, for the error text.
+        label: name of the condition in the error message.
         poll_period: wall-clock time between two checks [s].
-        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
+        is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
     Returns:
-        What check returned.
+        The value of check.
 
     Raises:
-        WaitTimeout: the limit passed.
-        rospy.ROSInterruptException: the node was asked to end meanwhile.
+        WaitTimeout: the time limit was exceeded.
+        rospy.ROSInterruptException: a shutdown was requested meanwhile.
     """
     deadline = None if timeout is None else time.monotonic() + timeout
-    ended = ended or rospy.is_shutdown
-    while not ended():
+    is_shutdown = is_shutdown or rospy.is_shutdown
+    while not is_shutdown():
         result = check()
         if result:
             return result
         if deadline is not None and time.monotonic() >= deadline:
-            raise WaitTimeout(f"{what} did not come within {timeout:g} s")
+            raise WaitTimeout(f"{label} did not come within {timeout:g} s")
         time.sleep(poll_period)
-    raise rospy.ROSInterruptException(f"shut down while waiting for {what}")
+    raise rospy.ROSInterruptException(f"shut down while waiting for {label}")
 
 
-def wait_for_service(name, timeout, ended=None):
+def wait_for_service(
+    name: str, timeout: float, is_shutdown: Callable[[], bool] | None = None
+) -> None:
     """Waits until a service is advertised and responds to a probe.
 
     Args:
         name: service name, resolved against this node's namespace.
         timeout: wall-clock limit [s].
-        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
+        is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
     Raises:
-        WaitTimeout: the limit passed.
-        rospy.ROSInterruptException: the node was asked to end meanwhile.
+        WaitTimeout: the time limit was exceeded.
+        rospy.ROSInterruptException: a shutdown was requested meanwhile.
     """
     resolved = rospy.resolve_name(name)
     master = rosgraph.Master(rospy.get_name())
     start = time.monotonic()
 
-    def _registered():
+    def _registered() -> str | None:
         try:
             return master.lookupService(resolved)
         except (rosgraph.MasterException, OSError):
             return None
 
-    what = f"service {resolved}"
-    wait_until(_registered, timeout, what, ended=ended)
+    label = f"service {resolved}"
+    wait_until(_registered, timeout, label, is_shutdown=is_shutdown)
     try:
         rospy.wait_for_service(resolved, max(0.5, timeout - (time.monotonic() - start)))
     except rospy.ROSInterruptException:
         raise
     except rospy.ROSException:
-        raise WaitTimeout(f"{what} is registered but did not answer within {timeout:g} s") from None
+        raise WaitTimeout(
+            f"{label} is registered but did not respond within {timeout:g} s"
+        ) from None
 
 
 LIMIT = 2.0  # [s]
-MARGIN = 0.15  # [s] for what a thread has taken from its queue and not written yet
+MARGIN = 0.15  # [s] for messages that a thread has taken from its queue and not written yet
 PERIOD = 0.005  # [s]
 
 
-def flush(*publishers, limit=LIMIT):
-    """Waits until rospy's threads have taken what was published.
+def flush(*publishers: rospy.Publisher, limit: float = LIMIT) -> bool:
+    """Waits until rospy's threads have sent the published messages.
 
-    On a busy machine they start late, and what is still queued when a node ends is lost.
+    On a busy machine they start late, and messages still queued when a node exits are dropped.
 
     Args:
-        publishers: rospy.Publisher.
         limit: Longest wait [s].
 
     Returns:
-        Whether all was taken.
+        Whether the queues are empty.
     """
     end = time.monotonic() + limit
     while any(_is_queued(publisher) for publisher in publishers):
@@ -99,6 +111,6 @@ def flush(*publishers, limit=LIMIT):
     return True
 
 
-def _is_queued(publisher):
+def _is_queued(publisher: rospy.Publisher) -> bool:
     connections = list(getattr(getattr(publisher, "impl", None), "connections", ()))
     return any(getattr(connection, "_queue", ()) for connection in connections)

@@ -162,7 +162,7 @@ class RunEvaluator:
     def start(self, motion: Motion) -> RunState:
         """Start a run at the car's pose."""
         self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
-        lateral = self.projector.place(motion.x, motion.y, self._s)[1]
+        lateral = self.projector.project_point(motion.x, motion.y, self._s)[1]
         self._distance = self._best = 0.0
         self._steps = 0
         length = self.projector.length
@@ -177,7 +177,7 @@ class RunEvaluator:
             motion: Motion now.
             crashed: whether the car touches an obstacle.
         """
-        s, lateral = self.projector.place(motion.x, motion.y, self._s)
+        s, lateral = self.projector.project_point(motion.x, motion.y, self._s)
         gain = self.projector.course.difference(s, self._s)
         self._s = s
         self._distance += gain
@@ -208,7 +208,7 @@ class RunEvaluator:
 
     def _wheels_off(self, lateral: float, error: float) -> tuple[bool, ...]:
         """Whether each wheel is off the lane, which is an arc over the length of a car."""
-        curvature, projector = self.projector.bend(self._s), self.projector
+        curvature, projector = self.projector.point_curvature(self._s), self.projector
         c, s = math.cos(error), math.sin(error)
         off = []
         for x, y in self._wheels:
@@ -217,7 +217,7 @@ class RunEvaluator:
                 # in radii of the lane
                 radius = math.hypot(curvature * along, 1.0 - curvature * aside)
                 aside = (1.0 - radius) / curvature
-            left, right = projector.even_sides or projector.sides(self._s + along)
+            left, right = projector.uniform_sides or projector.sides(self._s + along)
             off.append(not -right <= aside <= left)
         return tuple(off)
 

@@ -3,12 +3,13 @@
 import argparse
 import os
 import sys
+from collections.abc import Sequence
 
 from track_model import source, spec
 from track_model.files import cache
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Print a track's SDF or write its files; returns the exit code.
 
     Errors are one line on stderr and exit code 1.

@@ -6,13 +6,13 @@ A curve is an (N, 2) array of evenly spaced points [m]; a closed one does not re
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-Rows = np.ndarray | tuple  # (N, ...) numbers
 STEP = 0.02  # spacing of a sampled curve [m]
 
 
-def spline(points: Rows, closed: bool, values: Rows | None = None) -> Any:
+def spline(points: npt.ArrayLike, closed: bool, values: npt.ArrayLike | None = None) -> Any:
     """Evaluate the cubic spline (twice differentiable) through points, densely.
 
     Knots are spaced by the square root of the chords (centripetal; see Lee 1989, "Choosing nodes
@@ -49,35 +49,35 @@ def spline(points: Rows, closed: bool, values: Rows | None = None) -> Any:
     return curve(fine), PchipInterpolator(knots, values)(fine)
 
 
-def _knot_steps(points: np.ndarray) -> np.ndarray:
+def _knot_steps(points: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def length(curve: np.ndarray, closed: bool = True) -> float:
+def length(curve: npt.NDArray[Any], closed: bool = True) -> float:
     """Return the length of a polyline (N, 2) [m]."""
     if closed:
         return closed_length(curve)
     return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
 
-def closed_length(curve: np.ndarray) -> float:
+def closed_length(curve: npt.NDArray[Any]) -> float:
     """Return the length of a closed polyline (N, 2) [m]."""
     return float(np.linalg.norm(np.roll(curve, -1, axis=0) - curve, axis=1).sum())
 
 
 def resample(
-    curve: np.ndarray,
+    curve: npt.NDArray[Any],
     step: float = STEP,
     start: float = 0.0,
     closed: bool = True,
-    values: np.ndarray | None = None,
+    values: npt.NDArray[Any] | None = None,
 ) -> Any:
     """Return a polyline sampled at even arc length.
 
     Args:
         curve: (N, 2) [m].
-        step: Wanted spacing [m]; the nearest that divides the length is taken.
-        start: Arc length of the first sample [m]; an open curve begins there.
+        step: Target spacing [m]; the nearest that divides the length is used.
+        start: Arc length of the first sample [m]; an open curve starts there.
         closed: whether the last point is followed by the first.
         values: (N, K) numbers of the points, or None.
 
@@ -97,7 +97,7 @@ def resample(
     return samples if values is None else (samples[:, :2], samples[:, 2:])
 
 
-def tangents(curve: np.ndarray, closed: bool = True) -> np.ndarray:
+def tangents(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:
     """Return unit tangents (N, 2) of an evenly sampled curve."""
     if closed:
         direction = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
@@ -106,33 +106,33 @@ def tangents(curve: np.ndarray, closed: bool = True) -> np.ndarray:
     return direction / np.linalg.norm(direction, axis=1)[:, None]
 
 
-def left_normals(curve: np.ndarray, closed: bool = True) -> np.ndarray:
+def left_normals(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:
     """Return unit normals (N, 2) to the left of the driving direction."""
     return tangents(curve, closed)[:, ::-1] * (-1.0, 1.0)
 
 
-def offset(curve: np.ndarray, distance: float) -> np.ndarray:
-    """Return the curve moved to its left by a distance [m]."""
+def offset(curve: npt.NDArray[Any], distance: float) -> npt.NDArray[Any]:
+    """Return the curve offset to its left by a distance [m]."""
     return curve + distance * left_normals(curve)
 
 
-def radii(curve: np.ndarray, closed: bool = True) -> np.ndarray:
-    """Return signed radii of curvature (N,) [m], positive in left turns, inf if straight."""
+def radii(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:
+    """Return signed radii of curvature (N,) [m], positive in left bends, inf if straight."""
     t = tangents(curve, closed)
     ahead = np.roll(t, -1, axis=0)
-    turn = np.arctan2(t[:, 0] * ahead[:, 1] - t[:, 1] * ahead[:, 0], (t * ahead).sum(axis=1))
+    angle = np.arctan2(t[:, 0] * ahead[:, 1] - t[:, 1] * ahead[:, 0], (t * ahead).sum(axis=1))
     if not closed:
-        turn[-1] = turn[-2]
+        angle[-1] = angle[-2]
     step = length(curve, closed) / (len(curve) - (not closed))
     with np.errstate(divide="ignore"):
-        return np.where(np.abs(turn) < 1e-9, np.inf, step / turn)
+        return np.where(np.abs(angle) < 1e-9, np.inf, step / angle)
 
 
-def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
+def first_crossing(curve: npt.NDArray[Any], closed: bool = True) -> Any:
     """Return a point (2,) where a polyline crosses itself, or None.
 
-    What lies on a segment's line counts as left of it, so that a crossing at a point of the curve
-    is one, and segments in one line are none.
+    A point on a segment's line counts as left of it: a crossing at a point of the curve is one, and
+    collinear segments do not cross.
     """
     a, b = curve, np.roll(curve, -1, axis=0)
     if not closed:
@@ -140,7 +140,7 @@ def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
     d = b - a
     zero = 1e-9 * (d * d).sum(axis=1).max()
 
-    def left(q: np.ndarray) -> np.ndarray:
+    def left(q: npt.NDArray[Any]) -> npt.NDArray[Any]:
         x, y = (q[None, :, k] - a[:, None, k] for k in (0, 1))
         return d[:, None, 0] * y - d[:, None, 1] * x > -zero
 
@@ -152,8 +152,8 @@ def first_crossing(curve: np.ndarray, closed: bool = True) -> Any:
     return None if len(index) == 0 else a[index[0][0]]
 
 
-def first_touch(curve: np.ndarray, width: Any, closed: bool = True) -> Any:
-    """Return a point (2,) where two far parts of the lane overlap, or None."""
+def first_touch(curve: npt.NDArray[Any], width: Any, closed: bool = True) -> Any:
+    """Return a point (2,) where two distant parts of the lane overlap, or None."""
     step = length(curve, closed) / len(curve)
     gap = np.abs(np.arange(len(curve))[:, None] - np.arange(len(curve))[None, :])
     along = step * (np.minimum(gap, len(curve) - gap) if closed else gap)

@@ -1,8 +1,10 @@
 """The lane of a track: its centreline through the points, its edges, and its checks."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import curves
 from track_model.spec import TrackError, TrackSpec
@@ -16,24 +18,24 @@ class Lane:
         curve: (N, 2) centreline [m], evenly spaced; the first point is the origin.
         left, right: (N,) distances from the centreline to the lane's outer edges [m].
         closed: whether the last point is followed by the first.
-        origin: (x, y, yaw) of the start frame in the track file's own frame [m], [rad].
+        origin: (x, y, yaw) of the start frame in the track file's frame [m], [rad].
     """
 
-    curve: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
+    curve: npt.NDArray[Any]
+    left: npt.NDArray[Any]
+    right: npt.NDArray[Any]
     closed: bool
-    origin: tuple
+    origin: tuple[float, float, float]
 
     @property
     def length(self) -> float:
         """Length of the centreline [m]."""
         return curves.length(self.curve, self.closed)
 
-    def edge(self, side: float, inset: float = 0.0) -> np.ndarray:
+    def edge(self, side: float, inset: float = 0.0) -> npt.NDArray[Any]:
         """Edge of the lane (N, 2): side +1 the left one, -1 the right; inset [m] inwards."""
-        reach = (self.left if side > 0 else self.right) - inset
-        return self.curve + side * reach[:, None] * curves.left_normals(self.curve, self.closed)
+        distance = (self.left if side > 0 else self.right) - inset
+        return self.curve + side * distance[:, None] * curves.left_normals(self.curve, self.closed)
 
 
 def lane(spec: TrackSpec) -> Lane:
@@ -41,18 +43,18 @@ def lane(spec: TrackSpec) -> Lane:
 
     Raises:
         TrackError: The lane crosses itself; for track files also: it overlaps itself, or a bend is
-            tighter than half the lane (imported routes may have such bends).
+            tighter than half the lane (allowed in imported routes).
     """
     fine, sides = curves.spline(spec.points, spec.closed, spec.sides)
-    whole = curves.length(fine, spec.closed)
-    if spec.start_distance > whole:
+    length = curves.length(fine, spec.closed)
+    if spec.start_distance > length:
         raise TrackError(
             spec.path,
             "start_distance",
             spec.start_distance,
-            f"0 to {whole:.2f} m (the length of the centreline)",
+            f"0 to {length:.2f} m (the length of the centreline)",
         )
-    coarse = curves.resample(fine, max(0.06, whole / 2000), closed=spec.closed)
+    coarse = curves.resample(fine, max(0.06, length / 2000), closed=spec.closed)
     crossing = curves.first_crossing(coarse, spec.closed)
     if crossing is not None:
         raise TrackError(
@@ -65,24 +67,30 @@ def lane(spec: TrackSpec) -> Lane:
     if not spec.imported:
         _check_lane(spec, curve, coarse, sides)
     direction = curves.tangents(curve, spec.closed)[0]
-    turned = (curve - curve[0]) @ np.array(
+    rotated = (curve - curve[0]) @ np.array(
         ((direction[0], -direction[1]), (direction[1], direction[0]))
     )
     return Lane(
-        turned,
+        rotated,
         sides[:, 0],
         sides[:, 1],
         spec.closed,
-        (*map(float, curve[0]), float(np.arctan2(direction[1], direction[0]))),
+        (
+            float(curve[0, 0]),
+            float(curve[0, 1]),
+            float(np.arctan2(direction[1], direction[0])),
+        ),
     )
 
 
-def _check_lane(spec: TrackSpec, curve: np.ndarray, coarse: np.ndarray, sides: np.ndarray) -> None:
+def _check_lane(
+    spec: TrackSpec, curve: npt.NDArray[Any], coarse: npt.NDArray[Any], sides: npt.NDArray[Any]
+) -> None:
     bends = curves.radii(curve, spec.closed)
     inside = np.where(bends > 0, sides[:, 0], sides[:, 1])
-    room = np.abs(bends) - inside
-    tightest = int(np.argmin(room))
-    if room[tightest] < 0.01:
+    margin = np.abs(bends) - inside
+    tightest = int(np.argmin(margin))
+    if margin[tightest] < 0.01:
         raise TrackError(
             spec.path,
             "points",
@@ -101,6 +109,6 @@ def _check_lane(spec: TrackSpec, curve: np.ndarray, coarse: np.ndarray, sides: n
         )
 
 
-def centreline(spec: TrackSpec) -> np.ndarray:
+def centreline(spec: TrackSpec) -> npt.NDArray[Any]:
     """Return the sampled centreline (N, 2) [m] in the start frame: Lane.curve."""
     return lane(spec).curve

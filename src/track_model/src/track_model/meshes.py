@@ -2,9 +2,12 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from paddock_common.meshes import Mesh, MeshSet, arch, box, lathe
 
 from paddock_common import meshes
@@ -47,11 +50,12 @@ WING = (
     (-0.120, 0.0865),
 )
 
-loft, prism = (partial(make, fans=True) for make in (meshes.loft, meshes.prism))
+loft, prism = partial(meshes.loft, fans=True), partial(meshes.prism, fans=True)
+Section = list[tuple[float, float, float]]
 
 
-def _stations(table, fine):
-    """Interpolate a table of stations at finer x with Hermite pieces of limited slope."""
+def _stations(table: npt.NDArray[Any], fine: int) -> npt.NDArray[Any]:
+    """Interpolate a table of stations at finer x with Hermite segments of limited slope."""
     x = table[:, 0]
     at = np.concatenate(
         [np.linspace(a, b, fine, endpoint=False) for a, b in zip(x[:-1], x[1:])] + [x[-1:]]
@@ -68,7 +72,7 @@ def _stations(table, fine):
     )
 
 
-def _shell_section(row):
+def _shell_section(row: npt.NDArray[Any]) -> Section:
     x, sill, shoulder, deck, z_sill, z_shoulder, z_deck = row
     half = [
         (sill, z_sill),
@@ -81,7 +85,7 @@ def _shell_section(row):
     return [(x, y, z) for y, z in half] + [(x, -y, z) for y, z in half[::-1]]
 
 
-def _cabin_section(row, grow=0.0):
+def _cabin_section(row: npt.NDArray[Any], grow: float = 0.0) -> Section:
     x, foot, roof, z_foot, z_roof = row
     half = [
         (foot + grow, z_foot),
@@ -91,16 +95,16 @@ def _cabin_section(row, grow=0.0):
     return [(x, y, z) for y, z in half] + [(x, -y, z) for y, z in half[::-1]]
 
 
-def _cabin_at(x):
+def _cabin_at(x: float) -> npt.NDArray[Any]:
     return np.array([x] + [np.interp(x, CABIN[:, 0], column) for column in CABIN.T[1:]])
 
 
-def body():
+def body() -> Mesh:
     """Painted shell, fenders over the four wheels, roof, pillars, wing."""
     mesh = Mesh(loft([_shell_section(row) for row in _stations(SHELL, 4)]))
     for axle, start, stop in ((FRONT_AXLE, 0.12, 2.9), (REAR_AXLE, 0.3, 2.95)):
         mesh.add_mirrored(arch(axle, 0.0365, 0.0415, start, stop, 0.040, 0.0975, 18))
-    # Roof slab and pillars stand 1 mm out of the glass.
+    # Roof slab and pillars protrude 1 mm from the glass.
     mesh.add(loft([_roof_section(_cabin_at(x)) for x in np.linspace(-0.052, 0.012, 7)]))
     for a, b in ((-0.022, -0.014), (-0.056, -0.049)):
         mesh.add(loft([_cabin_section(_cabin_at(x), 0.0012) for x in (a, b)]))
@@ -111,21 +115,21 @@ def body():
     return mesh
 
 
-def _roof_section(row):
+def _roof_section(row: npt.NDArray[Any]) -> Section:
     x, _, roof, _, top = row
     left = [(0.85 * roof, top - 0.001), (0.85 * roof, top + 0.002)]
     right = [(-y, z) for y, z in left[::-1]]
     return [(x, y, z) for y, z in [*left, (0.0, top + 0.004), *right]]
 
 
-def _post_section(row):
+def _post_section(row: npt.NDArray[Any]) -> Section:
     x, _, roof, _, top = row
     edges = ((-0.007, 0.002), (0.0018, -0.002), (0.0018, -0.006), (-0.007, -0.003))
     return [(x, roof + dy, top + dz) for dy, dz in edges]
 
 
-def stripe():
-    """Two racing stripes over hood and tail, lying 0.4 mm above the shell."""
+def stripe() -> Mesh:
+    """Two racing stripes over hood and tail, 0.4 mm above the shell."""
     mesh = Mesh()
     rows = _stations(SHELL, 4)
     for a, b in ((0.055, 0.156), (-0.131, -0.080)):
@@ -136,16 +140,13 @@ def stripe():
     return mesh
 
 
-def glass():
+def glass() -> Mesh:
     """Cabin windows in one piece."""
     x = np.concatenate([np.linspace(-0.088, 0.062, 13), CABIN[:, 0]]).round(4)
     return Mesh(loft([_cabin_section(_cabin_at(x)) for x in np.unique(x)]))
 
 
-loft, prism = (partial(make, fans=True) for make in (meshes.loft, meshes.prism))
-
-
-def trim():
+def trim() -> Mesh:
     """Black parts: bumpers, skirts, diffuser, wing posts and plates, mirrors, masts."""
     mesh = Mesh()
     _add_bumper(mesh)
@@ -168,7 +169,7 @@ def trim():
     return mesh
 
 
-def _add_bumper(mesh):
+def _add_bumper(mesh: Mesh) -> None:
     bumper = [
         (x, w, z0, z1)
         for x, w, z0, z1 in (
@@ -182,7 +183,7 @@ def _add_bumper(mesh):
     mesh.add_mirrored(box((0.128, 0.078, -0.001), (0.160, 0.081, 0.026)))
 
 
-def _add_skirts(mesh):
+def _add_skirts(mesh: Mesh) -> None:
     skirt = [
         (x, w, z)
         for x, w, z in (
@@ -202,7 +203,7 @@ def _add_skirts(mesh):
     )
 
 
-def _add_tail(mesh):
+def _add_tail(mesh: Mesh) -> None:
     """Diffuser with its fins, posts and plates of the wing."""
     mesh.add(
         prism([(-0.118, 0.002), (-0.146, 0.010), (-0.146, 0.020), (-0.118, 0.022)], -0.072, 0.072)
@@ -223,7 +224,7 @@ def _add_tail(mesh):
     )
 
 
-def _add_hood(mesh):
+def _add_hood(mesh: Mesh) -> None:
     """Grille and hood scoop."""
     mesh.add(
         prism([(0.150, 0.012), (0.1605, 0.012), (0.1585, 0.0185), (0.150, 0.0185)], -0.024, 0.024)
@@ -242,7 +243,7 @@ def _add_hood(mesh):
     )
 
 
-def _add_sensors(mesh):
+def _add_sensors(mesh: Mesh) -> None:
     """Mast of the camera (lens at x 0.145, z 0.107) and foot of the lidar."""
     mesh.add(
         loft(
@@ -260,7 +261,7 @@ def _add_sensors(mesh):
     mesh.add(box((-0.035, -0.015, 0.100), (-0.005, 0.015, 0.121)))
 
 
-def headlights():
+def headlights() -> Mesh:
     """A lamp on either side of the hood's front."""
     mesh = Mesh()
     mesh.add_mirrored(
@@ -278,14 +279,14 @@ def headlights():
     return mesh
 
 
-def taillights():
+def taillights() -> Mesh:
     """A wide lamp on either side of the tail."""
     mesh = Mesh()
     mesh.add_mirrored(box((-0.1355, 0.012, 0.046), (-0.125, 0.036, 0.053)))
     return mesh
 
 
-def tyre():
+def tyre() -> Mesh:
     """Tyre of radius 0.03 m and width 0.025 m with round shoulders and tread grooves."""
     half = [
         (0.0195, 0.0105),
@@ -303,7 +304,7 @@ def tyre():
     return mesh
 
 
-def rim():
+def rim() -> Mesh:
     """Rim with five spokes and a hub on both faces; radius 0.021 m."""
     mesh = Mesh()
     mesh.add(lathe([(0.0180, 0.0116), (0.0212, 0.0124), (0.0212, -0.0124), (0.0180, -0.0116)], 30))
@@ -341,8 +342,8 @@ MAKERS = {
     "tyre": tyre,
     "rim": rim,
 }
-# RGB 0..1, as urdf/materials.xacro paints them.
-COLOURS = {
+# RGB 0..1, as in urdf/materials.xacro.
+COLORS = {
     "body": (0.05, 0.25, 0.75),
     "stripe": (0.95, 0.95, 0.95),
     "trim": (0.09, 0.09, 0.10),
@@ -352,10 +353,10 @@ COLOURS = {
     "tyre": (0.05, 0.05, 0.05),
     "rim": (0.75, 0.77, 0.80),
 }
-MESHES = MeshSet("track_model", MAKERS, COLOURS, specular=0.1, digits=3)
+MESHES = MeshSet("track_model", MAKERS, COLORS, specular=0.1, digits=3)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Command line: optional target folder; prints the paths written."""
     return MESHES.main(os.path.join(os.path.dirname(__file__), "..", "..", "meshes"), argv)
 

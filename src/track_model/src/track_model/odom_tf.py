@@ -1,26 +1,27 @@
-"""Odometry messages rebroadcast as the transform odom -> base_link."""
+"""Odometry messages, broadcast as the transform odom -> base_link."""
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import transform_of
 from paddock_common.nodes import run
 from std_msgs.msg import Header
 
 
-def to_transform(odometry, parent="", child=""):
-    """Convert an odometry message into the transform it states.
+def to_transform(odometry: Odometry, parent: str = "", child: str = "") -> TransformStamped:
+    """Convert an odometry message to its transform.
 
     Args:
-        odometry: nav_msgs/Odometry; pose of child_frame_id in header.frame_id.
-        parent: Frame to write in place of the message's frame_id, if not empty.
-        child: Frame to write in place of the message's child_frame_id, if not empty.
+        odometry: pose of child_frame_id in header.frame_id.
+        parent: Frame that replaces the message's frame_id, if not empty.
+        child: Frame that replaces the message's child_frame_id, if not empty.
 
     Returns:
-        geometry_msgs/TransformStamped with the message's stamp.
+        The transform with the message's stamp.
 
     Raises:
-        ValueError: A frame is named neither by the message nor by the argument.
+        ValueError: Neither the message nor the argument names a frame.
     """
     transform = transform_of(odometry)
     transform.header = Header(
@@ -33,7 +34,7 @@ def to_transform(odometry, parent="", child=""):
     ):
         if not value:
             raise ValueError(
-                f"odometry {item} is empty; give a frame name in the message or as parameter"
+                f"odometry {item} is empty; set a frame name in the message or as parameter"
             )
     return transform
 
@@ -41,15 +42,15 @@ def to_transform(odometry, parent="", child=""):
 class OdomTf:
     """Node: subscribes `odom`, broadcasts each new pose once on /tf."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._parent = rospy.get_param("~parent_frame", "")
         self._child = rospy.get_param("~child_frame", "base_link")
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._last_stamp = None
         self._subscriber = rospy.Subscriber("odom", Odometry, self._receive, queue_size=10)
 
-    def _receive(self, odometry):
-        # tf2 complains about a transform sent twice with the same stamp.
+    def _receive(self, odometry: Odometry) -> None:
+        # tf2 warns about a transform sent twice with the same stamp.
         if odometry.header.stamp == self._last_stamp:
             return
         self._last_stamp = odometry.header.stamp
@@ -59,6 +60,6 @@ class OdomTf:
             rospy.logerr_once("odom_tf: %s", error)
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down."""
     run("odom_tf", OdomTf)

@@ -1,18 +1,22 @@
 """The area of a lane as valid polygons, also in tight bends; for the texture and the referee."""
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
+from track_model.geometry import Lane
 
-def lane_area(lane, inset=0.0):
+
+def lane_area(lane: Lane, inset: float = 0.0) -> Any:
     """Return the lane's area as a shapely geometry: the union of the pieces between its edges.
 
     It is built piece by piece, because the inner edge folds over in a tight bend.
 
     Args:
-        lane: geometry.Lane.
-        inset: [m] that both edges move inwards.
+        inset: distance by which both edges move inwards [m].
     """
     left, right = lane.edge(1.0, inset), lane.edge(-1.0, inset)
     ends = np.arange(len(lane.curve) - (not lane.closed))
@@ -25,14 +29,16 @@ def lane_area(lane, inset=0.0):
     return unary_union(pieces)
 
 
-def rings(area):
+def rings(area: Any) -> list[npt.NDArray[Any]]:
     """Return the boundary rings of an area: list of (N, 2), outer ones and holes alike."""
     parts = getattr(area, "geoms", [area])
-    found = []
+    boundaries: list[npt.NDArray[Any]] = []
     for part in parts:
         if part.geom_type == "Polygon" and not part.is_empty:
-            found += [np.asarray(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)]
-    return found
+            boundaries += [
+                np.asarray(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)
+            ]
+    return boundaries
 
 
 class Inside:
@@ -42,7 +48,7 @@ class Inside:
         area: shapely geometry of valid polygons.
     """
 
-    def __init__(self, area):
+    def __init__(self, area: Any) -> None:
         starts, ends = [], []
         for ring in rings(area):
             starts.append(ring)
@@ -51,7 +57,7 @@ class Inside:
         rise = self._b[:, 1] - self._a[:, 1]
         self._slope = (self._b[:, 0] - self._a[:, 0]) / np.where(rise == 0, np.inf, rise)
 
-    def __call__(self, points):
+    def __call__(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return (N,) bool for points (N, 2) [m]."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         x, y = points[:, 0, None], points[:, 1, None]

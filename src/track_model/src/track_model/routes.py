@@ -1,28 +1,32 @@
 """Routes of other projects as tracks: DeepRacer .npy files and F1TENTH centreline .csv files."""
 
 import io
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import spec as track_spec
-from track_model.spec import TrackError
+from track_model.spec import TrackError, TrackSpec
 
-LARGEST = 500.0  # coordinates [m]
-SAME = 1e-3  # points nearer than this are merged [m]
-CLOSING_GAP = 4.0  # a route whose ends are nearer than this many median spacings is closed
-NARROWEST = 0.2  # of a lane [m]
+MAX_COORDINATE = 500.0  # [m]
+MERGE_DISTANCE = 1e-3  # points closer than this are merged [m]
+CLOSING_GAP = 4.0  # a route whose ends are closer than this many median spacings is closed
+MIN_WIDTH = 0.2  # of a lane [m]
+# Points (N, 2), distances to the left and to the right edge (N,) [m].
+Columns = tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
 
 
-def parse(content, path):
-    """Turn a route file into a TrackSpec; borders, colours and walls are a track file's defaults.
+def parse(content: bytes, path: str) -> TrackSpec:
+    """Convert a route file to a TrackSpec; borders, colors and walls have a track file's defaults.
 
-    A .npy holds N x 6: centre, inner and outer edge points (DeepRacer's route files; the last
-    point may repeat the first, points may repeat, the route may be open). A .csv holds x, y,
+    A .npy contains N x 6: centre, inner and outer edge points (DeepRacer's route files; the last
+    point may repeat the first, points may repeat, the route may be open). A .csv contains x, y,
     distance to the right edge, distance to the left edge (F1TENTH and TUM centrelines; '#' starts
     a comment; more columns are ignored).
 
     Raises:
-        TrackError: Names file, row, value and what is valid.
+        TrackError: The message has file, row, value and what is valid.
     """
     if path.lower().endswith(".npy"):
         points, left, right = _deepracer(_read_npy(content, path), path)
@@ -31,12 +35,12 @@ def parse(content, path):
     points, sides, closed = _distinct(points, np.stack([left, right], axis=1), path)
     narrow = int(np.argmin(sides.sum(axis=1)))
     width = float(sides.sum(axis=1)[narrow])
-    if width < NARROWEST or (sides < 0).any():
+    if width < MIN_WIDTH or (sides < 0).any():
         raise TrackError(
             path,
             f"width near point {narrow}",
             f"{width:.3f} m",
-            f"at least {NARROWEST:g} m, with the centre between the edges",
+            f"at least {MIN_WIDTH:g} m, with the centre between the edges",
         )
     values = {
         key: value
@@ -52,17 +56,17 @@ def parse(content, path):
         sides=tuple(map(tuple, sides.tolist())),
         closed=closed,
         width=float(sides.sum(axis=1).max()),
-        colours=dict(track_spec.COLOURS),
+        colors=dict(track_spec.COLORS),
         walls=track_spec.WallSpec(**track_spec.WALLS),
         imported=True,
         **values,
     )
 
 
-def _read_npy(content, path):
+def _read_npy(content: bytes, path: str) -> npt.NDArray[Any]:
     try:
         array = np.load(io.BytesIO(content), allow_pickle=False)
-    except Exception as error:  # pylint: disable=broad-except  # a header may say anything
+    except Exception as error:  # pylint: disable=broad-except  # a header may contain anything
         raise TrackError(
             path,
             "content",
@@ -84,17 +88,17 @@ def _read_npy(content, path):
     return _checked(array.astype(float), path)
 
 
-def _read_csv(content, path):
+def _read_csv(content: bytes, path: str) -> npt.NDArray[Any]:
     try:
         lines = content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise TrackError(path, "content", f"not text ({error})", "a CSV file") from error
     rows = []
     for number, line in enumerate(lines, 1):
-        words = line.split("#")[0].replace(";", ",").strip()
-        if not words:
+        text = line.split("#")[0].replace(";", ",").strip()
+        if not text:
             continue
-        cells = [cell.strip() for cell in words.split(",")]
+        cells = [cell.strip() for cell in text.split(",")]
         try:
             rows.append([float(cell) for cell in cells[:4]])
         except ValueError as error:
@@ -118,7 +122,7 @@ def _read_csv(content, path):
     return _checked(np.array(rows), path)
 
 
-def _is_number(text):
+def _is_number(text: str) -> bool:
     try:
         float(text)
         return True
@@ -126,46 +130,50 @@ def _is_number(text):
         return False
 
 
-def _checked(array, path):
+def _checked(array: npt.NDArray[Any], path: str) -> npt.NDArray[Any]:
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
         row, column = bad[0]
         raise TrackError(path, f"row {row}, column {column}", array[row, column], "a finite number")
-    if len(array) and np.abs(array).max() > LARGEST:
+    if len(array) and np.abs(array).max() > MAX_COORDINATE:
         row = int(np.argmax(np.abs(array).max(axis=1)))
-        raise TrackError(path, f"row {row}", np.abs(array[row]).max(), f"at most {LARGEST:g} m")
+        raise TrackError(
+            path, f"row {row}", np.abs(array[row]).max(), f"at most {MAX_COORDINATE:g} m"
+        )
     return array
 
 
-def _deepracer(array, path):
-    """Split N x 6 into points and distances to the left and right edge."""
+def _deepracer(array: npt.NDArray[Any], path: str) -> Columns:
+    """Return points and distances to the left and right edge."""
     centre, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
     to_inner, to_outer = (np.linalg.norm(edge - centre, axis=1) for edge in (inner, outer))
     if len(array) < 3:
         raise TrackError(path, "points", f"{len(array)} points", "at least 3 distinct")
     ahead = np.gradient(centre, axis=0)
     across = inner - outer
-    turn = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
-    return (centre, to_inner, to_outer) if turn > 0 else (centre, to_outer, to_inner)
+    side = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
+    return (centre, to_inner, to_outer) if side > 0 else (centre, to_outer, to_inner)
 
 
-def _f1tenth(array, _path):
+def _f1tenth(array: npt.NDArray[Any], _path: str) -> Columns:
     return array[:, 0:2], array[:, 3], array[:, 2]
 
 
-def _distinct(points, sides, path):
+def _distinct(
+    points: npt.NDArray[Any], sides: npt.NDArray[Any], path: str
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], bool]:
     """Drop repeated points; also return whether the route is closed."""
-    keep = [0]
+    indices = [0]
     for index in range(1, len(points)):
-        if np.linalg.norm(points[index] - points[keep[-1]]) >= SAME:
-            keep.append(index)
-    points, sides = points[keep], sides[keep]
+        if np.linalg.norm(points[index] - points[indices[-1]]) >= MERGE_DISTANCE:
+            indices.append(index)
+    points, sides = points[indices], sides[indices]
     closed = False
     if len(points) > 1:
         spacing = np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))
         gap = np.linalg.norm(points[0] - points[-1])
         closed = gap < CLOSING_GAP * spacing and len(points) > 2 * CLOSING_GAP
-        if gap < SAME:
+        if gap < MERGE_DISTANCE:
             closed = True
             points, sides = points[:-1], sides[:-1]
     distinct = len(np.unique(points, axis=0))

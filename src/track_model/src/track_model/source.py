@@ -1,15 +1,15 @@
-"""Reading tracks: the package's by name, other files by path and suffix."""
+"""Reading tracks: those of this package by name, other files by path and suffix."""
 
 import os
 
 from track_model import track_file
 from track_model.spec import TrackError, TrackSpec
 
-LONGEST = 10_000_000  # [bytes] of a file
+MAX_SIZE = 10_000_000  # [bytes] of a file
 
 
 def tracks_directory() -> str:
-    """Return the folder of the tracks that come with the package."""
+    """Return the folder of the tracks of this package."""
     here = os.path.dirname(os.path.realpath(__file__))
     candidates = [
         os.path.join(here, "..", ".."),  # source tree
@@ -50,21 +50,18 @@ def find(name_or_path: str) -> str:
 
 
 def load(path: str, content: bytes | None = None) -> TrackSpec:
-    """Read and check a track file of any kind: YAML, or a route (.npy, .csv).
+    """Read and check a track file of any format: YAML, or a route (.npy, .csv).
 
     Args:
         path: The file.
-        content: Its bytes, if they are at hand.
-
-    Returns:
-        TrackSpec.
+        content: Its bytes, if they were read already.
 
     Raises:
-        TrackError: It cannot be read, or something in it is not valid.
+        TrackError: It cannot be read or is not valid.
     """
     content = read(path) if content is None else content
     if path.lower().endswith((".npy", ".csv")):
-        from track_model import routes  # numpy only when there is a route to read
+        from track_model import routes  # imports numpy only for a route
 
         return routes.parse(content, path)
     return track_file.parse(content, path)
@@ -80,8 +77,8 @@ def read(path: str) -> bytes:
         raise TrackError(path, "file", "no regular file", "a readable track file")
     try:
         size = os.path.getsize(path)
-        if size > LONGEST:
-            raise TrackError(path, "file", f"{size} bytes long", f"at most {LONGEST} bytes")
+        if size > MAX_SIZE:
+            raise TrackError(path, "file", f"{size} bytes long", f"at most {MAX_SIZE} bytes")
         with open(path, "rb") as stream:
             return stream.read()
     except OSError as error:

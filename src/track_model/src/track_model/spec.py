@@ -1,9 +1,10 @@
-"""What a track file says: TrackSpec, its defaults, and the error of a wrong one. Needs no numpy."""
+"""The content of a track file: TrackSpec, its defaults, TrackError; imports no numpy."""
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
-DEFAULTS = {
+DEFAULTS: dict[str, Any] = {
     "width": 0.76,
     "border_width": 0.03,
     "centre_line_width": 0.025,
@@ -16,18 +17,18 @@ DEFAULTS = {
     "closed": True,
     "description": "",
 }
-COLOURS = {
+COLORS: dict[str, tuple[int, ...]] = {
     "asphalt": (52, 53, 56),
     "border": (242, 242, 240),
     "centre_line": (245, 140, 20),
     "grass": (52, 122, 58),
     "wall": (190, 190, 195),
 }
-WALLS = {"enabled": False, "height": 0.25, "thickness": 0.03, "gap": 0.15}
+WALLS: dict[str, Any] = {"enabled": False, "height": 0.25, "thickness": 0.03, "gap": 0.15}
 
 
 class TrackError(ValueError):
-    """A track file is wrong; the message names file, item, value and what is valid."""
+    """A track file is not valid; the message has file, item, value and what is valid."""
 
     def __init__(self, path: str, item: str, value: object, valid: str) -> None:
         super().__init__(f"{path}: {item} is {value}; valid: {valid}")
@@ -45,12 +46,12 @@ class WallSpec:
 
 @dataclass(frozen=True)
 class TrackSpec:
-    """A checked track file; lengths in metres, colours RGB 0..255.
+    """A checked track file; lengths in metres, colors RGB 0..255.
 
     Attributes:
-        points: Centreline points (x, y) in the file's own frame, in driving direction.
+        points: Centreline points (x, y) in the file's frame, in driving direction.
         closed: Whether the last point is followed by the first (a circuit).
-        width: Lane from outer edge to outer edge of the white borders, the widest place.
+        width: Lane from outer edge to outer edge of the white borders, at the widest point.
         sides: (left, right) from each point to the lane's outer edges.
         imported: Whether it is from a route file, which may have tight bends and overlaps.
         start_distance: Start pose, measured along the centreline from the first point.
@@ -59,10 +60,10 @@ class TrackSpec:
     path: str
     name: str
     description: str
-    points: tuple
+    points: tuple[tuple[float, ...], ...]
     closed: bool
     width: float
-    sides: tuple
+    sides: tuple[tuple[float, ...], ...]
     border_width: float
     centre_line_width: float
     dash_length: float
@@ -71,7 +72,7 @@ class TrackSpec:
     start_distance: float
     start_line: bool
     seed: int
-    colours: dict
+    colors: dict[str, tuple[int, ...]]
     walls: WallSpec
     imported: bool = False
 

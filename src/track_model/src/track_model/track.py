@@ -1,9 +1,10 @@
-"""Tracks as arrays, for drawing pictures of them and for driving along them."""
+"""Tracks as arrays, for rendering them and for driving along them."""
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
+import numpy.typing as npt
 
 from track_model import curves, geometry, source, spec
 from track_model.files import cache, writer
@@ -18,10 +19,10 @@ class Track:
         name: The file's stem.
         centreline: (N, 2) evenly spaced curve [m], the first point is the origin.
         closed: Whether it is a circuit.
-        width: Lane, outer edge to outer edge of the borders, at its widest [m].
-        lane: geometry.Lane: the centreline with the distances to both edges.
-        inner, outer: (N, 2) edges of the lane [m], the shorter and the longer one.
-        length: Of the centreline [m].
+        width: Lane, outer edge to outer edge of the borders, at the widest point [m].
+        lane: The centreline with the distances to both edges.
+        inner, outer: (N, 2) edges of the lane [m], first the shorter one.
+        length: Length of the centreline [m].
         extent: (xmin, xmax, ymin, ymax) of the texture [m].
         texture: Path of the PNG, +y up.
         directory: Folder of all the files.
@@ -29,14 +30,14 @@ class Track:
     """
 
     name: str
-    centreline: np.ndarray
+    centreline: npt.NDArray[Any]
     closed: bool
     width: float
     lane: geometry.Lane
-    inner: np.ndarray
-    outer: np.ndarray
+    inner: npt.NDArray[Any]
+    outer: npt.NDArray[Any]
     length: float
-    extent: tuple
+    extent: tuple[float, float, float, float]
     texture: str
     directory: str
     spec: spec.TrackSpec
@@ -48,11 +49,8 @@ def load_track(name_or_path: str) -> Track:
     Args:
         name_or_path: default, easy, medium, hard, or the path of a YAML, .npy or .csv file.
 
-    Returns:
-        Track.
-
     Raises:
-        TrackError: No such track, or its file is not valid.
+        TrackError: There is no such track, or its file is not valid.
     """
     path = source.find(name_or_path)
     directory = cache.ensure(path)

@@ -7,9 +7,9 @@ from typing import Any
 
 import yaml  # type: ignore[import]
 
-from track_model.spec import COLOURS, DEFAULTS, WALLS, TrackError, TrackSpec, WallSpec, stem
+from track_model.spec import COLORS, DEFAULTS, WALLS, TrackError, TrackSpec, WallSpec, stem
 
-LONGEST = 200_000  # [bytes] of a file
+MAX_SIZE = 200_000  # [bytes] of a file
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 3, 8, 8
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
@@ -30,20 +30,20 @@ RANGES = {
 }
 
 
-def _shown(value: Any) -> str:
-    """A value of any size and nesting as a short text."""
+def _formatted(value: Any) -> str:
+    """Return a value of any size and nesting as a short text."""
     return _SHORT.repr(value)
 
 
 def _number(path: str, item: str, value: Any) -> float:
     # bool is an int in Python; YAML's yes and no are not numbers.
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TrackError(path, item, _shown(value), "a number")
+        raise TrackError(path, item, _formatted(value), "a number")
     if isinstance(value, float) and not math.isfinite(value):
-        raise TrackError(path, item, _shown(value), "a finite number")
+        raise TrackError(path, item, _formatted(value), "a finite number")
     low, high = RANGES.get(item, (-math.inf, math.inf))
     if not low <= value <= high:
-        raise TrackError(path, item, _shown(value), f"{low:g} to {high:g}")
+        raise TrackError(path, item, _formatted(value), f"{low:g} to {high:g}")
     return float(value)
 
 
@@ -53,42 +53,44 @@ def _typed(path: str, item: str, value: Any, default: Any) -> Any:
     if not isinstance(value, type(default)) or (
         isinstance(value, bool) and not isinstance(default, bool)
     ):
-        kinds = {bool: "true or false", int: "a whole number", str: "text"}
-        raise TrackError(path, item, _shown(value), kinds[type(default)])
+        types = {bool: "true or false", int: "a whole number", str: "text"}
+        raise TrackError(path, item, _formatted(value), types[type(default)])
     if item == "seed" and not 0 <= value < 2**32:
         raise TrackError(path, item, value, "0 to 4294967295")
     return value
 
 
-def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict:
+def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise TrackError(
             path,
             prefix or "content",
-            _shown(data),
+            _formatted(data),
             "a mapping with keys of {}".format(", ".join(sorted(valid))),
         )
     for key in data:
         if key not in valid:
             raise TrackError(
-                path, "%skey" % (prefix and prefix + " "), _shown(key), ", ".join(sorted(valid))
+                path, "%skey" % (prefix and prefix + " "), _formatted(key), ", ".join(sorted(valid))
             )
     return data
 
 
 def _points(path: str, data: Any, closed: bool) -> Points:
     if not isinstance(data, list):
-        raise TrackError(path, "points", _shown(data), "a list of at least 3 pairs [x, y]")
+        raise TrackError(path, "points", _formatted(data), "a list of at least 3 pairs [x, y]")
     points: list[tuple[float, float]] = []
     for index, pair in enumerate(data):
         item = f"points[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
-            raise TrackError(path, item, _shown(pair), "a pair [x, y] in metres")
+            raise TrackError(path, item, _formatted(pair), "a pair [x, y] in metres")
         point = _number(path, item, pair[0]), _number(path, item, pair[1])
         if max(abs(value) for value in point) > 50.0:
-            raise TrackError(path, item, _shown(pair), "coordinates of -50 to 50 m")
+            raise TrackError(path, item, _formatted(pair), "coordinates of -50 to 50 m")
         if points and math.dist(point, points[-1]) < 1e-3:
-            raise TrackError(path, item, _shown(pair), "at least 1 mm away from the point before")
+            raise TrackError(
+                path, item, _formatted(pair), "at least 1 mm away from the previous point"
+            )
         points.append(point)
     # The last point may repeat the first, as closed polygons often do.
     if closed and len(points) > 1 and math.dist(points[0], points[-1]) < 1e-3:
@@ -98,7 +100,7 @@ def _points(path: str, data: Any, closed: bool) -> Points:
     return tuple(points)
 
 
-def _width(path: str, data: dict, points: Points) -> Sequence[float]:
+def _width(path: str, data: dict[str, Any], points: Points) -> Sequence[float]:
     """Return the lane's widths, one per point, from one number or a list of them."""
     width = data.get("width", DEFAULTS["width"])
     if not isinstance(width, list):
@@ -115,21 +117,21 @@ def _width(path: str, data: dict, points: Points) -> Sequence[float]:
     return width[: len(points)]
 
 
-def _colours(path: str, data: Any) -> dict[str, tuple[int, ...]]:
-    """Return the colours of all items, from those that are given."""
-    colours: dict[str, tuple[int, ...]] = dict(COLOURS)
-    for key, value in _section(path, "colours", data, COLOURS).items():
-        good = (
+def _colors(path: str, data: Any) -> dict[str, tuple[int, ...]]:
+    """Return the colors of all items, defaults where none is given."""
+    colors: dict[str, tuple[int, ...]] = dict(COLORS)
+    for key, value in _section(path, "colours", data, COLORS).items():
+        valid = (
             isinstance(value, list)
             and len(value) == 3
             and all(type(channel) is int and 0 <= channel <= 255 for channel in value)
         )
-        if not good:
+        if not valid:
             raise TrackError(
-                path, "colours." + key, _shown(value), "[red, green, blue], each 0 to 255"
+                path, "colours." + key, _formatted(value), "[red, green, blue], each 0 to 255"
             )
-        colours[key] = tuple(value)
-    return colours
+        colors[key] = tuple(value)
+    return colors
 
 
 def _walls(path: str, data: Any) -> WallSpec:
@@ -149,19 +151,19 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
         text: YAML.
         path: File name for messages; its stem is the track's name.
 
-    Returns:
-        TrackSpec.
-
     Raises:
-        TrackError: Something in it is not valid.
+        TrackError: It is not valid.
     """
-    if len(text) > LONGEST:
-        raise TrackError(path, "content", f"{len(text)} bytes long", f"at most {LONGEST} bytes")
+    if len(text) > MAX_SIZE:
+        raise TrackError(path, "content", f"{len(text)} bytes long", f"at most {MAX_SIZE} bytes")
     try:
         data = yaml.safe_load(text)
     except RecursionError as error:
         raise TrackError(path, "content", "nested too deeply", "a YAML mapping") from error
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no date, a number of 5000 digits
+    except (
+        yaml.YAMLError,
+        ValueError,
+    ) as error:  # ValueError: an invalid date, a number of 5000 digits
         raise TrackError(
             path, "content", "not YAML ({})".format(" ".join(str(error).split())), "a YAML mapping"
         ) from error
@@ -185,7 +187,7 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
         points=points,
         width=max(widths),
         sides=tuple((width / 2.0, width / 2.0) for width in widths),
-        colours=_colours(path, data.get("colours", {})),
+        colors=_colors(path, data.get("colours", {})),
         walls=_walls(path, data.get("walls", {})),
         **values,
     )

@@ -1,4 +1,4 @@
-"""The track as markers for rviz: its ground picture and its walls, from its own SDF."""
+"""The track as markers for rviz: its ground image and its walls, from its SDF."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -10,69 +10,71 @@ from visualization_msgs.msg import Marker, MarkerArray
 MESH, BOX = "geometry/mesh/uri", "geometry/box/size"
 
 
-def track_markers(description, frame):
+def track_markers(description: str, frame: str) -> MarkerArray:
     """Converts the visuals of a track's SDF.
 
     Args:
         description: SDF of a model whose origin is that of `frame`; visuals are meshes with
-            materials of their own, or boxes with a pose of their own in links without one.
+            embedded materials, or boxes with a pose in links without one.
         frame: Frame of the markers.
 
     Returns:
-        visualization_msgs/MarkerArray, one marker a visual.
+        One marker per visual.
 
     Raises:
-        ValueError: The description is not XML, or shows nothing.
+        ValueError: The description is not XML, or has nothing visible.
     """
     try:
         visuals = ElementTree.fromstring(description).findall(".//visual")
     except ElementTree.ParseError as error:
         raise ValueError(f"track_description is not the SDF of a track: {error}") from None
-    made = MarkerArray()
+    markers = MarkerArray()
     for visual in visuals:
         if (marker := _marker(visual)) is not None:
-            marker.header.frame_id, marker.id = frame, len(made.markers)
-            made.markers.append(marker)
-    if not made.markers:
+            marker.header.frame_id, marker.id = frame, len(markers.markers)
+            markers.markers.append(marker)
+    if not markers.markers:
         raise ValueError(
             f"track_description has {len(visuals)} visuals and no mesh or box among them"
         )
-    return made
+    return markers
 
 
-def _marker(visual):
-    """Gives the Marker of a visual without header, or None if it is neither mesh nor box."""
+def _marker(visual: ElementTree.Element) -> Marker | None:
+    """Returns the Marker of a visual without header, or None if it is neither mesh nor box."""
     marker = Marker(action=Marker.ADD, ns="track", frame_locked=True)
     x, y, z, _roll, _pitch, yaw = _numbers(visual.findtext("pose"), (0.0,) * 6)
     marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
     marker.pose.orientation = quaternion_of(yaw)
+    size: tuple[float, ...]
+    color: tuple[float, ...]
     if uri := (visual.findtext(MESH) or "").strip():
         marker.type, marker.mesh_resource = Marker.MESH_RESOURCE, uri
         marker.mesh_use_embedded_materials = True
-        size, colour = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)  # all 0: the mesh's own
+        size, color = (1.0,) * 3, (0.0,) * 4  # all 0: the mesh's colors
     elif box := visual.findtext(BOX):
         marker.type, size = Marker.CUBE, _numbers(box)
-        colour = _numbers(visual.findtext("material/diffuse"), (0.6, 0.6, 0.6, 1.0))
+        color = _numbers(visual.findtext("material/diffuse"), (0.6, 0.6, 0.6, 1.0))
     else:
         return None
     marker.scale.x, marker.scale.y, marker.scale.z = size
-    marker.color.r, marker.color.g, marker.color.b, marker.color.a = colour
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
     return marker
 
 
-def _numbers(text, default=None):
-    """Gives the numbers of an element's text; `default` if there is no such element."""
-    return default if text is None else tuple(float(word) for word in text.split())
+def _numbers(text: str | None, default: tuple[float, ...] = ()) -> tuple[float, ...]:
+    """Returns the numbers of an element's text; `default` if there is no such element."""
+    return default if text is None else tuple(map(float, text.split()))
 
 
 class TrackMarkers:
     """Node: publishes the track of `track_description`, latched, as `~markers`.
 
     Raises:
-        ValueError: `track_description` is missing or shows no track.
+        ValueError: `track_description` is missing or has no track.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         description = rospy.get_param("track_description", "")
         if not description:
             raise ValueError("track_description is not set; spawn_track.launch sets it")
@@ -81,6 +83,6 @@ class TrackMarkers:
         self._publisher.publish(track_markers(description, frame))
 
 
-def main():
+def main() -> None:
     """Runs the node until ROS shuts down."""
     run("track_markers", TrackMarkers)

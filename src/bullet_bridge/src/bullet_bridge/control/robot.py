@@ -2,6 +2,7 @@
 
 import math
 import threading
+import traceback
 
 import rospy
 from bullet_sim.controllers.pid import PidConfig
@@ -27,6 +28,7 @@ class RobotControl:
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
+        refused: name of a controller that could not be loaded -> why.
     """
 
     def __init__(self, jobs, world, model, namespace, arrivals=None):
@@ -38,7 +40,8 @@ class RobotControl:
         self._topics, self._tunings, self._logged = {}, Tunings(jobs), set()
         self._publishing = {}  # of the topics: those of running controllers that publish ...
         self._schedules = []  # ... and their schedules
-        self.closed = False
+        self.closed, self.refused = False, {}
+        self.manager.on_failure = self._failed
         try:
             set_hardware(model, self.namespace, self._tunings)
             self._services = ControllerServices(
@@ -85,6 +88,16 @@ class RobotControl:
         step = self.world.step_count
         return min([s.next_due_subscribed(step, check) for s in self._schedules], default=math.inf)
 
+    def _failed(self, name, error):
+        """A controller has raised an exception and is stopped."""
+        rospy.logerr(
+            "%s: controller '%s' is stopped, since it has raised an exception:\n%s",
+            self.namespace,
+            name,
+            "".join(traceback.format_exception(error)).rstrip(),
+        )
+        self.refresh()
+
     def publish(self, step, time):
         """Publish what is due."""
         for topics in self._publishing.values():
@@ -122,6 +135,7 @@ class RobotControl:
         controller = self._run_job(lambda: self._load_checked(name, config))
         if controller is None:
             return False
+        self.refused.pop(name, None)
         for note in controller.config.notes:
             self._log_once(rospy.loginfo, note.partition(": ")[2] or note, note)
         for warning in controller.config.warnings:
@@ -164,7 +178,12 @@ class RobotControl:
 
     def _load_checked(self, name, values):
         """Load a controller, unless its publish_rate is above one per physics step."""
-        config = self.manager.load(name, values)
+        try:
+            config = self.manager.load(name, values)
+        except ControllerError as error:
+            if name not in (each.config.name for each in self.manager.controllers()):
+                self.refused[name] = str(error)
+            raise
         controller, limit = self.manager.get(name), 1 / self.world.time_step
         if controller.limits_rate and config.publish_rate > 1.0001 * limit:
             self.manager.unload(name)

@@ -3,8 +3,10 @@
 import json
 
 import rospy
+from bullet_sim.controllers import CONTROLLERS
 from bullet_sim.description.warnings import grouped, is_loss
 from bullet_sim.errors import WorldError
+from bullet_sim.plugins.custom import CustomSpec
 from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.plugins.cameras import CameraSensor
@@ -111,9 +113,26 @@ class DescribeService:
                 for plugin in plugins
                 if plugin.reports
             ],
+            "extensions": self._extensions(model),
             "warnings": grouped(warning for warning in found if not is_loss(warning)),
-            "lost": [str(warning) for warning in found if is_loss(warning)],
+            "lost": [
+                *(str(warning) for warning in found if is_loss(warning)),
+                *self._robots.skipped(model),
+            ],
         }
+
+    def _extensions(self, model):
+        """Sentences about classes of users' own that the model uses."""
+        known = self._robots.extensions
+        used = [
+            known.of(spec) for spec in model.description.sensors if isinstance(spec, CustomSpec)
+        ]
+        if model.manager is not None:
+            types = dict.fromkeys(each.config.type for each in model.manager.controllers())
+            used += [
+                known.get("controller", kind) for kind in types if not CONTROLLERS.is_built_in(kind)
+            ]
+        return [str(extension) for extension in used]
 
     def _is_new(self, warning):
         """Whether the world file's own warnings do not have it already."""

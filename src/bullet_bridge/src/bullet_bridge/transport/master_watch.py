@@ -53,7 +53,7 @@ class MasterWatch:
             )
         elif self.monitor.refused_for >= GONE:
             self._end_with(f"the ROS master at {uri} is gone")
-        elif self._said != (self.monitor.silent_for >= SILENCE):
+        elif self._said != (self.monitor.unresponsive_for >= SILENCE):
             self._said = not self._said
             self._warn(
                 f"the ROS master at {uri} does not answer; the simulation goes on, new nodes "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from bullet_sim.component import Component
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.errors import CommandError, ControllerError
+from bullet_sim.errors import CommandError, ControllerError, SimError
 from bullet_sim.registry import Registry
 
 if TYPE_CHECKING:
@@ -315,6 +315,13 @@ def configure(
             f"{what} has type '{values.get('type')}', must be one of "
             f"{', '.join(CONTROLLERS.names())}"
         ) from None
-    config = kind.configure(settings, tuple(joints), description)
+    try:
+        config = kind.configure(settings, tuple(joints), description)
+    except SimError:
+        raise
+    except Exception as error:  # of a class of somebody else's
+        raise ControllerError(
+            f"{what} cannot be configured, its class raises {type(error).__name__}: {error}"
+        ) from error
     warnings = (*config.warnings, *settings.unknown())
     return kind, replace(config, type=type_name, warnings=warnings)

@@ -9,7 +9,7 @@ from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.errors import ControllerError
+from bullet_sim.errors import ControllerError, SimError
 
 INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
 
@@ -25,6 +25,8 @@ class Manager(Stateful):
 
     Attributes:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
+        on_failure: function of a controller's name and the exception that it has raised while it
+            started, ran or took a command: it is stopped then. None: the exception is raised.
     """
 
     STATE = ("hardware", "_loaded", "_states", "time", "_since", "_due")
@@ -46,6 +48,7 @@ class Manager(Stateful):
         self._updates: list[Callable[[float, float], None]] = []
         self.time = self._since = 0.0
         self._due = True
+        self.on_failure: Callable[[str, Exception], None] | None = None
 
     @staticmethod
     def types() -> list[str]:
@@ -130,7 +133,10 @@ class Manager(Stateful):
         self.hardware.read()
         for name in starting:
             self._states[name] = RUNNING
-            self._loaded[name].start(self.time)
+            try:
+                self._loaded[name].start(self.time)
+            except Exception as error:
+                self._fail(self._loaded[name], error)
         self._sort()
         return left_out
 
@@ -210,9 +216,26 @@ class Manager(Stateful):
             CommandError: wrong count, NaN or out of bounds; the last command stays.
         """
         controller = self.get(name)
-        values = controller.check(values)
-        if self.is_running(name):
-            controller.command(values)
+        try:
+            values = controller.check(values)
+            if self.is_running(name):
+                controller.command(values)
+        except SimError:
+            raise
+        except Exception as error:
+            self._fail(controller, error)
+
+    def _fail(self, controller: Controller, error: Exception) -> None:
+        """Stop a controller that has raised an exception."""
+        if self.on_failure is None:
+            raise error
+        name = controller.config.name
+        if self._states[name] == RUNNING:
+            self._states[name] = STOPPED
+            for _, joints in controller.config.claims:
+                self.hardware.release(joints)
+            self._sort()
+        self.on_failure(name, error)
 
     @property
     def periodic(self) -> bool:
@@ -232,7 +255,10 @@ class Manager(Stateful):
             elapsed = self._since if self._since > period else period
             self._due, self._since = False, 0.0
             for update in self._updates:
-                update(time, elapsed)
+                try:
+                    update(time, elapsed)
+                except Exception as error:
+                    self._fail(update.__self__, error)  # type: ignore[attr-defined]
         hardware.write(elapsed)
         self.time = time + period
         self._since += period

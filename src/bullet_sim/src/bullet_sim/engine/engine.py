@@ -1,248 +1,22 @@
-"""Bodies in PyBullet: loaded, placed, driven; their contacts and what sensors read of them."""
+"""Bodies in PyBullet: loaded, placed, driven and stepped; their contacts."""
 
 import math
-import operator
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pybullet as p
 
-from bullet_sim.engine.client import Client, velocity_at
-from bullet_sim.engine.library import p
-from bullet_sim.engine.states import Saving
-from bullet_sim.engine.sweep import Sweep
+from bullet_sim.engine.rays import RayCaster
+from bullet_sim.engine.states import BodyStates
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
-from bullet_sim.pose import Pose, compose
-from bullet_sim.sensors.contact import Contact
+from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, velocity_at
 
-
-class Motion(Client):
-    """How the bodies are placed and how they move."""
-
-    def base_pose(self, body):
-        """World pose of the root link's frame: position (3,), quaternion (4,) as tuples."""
-        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        return compose(position, orientation, *self._outward[body])
-
-    def set_base_pose(self, body, position, orientation):
-        """Move the root link's frame to a world pose; joints and velocities stay."""
-        pose = compose(position, orientation, *self._inertial[body])
-        p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
-        if body in self._scenery:
-            self._scenery.check_poses()
-
-    def set_base_velocity(self, body, linear, angular):
-        """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
-        centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
-        arm = np.subtract(centre, self.base_pose(body)[0])
-        linear = np.asarray(linear, float) + np.cross(angular, arm)
-        p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self._client)
-
-    def link_state(self, body, link):
-        """Pose and velocity of a link frame in the world.
-
-        Args:
-            link: index as link_indices gives it.
-
-        Returns:
-            position (3,) [m], quaternion (4,), linear (3,) [m/s] of the frame's origin, angular
-            (3,) [rad/s]; velocities along world axes.
-        """
-        return tuple(map(np.array, self.link_motion(body, link)))
-
-    def link_motion(self, body, link, offset=None):
-        """As link_state, four tuples: several times as fast.
-
-        Args:
-            body, link: as link_indices gives it.
-            offset: pose (position, quaternion) of another frame of the link in the link frame.
-        """
-        centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
-        if link < 0:
-            position, orientation = compose(position, orientation, *self._outward[body])
-        if offset is not None:
-            position, orientation = compose(position, orientation, *offset)
-        return position, orientation, velocity_at(position, centre, linear, angular), angular
-
-    def link_poses(self, body):
-        """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""
-        position, orientation = self.base_pose(body)
-        positions, orientations = [position], [orientation]
-        count = p.getNumJoints(body, physicsClientId=self._client)
-        if count:
-            for state in p.getLinkStates(
-                body, range(count), computeForwardKinematics=1, physicsClientId=self._client
-            ):
-                positions.append(state[4])
-                orientations.append(state[5])
-        return np.array(positions), np.array(orientations)
-
-    def link_centre(self, body, link):
-        """Centre of mass (3,) [m] of a link in the world."""
-        if link < 0:
-            return np.array(p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0])
-        return np.array(
-            p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self._client)[0]
-        )
-
-    def measure_joint(self, body, link):
-        """Have the forces of the joint above a link measured from the next step on."""
-        p.enableJointForceTorqueSensor(body, link, 1, physicsClientId=self._client)
-
-    def joint_load(self, body, link):
-        """What a measured joint exerts on its child link.
-
-        Returns:
-            force (3,) [N] and torque (3,) [N m] about the joint in the child link's axes, without
-            what its motor does; the motor's effort [N m, N].
-        """
-        _, _, load, effort = p.getJointState(body, link, physicsClientId=self._client)
-        force, torque = np.array(load[:3]), np.array(load[3:])
-        centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self._client)[3:5]
-        turn = np.array(p.getMatrixFromQuaternion(axes)).reshape(3, 3)
-        force, torque = turn @ force, turn @ torque  # PyBullet: along the principal axes
-        return force, torque + np.cross(centre, force), effort
-
-    def joint_states(self, body):
-        """(position, velocity, reaction forces, motor effort) of each movable joint."""
-        joints = self._movable[body]
-        return p.getJointStates(body, joints, physicsClientId=self._client) if joints else ()
-
-    def read_joints(self, body):
-        """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
-        states = self.joint_states(body)
-        return (
-            np.array([s[0] for s in states]),
-            np.array([s[1] for s in states]),
-            np.array([s[3] for s in states]),
-        )
-
-    def set_joint_positions(self, body, positions):
-        """Set the movable joints to positions (n,) [rad, m], at rest."""
-        for joint, position in zip(self._movable[body], positions):
-            p.resetJointState(body, joint, position, 0.0, physicsClientId=self._client)
-
-    def put_joint(self, body, joint, position):
-        """Set the movable joint number `joint` to a position [rad, m], at rest."""
-        p.resetJointState(
-            body, self._movable[body][joint], position, 0.0, physicsClientId=self._client
-        )
-
-
-class Motors(Client):
-    """Motors keep their command from step to step, forces and efforts last one step.
-
-    Attributes:
-        position_gain: share of a position motor's error that is corrected in one step.
-    """
-
-    position_gain = 0.1
-
-    def drive_velocity(self, body, joint, velocity, effort):
-        """Set the motor of movable joint number `joint` to a velocity, with at most `effort`."""
-        self._note_batch(body)
-        self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
-        p.setJointMotorControl2(
-            body,
-            self._movable[body][joint],
-            p.VELOCITY_CONTROL,
-            targetVelocity=velocity,
-            force=effort,
-            physicsClientId=self._client,
-        )
-
-    def drive_velocities(self, body, joints, velocities, efforts):
-        """As drive_velocity, of several joints in one call.
-
-        The lists must not change later. The same list of joints again is faster than an equal one.
-        """
-        before = self._batches.get(body)
-        if before is not None and before[0] is joints:
-            indices = before[3]
-        else:
-            self._note_batch(body)
-            indices = [self._movable[body][joint] for joint in joints]
-        self._batches[body] = joints, velocities, efforts, indices
-        p.setJointMotorControlArray(
-            body,
-            indices,
-            p.VELOCITY_CONTROL,
-            targetVelocities=velocities,
-            forces=efforts,
-            physicsClientId=self._client,
-        )
-
-    def drive_position(self, body, joint, position, effort, velocity):
-        """Set the motor of a joint to a position, with at most `effort` and `velocity`."""
-        self._note_batch(body)
-        self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
-        p.setJointMotorControl2(
-            body,
-            self._movable[body][joint],
-            p.POSITION_CONTROL,
-            targetPosition=position,
-            force=effort,
-            maxVelocity=velocity,
-            positionGain=self.position_gain,
-            velocityGain=1.0,
-            physicsClientId=self._client,
-        )
-
-    def release(self, body, joint):
-        """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
-
-        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
-        """
-        self._note_batch(body)
-        self._motors[body, joint] = "release", (joint,)
-        index = self._movable[body][joint]
-        friction = p.getJointInfo(body, index, physicsClientId=self._client)[7]
-        p.setJointMotorControl2(
-            body,
-            index,
-            p.VELOCITY_CONTROL,
-            targetVelocity=0.0,
-            force=friction,
-            physicsClientId=self._client,
-        )
-
-    def drive_effort(self, body, joint, effort):
-        """Apply an effort [N m, N] to a joint for the next step only."""
-        p.setJointMotorControl2(
-            body,
-            self._movable[body][joint],
-            p.TORQUE_CONTROL,
-            force=effort,
-            physicsClientId=self._client,
-        )
-
-    def drive_efforts(self, body, joints, efforts):
-        """As drive_effort, of several joints in one call."""
-        movable = self._movable[body]
-        p.setJointMotorControlArray(
-            body,
-            [movable[joint] for joint in joints],
-            p.TORQUE_CONTROL,
-            forces=efforts,
-            physicsClientId=self._client,
-        )
-
-    def apply_wrench(self, body, link, force, torque):
-        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
-        axes, for the next step only; several add up."""
-        if link < 0:
-            centre = p.getBasePositionAndOrientation(body, physicsClientId=self._client)[0]
-        else:
-            centre = p.getLinkState(
-                body, link, computeForwardKinematics=1, physicsClientId=self._client
-            )[0]
-        p.applyExternalForce(
-            body, link, tuple(force), centre, p.WORLD_FRAME, physicsClientId=self._client
-        )
-        p.applyExternalTorque(
-            body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self._client
-        )
-
-
+# Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
+# 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
+SOLVER_RESIDUAL = 1e-8
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
@@ -252,29 +26,164 @@ _FLAGS = (
     | p.URDF_USE_INERTIA_FROM_FILE
     | p.URDF_USE_MATERIAL_COLORS_FROM_MTL
 )
+_SATURATED = 0.98  # of the friction limit: from here on a contact counts as sliding
+_MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
+# Bits that a link with a collide_bitmask of its own shares with all that have none, and where its
+# own bits begin.
+_COMMON, _SHIFT = 3, 8
+_STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
 
 
-class Bodies(Motion, Motors, Saving):
-    """The bodies of a world, from URDF files.
+@dataclass(frozen=True)
+class Contact:
+    """One contact point, seen from body A.
 
-    What they look like is loaded only where PyBullet draws them: an engine without a renderer would
-    decode the pictures of all meshes for nothing.
+    Attributes:
+        body, link: the engine's numbers of the other body and its link.
+        position: (3,) [m] on A, in the world.
+        normal: (3,) unit vector from the other body towards A, in the world.
+        depth: penetration [m]; negative: a gap within the margin.
+        force: (3,) [N] on A, world axes.
     """
+
+    body: int
+    link: int
+    position: Array
+    normal: Array
+    depth: float
+    force: Array
+
+
+class Engine:
+    """One headless PyBullet client.
+
+    A `body` is the number that load() returns, a `link` an index of link_indices() (-1: the root
+    link), a `joint` the number of a movable joint in joint_names().
+
+    Args:
+        time_step: physics step [s].
+        gravity: acceleration in the world frame [m/s^2].
+        solver_iterations: of the constraint solver per step.
+        draw: load what bodies look like, for a PyBulletCamera. An engine that draws nothing would
+            decode the textures of all meshes for nothing.
+
+    Attributes:
+        client: PyBullet's number of the client.
+        movable: body -> PyBullet's indices of its movable joints.
+        free: bodies whose root link is not fixed to the world.
+        position_gain: fraction of a position motor's error that is corrected in one step.
+        rays: casts rays at the bodies; a new one after clear(), as `states`.
+        states: saves and restores what the bodies do.
+    """
+
+    position_gain = 0.1
+
+    def __init__(
+        self,
+        time_step: float = 0.001,
+        gravity: Vec3 = (0.0, 0.0, -9.81),
+        solver_iterations: int = 50,
+        draw: bool = False,
+    ) -> None:
+        self.time_step, self.gravity = float(time_step), _vector(gravity)
+        self.solver_iterations = int(solver_iterations)
+        self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
+        with silenced():
+            self.client: int = p.connect(p.DIRECT)
+        self._configure()
+
+    def _configure(self) -> None:
+        self.movable: dict[int, list[int]] = {}
+        self.free: set[int] = set()
+        self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's centre in its frame
+        self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
+        self._friction: dict[tuple[int, int], float] = {}  # coefficients that were set
+        self._scaled: set[tuple[int, int]] = set()  # links with anisotropic friction
+        self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
+        # body -> last drive_velocities that _motors lacks, and its indices
+        self._batches: dict[int, tuple[Any, ...]] = {}
+        self.rays = RayCaster(self.client, self.free)
+        self.states = BodyStates(self)
+        p.setTimeStep(self.time_step, physicsClientId=self.client)
+        p.setGravity(*self.gravity, physicsClientId=self.client)
+        p.setPhysicsEngineParameter(
+            numSolverIterations=self.solver_iterations,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            enableConeFriction=1,
+            solverResidualThreshold=SOLVER_RESIDUAL,
+            physicsClientId=self.client,
+        )
+
+    def close(self) -> None:
+        """Disconnect; the engine is not usable afterwards."""
+        if self.client >= 0:
+            p.disconnect(physicsClientId=self.client)
+            self.client = -1
+
+    def clear(self) -> None:
+        """Remove every body and return to the state of a new engine."""
+        p.resetSimulation(physicsClientId=self.client)
+        self._configure()
+
+    def set_gravity(self, gravity: Vec3) -> None:
+        """Set gravity [m/s^2] in the world frame."""
+        self.gravity = _vector(gravity)
+        p.setGravity(*self.gravity, physicsClientId=self.client)
+
+    def set_time_step(self, time_step: float) -> None:
+        """Set the physics step [s]."""
+        self.time_step = float(time_step)
+        p.setTimeStep(self.time_step, physicsClientId=self.client)
+
+    def set_solver_iterations(self, count: int) -> None:
+        """Change the iterations of the constraint solver per step."""
+        self.solver_iterations = int(count)
+        p.setPhysicsEngineParameter(
+            numSolverIterations=self.solver_iterations, physicsClientId=self.client
+        )
+
+    def set_contact_breaking(self, fraction: float) -> None:
+        """Change the distance at which a contact point is dropped.
+
+        PyBullet keeps points that no longer touch until they are 0.02 of a shape's radius away;
+        each costs three rows of the solver. Rolling wheels drop them sooner with a smaller value:
+        the same motion, several times as fast.
+
+        Args:
+            fraction: of the smaller shape's radius.
+        """
+        p.setPhysicsEngineParameter(contactBreakingThreshold=fraction, physicsClientId=self.client)
+
+    def save_state(self) -> int:
+        """Save poses, velocities and contact caches in memory; returns the number of the copy."""
+        return p.saveState(physicsClientId=self.client)
+
+    def restore_state(self, number: int) -> None:
+        """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
+        self.rays.scenery.check_poses()
+        p.restoreState(stateId=number, physicsClientId=self.client)
+
+    def step(self, count: int = 1) -> None:
+        """Advance by `count` time steps."""
+        step, client = p.stepSimulation, self.client
+        for _ in range(count):
+            step(client)
+
+    # Bodies
 
     def load(
         self,
-        path,
-        position=(0, 0, 0),
-        orientation=(0, 0, 0, 1),
-        fixed_base=False,
-        self_collide=False,
-        static=False,
-    ):
+        path: str,
+        position: Vector = (0, 0, 0),
+        orientation: Vector = (0, 0, 0, 1),
+        fixed_base: bool = False,
+        self_collide: bool = False,
+        static: bool = False,
+    ) -> int:
         """Load a prepared URDF file; its root link's frame lands at the given world pose.
 
         Args:
-            path: the file.
-            position, orientation: the pose.
             fixed_base: the root link never moves.
             self_collide: links collide with each other, those of one joint excepted.
             static: prepared as static: one link, of which meshes collide as they are.
@@ -285,9 +194,7 @@ class Bodies(Motion, Motors, Saving):
         Raises:
             ModelError: PyBullet refuses the file.
         """
-        flags = _FLAGS | (p.URDF_USE_SELF_COLLISION if self_collide else 0)
-        if self._renderer is None:
-            flags |= p.URDF_IGNORE_VISUAL_SHAPES
+        client = self.client
         try:
             with silenced():
                 body = p.loadURDF(
@@ -295,222 +202,427 @@ class Bodies(Motion, Motors, Saving):
                     (0, 0, 0),
                     (0, 0, 0, 1),
                     useFixedBase=fixed_base,
-                    flags=flags,
-                    physicsClientId=self._client,
+                    flags=self._flags | (p.URDF_USE_SELF_COLLISION if self_collide else 0),
+                    physicsClientId=client,
                 )
         except p.error as error:
             raise ModelError(f"PyBullet cannot load {path}: {error}") from error
-        info = p.getDynamicsInfo(body, -1, physicsClientId=self._client)
+        info = p.getDynamicsInfo(body, -1, physicsClientId=client)
         self._inertial[body] = (info[3], info[4])
         outward = Pose(info[3], info[4]).inverse()
         self._outward[body] = (outward.position, outward.orientation)
-        joints = [
-            p.getJointInfo(body, i, physicsClientId=self._client)
-            for i in range(p.getNumJoints(body, physicsClientId=self._client))
-        ]
-        self._movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
+        count = p.getNumJoints(body, physicsClientId=client)
+        joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
+        self.movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
         if not fixed_base:
-            self._free.add(body)
+            self.free.add(body)
         if static:
-            self._scenery.add(body)
-        self._note_layout("load", body, len(joints))
-        self._prepare_dynamics(body, joints)
-        self.set_base_pose(body, position, orientation)
-        return body
-
-    def _prepare_dynamics(self, body, joints):
-        client = self._client
-        p.changeDynamics(
-            body,
-            -1,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            restitution=0.0,
-            maxJointVelocity=MAX_COORDINATE_SPEED,
-            physicsClientId=client,
-        )
-        for joint in joints:
+            self.rays.scenery.add(body)
+        self.states.note_layout("load", body, count)
+        for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(
                 body,
-                joint[0],
+                link,
                 linearDamping=0.0,
                 angularDamping=0.0,
-                jointDamping=joint[6],
+                jointDamping=damping,
                 restitution=0.0,
                 maxJointVelocity=MAX_COORDINATE_SPEED,
                 physicsClientId=client,
             )
-        for number in range(len(self._movable[body])):
-            self.release(body, number)
+        for joint in range(len(self.movable[body])):
+            self.release(body, joint)
+        self.set_base_pose(body, position, orientation)
+        return body
 
-    def remove(self, body):
+    def remove(self, body: int) -> None:
         """Remove a body."""
-        p.removeBody(body, physicsClientId=self._client)
-        del self._movable[body], self._inertial[body], self._outward[body]
-        self._free.discard(body)
+        p.removeBody(body, physicsClientId=self.client)
+        del self.movable[body], self._inertial[body], self._outward[body]
+        self.free.discard(body)
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._scaled = {key for key in self._scaled if key[0] != body}
-        self._scenery.discard(body)
+        self.rays.scenery.discard(body)
         self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
-        self._note_layout("remove", body)
+        self.states.note_layout("remove", body)
 
-    def joint_names(self, body):
+    def joint_names(self, body: int) -> list[str]:
         """Names of the movable joints, in joint order."""
         return [
-            p.getJointInfo(body, i, physicsClientId=self._client)[1].decode()
-            for i in self._movable[body]
+            p.getJointInfo(body, i, physicsClientId=self.client)[1].decode()
+            for i in self.movable[body]
         ]
 
-    def link_indices(self, body):
+    def link_indices(self, body: int) -> dict[str, int]:
         """Map of link name -> link index; the root link has -1."""
-        names = {p.getBodyInfo(body, physicsClientId=self._client)[0].decode(): -1}
-        for i in range(p.getNumJoints(body, physicsClientId=self._client)):
-            names[p.getJointInfo(body, i, physicsClientId=self._client)[12].decode()] = i
+        names = {p.getBodyInfo(body, physicsClientId=self.client)[0].decode(): -1}
+        for i in range(p.getNumJoints(body, physicsClientId=self.client)):
+            names[p.getJointInfo(body, i, physicsClientId=self.client)[12].decode()] = i
         return names
 
-    def set_surface(self, body, link, rolling=None, spinning=None, stiffness=None, damping=None):
-        """Set the contact properties of one link (index as link_indices gives it)."""
-        values = {
-            "rollingFriction": rolling,
-            "spinningFriction": spinning,
-        }
+    def set_surface(
+        self, body: int, link: int, stiffness: float | None, damping: float | None
+    ) -> None:
+        """Set a link's contact stiffness [N/m] and damping [N s/m], if both are given."""
         if stiffness is not None and damping is not None:
-            values.update(contactStiffness=stiffness, contactDamping=damping)
-        given = {key: value for key, value in values.items() if value is not None}
-        if given:
-            p.changeDynamics(body, link, physicsClientId=self._client, **given)
+            p.changeDynamics(
+                body,
+                link,
+                contactStiffness=stiffness,
+                contactDamping=damping,
+                physicsClientId=self.client,
+            )
 
-    def disable_self_collision(self, body, first, second):
-        """Disable collision between two links of a body."""
-        p.setCollisionFilterPair(body, body, first, second, 0, physicsClientId=self._client)
-        self._note_layout("pair", body, body)
-
-    def set_mass(self, body, link, mass, moments):
+    def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
         p.changeDynamics(
-            body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self._client
+            body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
         )
 
-    def principal_axes(self, body, link):
+    def principal_axes(self, body: int, link: int) -> Quat:
         """Quaternion of the axes that set_mass's moments belong to, in the link frame."""
-        return p.getDynamicsInfo(body, link, physicsClientId=self._client)[4]
+        return p.getDynamicsInfo(body, link, physicsClientId=self.client)[4]
 
-    def set_joint_limits(self, body, joint, lower, upper):
+    def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change the limits [rad, m] of a movable joint that has limits."""
         p.changeDynamics(
             body,
-            self._movable[body][joint],
+            self.movable[body][joint],
             jointLowerLimit=lower,
             jointUpperLimit=upper,
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )
 
-    def set_joint_damping(self, body, joint, damping):
+    def set_joint_damping(self, body: int, joint: int, damping: float) -> None:
         """Change the viscous damping [N m s/rad, N s/m] of a movable joint."""
         p.changeDynamics(
-            body, self._movable[body][joint], jointDamping=damping, physicsClientId=self._client
+            body, self.movable[body][joint], jointDamping=damping, physicsClientId=self.client
         )
 
+    # Motion
 
-_SATURATED = 0.98  # of the friction limit: from here on a contact counts as sliding
-_MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
-# Bits that a link with a collide_bitmask of its own shares with all that have none, and where its
-# own bits begin.
-_COMMON, _SHIFT = 3, 8
-_STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
+    def base_pose(self, body: int) -> tuple[Vec3, Quat]:
+        """World pose of the root link's frame."""
+        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+        return compose(position, orientation, *self._outward[body])
 
+    def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
+        """Move the root link's frame to a world pose; joints and velocities stay."""
+        pose = compose(position, orientation, *self._inertial[body])
+        p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self.client)
+        if body in self.rays.scenery:
+            self.rays.scenery.check_poses()
 
-class Touch(Saving):
-    """Contacts between bodies."""
+    def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
+        """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
+        arm = np.subtract(self.link_centre(body, -1), self.base_pose(body)[0])
+        linear = np.asarray(linear, float) + np.cross(angular, arm)
+        p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
 
-    def set_friction(self, body, link, friction, scale=None):
+    def link_state(self, body: int, link: int) -> tuple[Array, ...]:
+        """As link_motion, four arrays."""
+        return tuple(map(np.array, self.link_motion(body, link)))
+
+    def link_motion(
+        self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
+    ) -> tuple[Vec3, Quat, Vec3, Vec3]:
+        """Pose and velocity of a link frame in the world.
+
+        Args:
+            offset: pose of another frame of the link, in the link frame, that is meant instead.
+
+        Returns:
+            position [m], quaternion, linear [m/s] of the frame's origin, angular [rad/s];
+            velocities along world axes.
+        """
+        centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
+        if link < 0:
+            position, orientation = compose(position, orientation, *self._outward[body])
+        if offset is not None:
+            position, orientation = compose(position, orientation, *offset)
+        return position, orientation, velocity_at(position, centre, linear, angular), angular
+
+    def link_velocity(self, body: int, link: int) -> tuple[Vec3, Vec3, Vec3, tuple[Vec3, Quat]]:
+        """Centre of mass [m] of a link, its linear [m/s] and angular velocity [rad/s], world axes,
+        and the pose of the frame that PyBullet keeps: of the root link that of its inertia, else
+        the link's own."""
+        if link < 0:
+            pose = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+            linear, angular = p.getBaseVelocity(body, physicsClientId=self.client)
+            return pose[0], linear, angular, pose
+        state = p.getLinkState(
+            body,
+            link,
+            computeLinkVelocity=1,
+            computeForwardKinematics=1,
+            physicsClientId=self.client,
+        )
+        return state[0], state[6], state[7], state[4:6]
+
+    def link_poses(self, body: int) -> tuple[Array, Array]:
+        """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""
+        position, orientation = self.base_pose(body)
+        positions, orientations = [position], [orientation]
+        count = p.getNumJoints(body, physicsClientId=self.client)
+        if count:
+            for state in p.getLinkStates(
+                body, range(count), computeForwardKinematics=1, physicsClientId=self.client
+            ):
+                positions.append(state[4])
+                orientations.append(state[5])
+        return np.array(positions), np.array(orientations)
+
+    def link_centre(self, body: int, link: int) -> Vec3:
+        """Centre of mass [m] of a link in the world."""
+        if link < 0:
+            return p.getBasePositionAndOrientation(body, physicsClientId=self.client)[0]
+        return p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)[
+            0
+        ]
+
+    def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
+        """(position, velocity, reaction forces, motor effort) of each movable joint."""
+        joints = self.movable[body]
+        return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
+
+    def read_joints(self, body: int) -> tuple[Array, Array, Array]:
+        """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
+        states = self.joint_states(body)
+        return (
+            np.array([s[0] for s in states]),
+            np.array([s[1] for s in states]),
+            np.array([s[3] for s in states]),
+        )
+
+    def set_joint_positions(self, body: int, positions: Vector) -> None:
+        """Set the movable joints to positions (n,) [rad, m], at rest."""
+        for joint, position in zip(self.movable[body], positions):
+            p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
+
+    def put_joint(self, body: int, joint: int, position: float) -> None:
+        """Set a movable joint to a position [rad, m], at rest."""
+        p.resetJointState(
+            body, self.movable[body][joint], position, 0.0, physicsClientId=self.client
+        )
+
+    def measure_joint(self, body: int, link: int) -> None:
+        """Have the forces of the joint above a link measured from the next step on."""
+        p.enableJointForceTorqueSensor(body, link, 1, physicsClientId=self.client)
+
+    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
+        """What the measured joint above a link exerts on it.
+
+        Returns:
+            force (3,) [N] and torque (3,) [N m] about the joint in the link's axes, without what
+            its motor does; the motor's effort [N m, N].
+        """
+        _, _, load, effort = p.getJointState(body, link, physicsClientId=self.client)
+        force, torque = np.array(load[:3]), np.array(load[3:])
+        centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]
+        turn = np.array(p.getMatrixFromQuaternion(axes)).reshape(3, 3)
+        force, torque = turn @ force, turn @ torque  # PyBullet: along the principal axes
+        return force, torque + np.cross(centre, force), effort
+
+    # Motors keep their command from step to step, forces and efforts last one step.
+
+    def drive_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
+        """Set a joint's motor to a velocity [rad/s, m/s], with at most `effort` [N m, N]."""
+        self._note_batch(body)
+        self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
+        p.setJointMotorControl2(
+            body,
+            self.movable[body][joint],
+            p.VELOCITY_CONTROL,
+            targetVelocity=velocity,
+            force=effort,
+            physicsClientId=self.client,
+        )
+
+    def drive_velocities(
+        self,
+        body: int,
+        joints: Sequence[int],
+        velocities: Sequence[float],
+        efforts: Sequence[float],
+    ) -> None:
+        """As drive_velocity, of several joints in one call.
+
+        The lists must not change later. The same list of joints again is faster than an equal one.
+        """
+        before = self._batches.get(body)
+        if before is not None and before[0] is joints:
+            indices = before[3]
+        else:
+            self._note_batch(body)
+            indices = [self.movable[body][joint] for joint in joints]
+        self._batches[body] = joints, velocities, efforts, indices
+        p.setJointMotorControlArray(
+            body,
+            indices,
+            p.VELOCITY_CONTROL,
+            targetVelocities=velocities,
+            forces=efforts,
+            physicsClientId=self.client,
+        )
+
+    def drive_position(
+        self, body: int, joint: int, position: float, effort: float, velocity: float
+    ) -> None:
+        """Set a joint's motor to a position, with at most `effort` and `velocity`."""
+        self._note_batch(body)
+        self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
+        p.setJointMotorControl2(
+            body,
+            self.movable[body][joint],
+            p.POSITION_CONTROL,
+            targetPosition=position,
+            force=effort,
+            maxVelocity=velocity,
+            positionGain=self.position_gain,
+            velocityGain=1.0,
+            physicsClientId=self.client,
+        )
+
+    def release(self, body: int, joint: int) -> None:
+        """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
+
+        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
+        """
+        self._note_batch(body)
+        self._motors[body, joint] = "release", (joint,)
+        index = self.movable[body][joint]
+        friction = p.getJointInfo(body, index, physicsClientId=self.client)[7]
+        p.setJointMotorControl2(
+            body,
+            index,
+            p.VELOCITY_CONTROL,
+            targetVelocity=0.0,
+            force=friction,
+            physicsClientId=self.client,
+        )
+
+    def _note_batch(self, body: int) -> None:
+        """Note the last commands of several motors of a body, before another."""
+        for command in zip(*self._batches.pop(body, ())[:3]):
+            self._motors[body, command[0]] = "drive_velocity", command
+
+    def motors(self) -> dict[tuple[int, int], tuple[str, tuple[Any, ...]]]:
+        """(body, joint) -> last command of its motor: method, its arguments after the body."""
+        for body in list(self._batches):
+            self._note_batch(body)
+        return self._motors
+
+    def drive_effort(self, body: int, joint: int, effort: float) -> None:
+        """Apply an effort [N m, N] to a joint for the next step only."""
+        self.drive_efforts(body, (joint,), (effort,))
+
+    def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
+        """As drive_effort, of several joints in one call."""
+        movable = self.movable[body]
+        p.setJointMotorControlArray(
+            body,
+            [movable[joint] for joint in joints],
+            p.TORQUE_CONTROL,
+            forces=efforts,
+            physicsClientId=self.client,
+        )
+
+    def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
+        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
+        axes, for the next step only; several add up."""
+        self.apply_force(body, link, tuple(force), self.link_centre(body, link))
+        p.applyExternalTorque(body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self.client)
+
+    def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
+        """Apply a force (3,) [N] to a link at a world point for the next step only."""
+        p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
+
+    # Contacts
+
+    def set_friction(
+        self, body: int, link: int, friction: float, scale: Sequence[float] | None = None
+    ) -> None:
         """Set the Coulomb coefficient of a link; that of a pair is the product of both.
 
         Args:
-            body, link: as link_indices gives it.
             friction: coefficient along the direction of greatest friction.
             scale: (3,) factors from 0 to 1 along the link's principal axes; None: isotropic.
         """
-        values = {"lateralFriction": friction}
+        values: dict[str, Any] = {"lateralFriction": friction}
         if scale is not None or (body, link) in self._scaled:
             values["anisotropicFriction"] = tuple(scale or (1.0, 1.0, 1.0))
             self._scaled.add((body, link))
         self._friction[body, link] = friction
-        p.changeDynamics(body, link, physicsClientId=self._client, **values)
+        p.changeDynamics(body, link, physicsClientId=self.client, **values)
 
-    def friction(self, body, link):
+    def friction(self, body: int, link: int) -> float:
         """The coefficient that set_friction has set."""
         return self._friction[body, link]
 
-    def set_bitmask(self, body, link, bits):
+    def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
-        self._scenery.discard(body)  # rays may go through it
         own = bits << _SHIFT
-        p.setCollisionFilterGroupMask(
-            body, link, own, own | (_COMMON if bits else 0), physicsClientId=self._client
-        )
-        self._note_layout("mask", body, link)
+        self._set_filter(body, link, own, own | (_COMMON if bits else 0))
 
-    def set_ghost(self, body, link):
+    def set_ghost(self, body: int, link: int) -> None:
         """Let a link touch only what never moves; rays go through it."""
-        self._scenery.discard(body)
-        p.setCollisionFilterGroupMask(body, link, _GHOST, _STATIC, physicsClientId=self._client)
-        self._note_layout("mask", body, link)
+        self._set_filter(body, link, _GHOST, _STATIC)
 
-    def set_pair_collision(self, body, link, other, other_link, collide):
-        """Enable or disable collision between two links of different bodies."""
+    def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
+        self.rays.scenery.discard(body)  # rays may go through it
+        p.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=self.client)
+        self.states.note_layout("mask", body, link)
+
+    def set_pair_collision(
+        self, body: int, link: int, other: int, other_link: int, collide: bool
+    ) -> None:
+        """Enable or disable collision between two links, `other_link` of the body `other`."""
         p.setCollisionFilterPair(
-            body, other, link, other_link, int(collide), physicsClientId=self._client
+            body, other, link, other_link, int(collide), physicsClientId=self.client
         )
-        self._note_layout("pair", body, other)
+        self.states.note_layout("pair", body, other)
 
-    def touching(self, body):
-        """Pairs in contact as of the last step.
-
-        Returns:
-            List of (link, other body, other link, normal force [N]).
-        """
+    def touching(self, body: int) -> list[tuple[int, int, int, float]]:
+        """Pairs in contact as of the last step: (link, other body, other link, force [N])."""
         return [
             (point[3], point[2], point[4], point[9])
-            for point in p.getContactPoints(bodyA=body, physicsClientId=self._client)
+            for point in p.getContactPoints(bodyA=body, physicsClientId=self.client)
             if point[9] > 0.0
         ]
 
-    def overlaps(self, body, depth):
+    def overlaps(self, body: int, depth: float) -> list[tuple[int, int, int, float, Vec3]]:
         """Contacts of a body in which it reaches deeper than `depth` [m] into another, now.
 
         Returns:
-            List of (link, other body, other link, depth [m], normal (3,) towards the body).
+            List of (link, other body, other link, depth [m], normal towards the body).
         """
-        p.performCollisionDetection(physicsClientId=self._client)
+        p.performCollisionDetection(physicsClientId=self.client)
         return [
             (point[3], point[2], point[4], -point[8], point[7])
-            for point in p.getContactPoints(bodyA=body, physicsClientId=self._client)
+            for point in p.getContactPoints(bodyA=body, physicsClientId=self.client)
             if point[2] != body and point[8] < -depth
         ]
 
-    def pair_depth(self, body, link, other, other_link):
+    def pair_depth(self, body: int, link: int, other: int, other_link: int) -> float:
         """How deep [m] two links overlap, also where they pass through each other; 0: not."""
-        points = p.getClosestPoints(
-            body, other, 0.0, link, other_link, physicsClientId=self._client
-        )
+        points = p.getClosestPoints(body, other, 0.0, link, other_link, physicsClientId=self.client)
         return max((-point[8] for point in points), default=0.0)
 
-    def slip(self, body, links, slowest):
-        """Sliding contacts of a body's links, as of the last step.
+    def slip(
+        self, body: int, links: Collection[int], slowest: float
+    ) -> list[tuple[int, Vec3, Vec3, Vec3, float]]:
+        """Sliding contacts of some links of a body, as of the last step.
 
         Args:
-            body: the body.
-            links: those that are looked at.
             slowest: [m/s] below which nothing counts as sliding.
 
         Returns:
-            List of (link, point (3,) [m], friction force (3,) [N] on the link, velocity (3,) [m/s]
-            of the link's material against the other body's, limit [N]); world axes.
+            List of (link, point [m], friction force [N] on the link, velocity [m/s] of the link's
+            material against the other body's, limit [N]); world axes.
         """
         found = []
-        for point in p.getContactPoints(bodyA=body, physicsClientId=self._client):
+        for point in p.getContactPoints(bodyA=body, physicsClientId=self.client):
             link, normal_force = point[3], point[9]
             if normal_force <= 0.0 or link not in links:
                 continue
@@ -524,64 +636,25 @@ class Touch(Saving):
             mine = self._point_velocity(body, link, point[5])
             its = self._point_velocity(*other, point[6]) if self._moves(other[0]) else (0, 0, 0)
             n = point[7]
-            velocity = [u - v for u, v in zip(mine, its)]
-            along = sum(u * v for u, v in zip(velocity, n))
-            velocity = tuple(u - along * v for u, v in zip(velocity, n))
+            x, y, z = mine[0] - its[0], mine[1] - its[1], mine[2] - its[2]
+            along = x * n[0] + y * n[1] + z * n[2]
+            velocity = x - along * n[0], y - along * n[1], z - along * n[2]
             if math.hypot(*velocity) > slowest:
                 found.append((link, point[5], force, velocity, limit))
         return found
 
-    def is_free(self, body):
-        """Whether a body's root link is not fixed to the world."""
-        return body in self._free
+    def _moves(self, body: int) -> bool:
+        return bool(self.movable.get(body)) or body in self.free
 
-    def _moves(self, body):
-        return bool(self._movable.get(body)) or body in self._free
-
-    def _point_velocity(self, body, link, point):
-        """Velocity (3,) of the material of a link at a world point."""
+    def _point_velocity(self, body: int, link: int, point: Vec3) -> Vec3:
+        """Velocity of the material of a link at a world point."""
         centre, linear, angular, _ = self.link_velocity(body, link)
         return velocity_at(point, centre, linear, angular)
 
-    def apply_force(self, body, link, force, point):
-        """Apply a force (3,) [N] to a link at a world point for the next step only."""
-        p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self._client)
-
-
-_BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)  # of a ray's hit
-
-
-class Sensing(Sweep):
-    """Questions to the collision shapes."""
-
-    def ray_batch(self, origins, targets, mask=-1):
-        """Cast rays between points (N, 3) of the world frame at what has a group of the mask.
-
-        Returns:
-            fractions (N,) of the way to the first hit, 1.0 for a miss; bodies (N,), -1: miss.
-        """
-        hits, limit = [], p.MAX_RAY_INTERSECTION_BATCH_SIZE
-        origins, targets = np.asarray(origins), np.asarray(targets)
-        for start in range(0, len(origins), limit):
-            hits += p.rayTestBatch(
-                origins[start : start + limit],
-                targets[start : start + limit],
-                collisionFilterMask=mask,
-                physicsClientId=self._client,
-            )
-        return (
-            np.fromiter(map(_FRACTION, hits), float, len(hits)),
-            np.fromiter(map(_BODY, hits), int, len(hits)),
-        )
-
-    def contacts(self, body, link):
-        """Contact points of one link as of the last step.
-
-        Returns:
-            List of sensors.contact.Contact that press or touch, in the engine's order.
-        """
+    def contacts(self, body: int, link: int) -> list[Contact]:
+        """Contact points of one link that press or touch as of the last step, in Bullet's order."""
         found = []
-        for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client):
+        for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self.client):
             if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
                 continue
             normal = np.array(point[7])
@@ -593,7 +666,7 @@ class Sensing(Sweep):
             found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
         return found
 
-    def all_contacts(self):
+    def all_contacts(self) -> tuple[Array, Array, Array]:
         """Contact points of all bodies that press, as of the last step.
 
         Returns:
@@ -601,12 +674,13 @@ class Sensing(Sweep):
         """
         points = [
             (point[5], point[7], point[9])
-            for point in p.getContactPoints(physicsClientId=self._client)
+            for point in p.getContactPoints(physicsClientId=self.client)
             if point[9] > 0.0
         ]
         places, normals, forces = zip(*points) if points else ((), (), ())
         return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
 
-    def contact_count(self, body, link):
-        """Number of contact points of one link."""
-        return len(p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self._client))
+
+def _vector(values: Vector) -> Vec3:
+    x, y, z = values
+    return float(x), float(y), float(z)

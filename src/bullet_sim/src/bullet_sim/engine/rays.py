@@ -1,16 +1,22 @@
-"""What never moves, in Embree, so that rays meet triangles instead of shapes of PyBullet.
+"""Rays: single ones, and all those of a lidar from one point.
 
-What never moves: rays are cast at it by Embree, not by PyBullet. PyBullet tests a ray against each
-shape of a body that it comes near, of a track's walls 128 boxes; Embree against those few triangles
-that it meets.
+What never moves is in Embree, where rays meet triangles instead of PyBullet's shapes: PyBullet
+tests a ray against each shape of a body that it comes near, of a track's walls 128 boxes; Embree
+against those few triangles that it meets. PyBullet casts the rays that come near anything else.
 """
 
+import math
+import operator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pybullet as p
 
-from bullet_sim.engine.library import p
-from bullet_sim.pose import matrix_from_quaternion
+from bullet_sim.pose import Array, Quat, Vec3, Vector, matrix_from_quaternion
+
+Box = tuple[Array, Array]  # lower and upper corner (3,) [m]
 
 _CUBE = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _SIDES = np.array(  # corners of _CUBE's triangles, counter-clockwise seen from outside
@@ -27,17 +33,17 @@ class Shapes:
     Attributes:
         triangles: (n, 3, 3) corners [m].
         solid: (n,) whether a triangle is a side of a box, counter-clockwise seen from outside.
-        planes: list of (point (3,) [m], normal (3,)).
+        planes: (point (3,) [m], normal (3,)) of each.
         spheres: (k, 4) centre and radius [m] around each other shape.
     """
 
-    triangles: np.ndarray
-    solid: np.ndarray
-    planes: list
-    spheres: np.ndarray
+    triangles: Array
+    solid: Array
+    planes: list[tuple[Array, Array]]
+    spheres: Array
 
 
-def read_shapes(client, body, with_triangles):
+def read_shapes(client: int, body: int, with_triangles: bool) -> Shapes | None:
     """Shapes of a body's root link, the only one of what never moves.
 
     Args:
@@ -46,7 +52,7 @@ def read_shapes(client, body, with_triangles):
         with_triangles: False: boxes and meshes become spheres, too.
 
     Returns:
-        Shapes, or None if a shape is of a kind that is not known here.
+        None if a shape is of a kind that is not known here.
     """
     triangles, solid, planes, spheres = [], [], [], []
     for shape in p.getCollisionShapeData(body, -1, physicsClientId=client):
@@ -79,7 +85,7 @@ def read_shapes(client, body, with_triangles):
     )
 
 
-def _mesh_triangles(path):
+def _mesh_triangles(path: bytes) -> Array | None:
     """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 
@@ -102,41 +108,44 @@ class Scenery:
         client: PyBullet's number of the client.
 
     Attributes:
-        planes: list of (point (3,) [m], normal (3,)) in the world.
+        planes: (point (3,) [m], normal (3,)) of each in the world.
         spheres: (k, 4) centre and radius [m] around what PyBullet has to cast at.
     """
 
-    def __init__(self, client):
+    def __init__(self, client: int) -> None:
         self._client = client
-        self._shapes, self._poses, self._moves = {}, {}, {}
+        self._shapes: dict[int, Any] = {}  # Shapes, None: not read yet
+        self._poses: dict[int, tuple[Vec3, Quat]] = {}
+        self._moves: dict[int, int] = {}
         self._is_current = True  # no pose has changed since the last look at them
         self._has_same = True  # no body has come or gone since
-        self._scene = None
-        self.planes, self.spheres = [], np.zeros((0, 4))
+        self._scene: Any = None
+        self.planes: list[tuple[Array, Array]] = []
+        self.spheres = np.zeros((0, 4))
 
-    def __contains__(self, body):
+    def __contains__(self, body: int | None) -> bool:
         return body in self._shapes
 
-    def add(self, body):
+    def add(self, body: int) -> None:
         """Take a body of which meshes collide as they are."""
         self._shapes[body], self._moves[body] = None, 0
         self._is_current = self._has_same = False
 
-    def discard(self, body):
+    def discard(self, body: int) -> None:
         """Leave a body to PyBullet from now on, or forget one that is removed."""
         if body in self._shapes:
             self._forget(body)
             self._is_current = self._has_same = False
 
-    def _forget(self, body):
+    def _forget(self, body: int) -> None:
         del self._shapes[body], self._moves[body]
         self._poses.pop(body, None)  # another body may get its number
 
-    def check_poses(self):
+    def check_poses(self) -> None:
         """Bodies may stand elsewhere now."""
         self._is_current = False
 
-    def refresh(self):
+    def refresh(self) -> None:
         """Take the bodies as they stand now; needed before anything is read or cast."""
         if self._is_current:
             return
@@ -150,14 +159,14 @@ class Scenery:
         self._has_same = True
         for body, pose in poses.items():
             if self._shapes[body] is None:
-                self._shapes[body] = read_shapes(self._client, body, _embree() is not None)
+                self._shapes[body] = read_shapes(self._client, body, _has_embree())
             self._moves[body] += self._poses.get(body, pose) != pose
             if self._shapes[body] is None or self._moves[body] > MOST_MOVES:
                 self._forget(body)
         self._poses = {body: poses[body] for body in self._shapes}
         self._build()
 
-    def _build(self):
+    def _build(self) -> None:
         triangles, solid, spheres = [np.zeros((0, 3, 3))], [], [np.zeros((0, 4))]
         self.planes = []
         for body, shapes in self._shapes.items():
@@ -175,21 +184,30 @@ class Scenery:
             self._middle = (self._low + self._high) / 2.0
             radius = np.linalg.norm(self._high - self._middle)
             if radius > FARTHEST:
-                spheres.append([(*self._middle, radius)])
+                spheres.append(np.array([(*self._middle, radius)]))
             else:
                 self._take(corners, np.concatenate(solid))
         self.spheres = np.concatenate(spheres)
 
-    def _take(self, corners, solid):
-        scene, mesh = _embree()
+    def _take(self, corners: Array, solid: Array) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
         edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         self._normals = np.cross(*edges)
         self._offsets = np.einsum("ij,ij->i", self._normals, corners[:, 0] - self._middle)
         self._solid = solid
-        self._scene = scene(robust=True)
-        mesh(self._scene, (corners - self._middle).astype(np.float32))
+        self._scene = EmbreeScene(robust=True)
+        TriangleMesh(self._scene, (corners - self._middle).astype(np.float32))
 
-    def cast(self, centre, directions, box, start, end):
+    def cast(
+        self,
+        centre: Array,
+        directions: Array,
+        box: Box,
+        start: float,
+        end: float,
+    ) -> tuple[Array, Array] | None:
         """Cast rays at the triangles.
 
         Args:
@@ -224,11 +242,189 @@ class Scenery:
         return distances, inside
 
 
-def _embree():
-    """Embree's scene and triangle mesh, or None where there is no wheel: PyBullet casts all."""
+def _has_embree() -> bool:
+    """Whether there is a wheel of it; else PyBullet casts all."""
     try:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
+        import embreex.mesh_construction
+        import embreex.rtcore_scene  # noqa: F401
     except ImportError:
+        return False
+    return True
+
+
+_MARGIN = 0.01  # around a box that may be hit [m]
+_ALL, _MOVING = -1, ~2  # masks of rays; Bullet's group 2 is what never moves
+_BODY, _FRACTION = operator.itemgetter(0), operator.itemgetter(2)  # of a ray's hit
+
+
+class RayCaster:
+    """Casts rays at the bodies of an engine.
+
+    Args:
+        client: PyBullet's number of the client.
+        free: bodies whose root link is not fixed; the caller changes it.
+
+    Attributes:
+        scenery: what never moves.
+    """
+
+    def __init__(self, client: int, free: set[int]) -> None:
+        self._client, self._free = client, free
+        self.scenery = Scenery(client)
+
+    def cast(self, origins: Any, targets: Any, mask: int = _ALL) -> tuple[Array, Array]:
+        """Cast rays between points (n, 3) of the world frame at what has a group of the mask.
+
+        Returns:
+            fractions (n,) of the way to the first hit, 1.0 for a miss; bodies (n,), -1: miss.
+        """
+        hits: list[tuple[Any, ...]] = []
+        limit = p.MAX_RAY_INTERSECTION_BATCH_SIZE
+        origins, targets = np.asarray(origins), np.asarray(targets)
+        for start in range(0, len(origins), limit):
+            hits += p.rayTestBatch(
+                origins[start : start + limit],
+                targets[start : start + limit],
+                collisionFilterMask=mask,
+                physicsClientId=self._client,
+            )
+        return (
+            np.fromiter(map(_FRACTION, hits), float, len(hits)),
+            np.fromiter(map(_BODY, hits), int, len(hits)),
+        )
+
+    def sweep(
+        self,
+        centre: Array,
+        directions: Array,
+        box: Box,
+        near: float,
+        far: float,
+        own: int | None = None,
+        look_near: bool = True,
+    ) -> Array:
+        """Distances to what the rays of a lidar hit first.
+
+        Args:
+            centre: (3,) [m] in the world, from which all come.
+            directions: (n, 3) unit vectors, world axes.
+            box: two corners (3,) [m] of a box that contains the rays up to `far`.
+            near, far: distances between which a hit is measured [m].
+            own: body that does not count where it is nearer than `near`.
+            look_near: whether to look for what is nearer than `near`.
+
+        Returns:
+            (n,) float64 [m]; inf: nothing up to `far`; -inf: something nearer than `near`.
+        """
+        scenery = self.scenery
+        scenery.refresh()
+        look_near = look_near and near > 0.0
+        is_housed = own in scenery  # then PyBullet tells its own body from the others
+        start = 0.0 if look_near and not is_housed else near
+        ranges, again = self._cast_at_scenery(centre, directions, box, start, far)
+        rays = {_ALL: again, _MOVING: None}
+        too_near = None if not (look_near and is_housed) else np.ones(len(directions), bool)
+        for low, high, mask, body in self._others(box):
+            corner = np.maximum(np.subtract(high, centre), np.subtract(centre, low))
+            if corner @ corner > near * near:
+                found = _towards(low, high, centre, directions, near, far)
+                rays[mask] = _either(rays[mask], found)
+            if look_near and body != own:
+                found = _towards(low, high, centre, directions, 0.0, near)
+                too_near = _either(too_near, found)
+        for mask, wanted in rays.items():
+            if wanted is not None:
+                distances, _ = self._distances(centre, directions[wanted], near, far, mask)
+                ranges[wanted] = np.minimum(ranges[wanted], distances)
+        if look_near:
+            ranges[ranges < near] = -np.inf
+        if too_near is not None:
+            distances, bodies = self._distances(centre, directions[too_near], 0.0, near, _ALL)
+            hit = np.isfinite(distances) & (bodies != own)
+            ranges[np.flatnonzero(too_near)[hit]] = -np.inf
+        return ranges
+
+    def _cast_at_scenery(
+        self,
+        centre: Array,
+        directions: Array,
+        box: Box,
+        start: float,
+        far: float,
+    ) -> tuple[Array, Array | None]:
+        """Distances (n,), and which rays (n,) PyBullet has to cast again, or None."""
+        ranges, again = np.full(len(directions), np.inf), None
+        found = self.scenery.cast(centre, directions, box, start, far)
+        if found is not None:
+            ranges, inside = found
+            if len(inside):
+                again = np.zeros(len(directions), bool)
+                again[inside], ranges[inside] = True, np.inf
+        middle, half = np.add(*box) / 2.0, np.subtract(box[1], box[0]) / 2.0
+        for point, normal in self.scenery.planes:
+            height = normal @ np.subtract(centre, point)
+            reach = np.abs(normal) @ half
+            if abs(normal @ (middle - point)) > reach:  # the whole box is on one side
+                continue
+            with np.errstate(divide="ignore", invalid="ignore"):
+                distances = -height / (directions @ normal)
+            hit = (distances >= start) & (distances <= far)
+            ranges[hit] = np.minimum(ranges[hit], distances[hit])
+        return ranges, again
+
+    def _others(self, box: Box) -> Iterator[tuple[Vector, Vector, int, int]]:
+        """Boxes (low, high) of what PyBullet has to cast at, the rays' mask, the body or -1."""
+        overlapping = p.getOverlappingObjects(*map(tuple, box), physicsClientId=self._client) or ()
+        for body, link in sorted(set(overlapping)):
+            if body not in self.scenery:
+                fixed = link < 0 and body not in self._free
+                low, high = p.getAABB(body, link, physicsClientId=self._client)
+                yield low, high, _ALL if fixed else _MOVING, body
+        for *centre, radius in self.scenery.spheres:
+            yield np.subtract(centre, radius), np.add(centre, radius), _ALL, -1
+
+    def _distances(
+        self, centre: Array, directions: Array, start: float, end: float, mask: int
+    ) -> tuple[Array, Array]:
+        """Distances (n,) [m] of the nearest hits, inf: none, and bodies (n,)."""
+        fractions, bodies = self.cast(centre + start * directions, centre + end * directions, mask)
+        distances = start + fractions * (end - start)
+        return np.where(bodies >= 0, distances, np.inf), bodies
+
+
+def _either(first: Array | None, second: Array | None) -> Array | None:
+    if first is None or second is None:
+        return first if second is None else second
+    return first | second
+
+
+def _towards(
+    low: Vector,
+    high: Vector,
+    centre: Array,
+    directions: Array,
+    near: float,
+    far: float,
+) -> Array | None:
+    """Which rays (n,) may meet a box between two distances; None: none does.
+
+    Args:
+        low, high: corners (3,) [m].
+        centre: (3,) [m] from which the rays come.
+        directions: (n, 3) unit vectors.
+        near, far: [m].
+    """
+    way = np.add(low, high) / 2.0 - centre
+    half = np.subtract(high, low) / 2.0 + _MARGIN
+    outside = np.maximum(np.abs(way) - half, 0.0)
+    if outside @ outside > far * far:
         return None
-    return EmbreeScene, TriangleMesh
+    square = way @ way - half @ half
+    if square > 0.0:  # a cone around the sphere that contains the box
+        found = directions @ way >= math.sqrt(square)
+    else:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = np.stack([way - half, way + half])[:, None] / directions
+        enter, leave = ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)
+        found = ~((enter > leave) | (leave < near) | (enter > far))
+    return found if found.any() else None

@@ -3,10 +3,15 @@
 import os
 import zlib
 from dataclasses import dataclass
+from io import FileIO
+from typing import TYPE_CHECKING, Any
 
-from bullet_sim.engine.client import Client
-from bullet_sim.engine.library import p
+import pybullet as p
+
 from bullet_sim.files import silenced
+
+if TYPE_CHECKING:
+    from bullet_sim.engine.engine import Engine
 
 _FAR = 1e5  # [m] from the origin: where bodies touch nothing
 _APART = 1e3  # [m] between two bodies there
@@ -28,23 +33,29 @@ class BodiesState:
     layout: int
     is_cleared: bool
     data: bytes
-    motions: dict
-    motors: dict
+    motions: dict[int, tuple[Any, ...]]
+    motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]
 
 
-class Saving(Client):
-    """Saves and restores the state of the bodies."""
+class BodyStates:
+    """Saves and restores the state of an engine's bodies, in memory.
 
-    def save_bodies(self, clear=False):
+    Attributes:
+        layout: number of what was loaded, removed or filtered so far: it gives bodies their numbers
+            in the broad phase.
+    """
+
+    def __init__(self, engine: "Engine") -> None:
+        self._engine, self._client = engine, engine.client
+        self.layout = 0
+
+    def save(self, clear: bool = False) -> BodiesState:
         """Save the state of all bodies.
 
         Args:
             clear: clear the contacts in any case.
-
-        Returns:
-            BodiesState.
         """
-        motions = {body: self._motion(body) for body in self._movable}
+        motions = {body: self._motion(body) for body in self._engine.movable}
         points = self._contact_points()
         with _file_in_memory() as file:
             with silenced():
@@ -54,15 +65,12 @@ class Saving(Client):
             self._restore_data(data)
             clear = self._contact_points() != points
         if clear:
-            self._set_motions(motions)  # as restore_bodies does it
-            self.clear_contacts()
-        return BodiesState(self.layout, clear, data, motions, dict(self.motors()))
+            self._set_motions(motions)  # as restore() does it
+            self._clear_contacts()
+        return BodiesState(self.layout, clear, data, motions, dict(self._engine.motors()))
 
-    def restore_bodies(self, state):
-        """Restore a BodiesState; the bodies have to be the same.
-
-        Args:
-            state: of save_bodies().
+    def restore(self, state: BodiesState) -> bool:
+        """Restore a state; the bodies have to be the same.
 
         Returns:
             Whether the world goes on as it did when the state was saved, to the bit. False: the
@@ -73,18 +81,22 @@ class Saving(Client):
             self._restore_data(state.data)
         else:
             self._set_motions(state.motions)
-            self.clear_contacts()
+            self._clear_contacts()
         for (body, _), (command, arguments) in state.motors.items():
-            getattr(self, command)(body, *arguments)
+            getattr(self._engine, command)(body, *arguments)
         return warm or state.is_cleared
 
-    def _contact_points(self):
+    def note_layout(self, *event: object) -> None:
+        """Note what gives bodies numbers in the broad phase."""
+        self.layout = zlib.crc32(repr((self.layout, event)).encode())
+
+    def _contact_points(self) -> list[tuple[Any, ...]]:
         return sorted(point[1:] for point in p.getContactPoints(physicsClientId=self._client))
 
-    def _restore_data(self, data):
-        self._scenery.check_poses()
+    def _restore_data(self, data: bytes) -> None:
+        self._engine.rays.scenery.check_poses()
         # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
-        for number, body in enumerate(sorted(self._free)):
+        for number, body in enumerate(sorted(self._engine.free)):
             place = (_FAR + number * _APART, 0.0, _FAR)
             p.resetBasePositionAndOrientation(
                 body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client
@@ -93,40 +105,33 @@ class Saving(Client):
         with _file_in_memory(data) as file, silenced():
             p.restoreState(fileName=_path(file), physicsClientId=self._client)
 
-    def clear_contacts(self):
+    def _clear_contacts(self) -> None:
         """Forget all contacts, as if the bodies had just been put where they are."""
-        for body in sorted(self._movable):
+        for body in sorted(self._engine.movable):
             # any change of a filter gives a body new numbers in the broad phase
             p.setCollisionFilterPair(body, body, -1, -1, 1, physicsClientId=self._client)
-            self._note_layout("clear", body)
+            self.note_layout("clear", body)
 
-    def _note_layout(self, *event):
-        """Note what gives bodies numbers in the broad phase."""
-        self.layout = zlib.crc32(repr((self.layout, event)).encode())
-
-    def _motion(self, body):
+    def _motion(self, body: int) -> tuple[Any, ...]:
         client = self._client
-        pose = p.getBasePositionAndOrientation(body, physicsClientId=client)
-        joints = self._movable[body]
-        states = p.getJointStates(body, joints, physicsClientId=client) if joints else ()
         return (
-            *pose,
+            *p.getBasePositionAndOrientation(body, physicsClientId=client),
             *p.getBaseVelocity(body, physicsClientId=client),
-            tuple(joint[:2] for joint in states),
+            tuple(joint[:2] for joint in self._engine.joint_states(body)),
         )
 
-    def _set_motions(self, motions):
-        self._scenery.check_poses()
+    def _set_motions(self, motions: dict[int, tuple[Any, ...]]) -> None:
+        self._engine.rays.scenery.check_poses()
         for body, (position, orientation, linear, angular, joints) in motions.items():
             p.resetBasePositionAndOrientation(
                 body, position, orientation, physicsClientId=self._client
             )
             p.resetBaseVelocity(body, linear, angular, physicsClientId=self._client)
-            for joint, (angle, speed) in zip(self._movable[body], joints):
+            for joint, (angle, speed) in zip(self._engine.movable[body], joints):
                 p.resetJointState(body, joint, angle, speed, physicsClientId=self._client)
 
 
-def _file_in_memory(data=b""):
+def _file_in_memory(data: bytes = b"") -> FileIO:
     """A file for a library that takes paths; Bullet does not notice when a disk is full."""
     file = open(os.memfd_create("bullet_state"), "w+b", buffering=0)
     file.write(data)
@@ -134,5 +139,5 @@ def _file_in_memory(data=b""):
     return file
 
 
-def _path(file):
+def _path(file: FileIO) -> str:
     return f"/proc/self/fd/{file.fileno()}"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from bullet_sim.description.model import EVERYTHING, ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.shapes import gazebo_color, rgba_of
-from bullet_sim.plugins.dispatch import parse_plugin, parse_sensor
+from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.xml_reader import child_number, child_text, floats, is_true
 
 MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them

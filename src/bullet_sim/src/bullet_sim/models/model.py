@@ -87,7 +87,7 @@ def load_body(engine, source, pose, lumped, description):
     if self_collide:
         for name in apart:
             for other in lumped.links:
-                engine.disable_self_collision(body, links[name], links[other])
+                engine.set_pair_collision(body, links[name], body, links[other], False)
     _set_surfaces(engine, body, links, lumped)
     measured = {}
     for joint in (*lumped.joints, *lumped.welds):
@@ -104,7 +104,7 @@ def load_body(engine, source, pose, lumped, description):
 def _set_surfaces(engine, body, links, lumped):
     for name, link in lumped.links.items():
         surface = link.surface
-        engine.set_surface(body, links[name], stiffness=surface.stiffness, damping=surface.damping)
+        engine.set_surface(body, links[name], surface.stiffness, surface.damping)
         if surface.bitmask != EVERYTHING:
             engine.set_bitmask(body, links[name], surface.bitmask)
 
@@ -307,18 +307,31 @@ class Model:
             raise ModelError(
                 f"pose for model '{self.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
             )
-        if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
-            raise ModelError(
-                f"velocity for model '{self.name}' is {tuple(linear)}, "
-                f"{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s "
-                "or rad/s along each axis"
-            )
+        self._check_velocity(linear, angular)
         pose = pose.normalised()
         self._engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
             self._engine.set_base_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
         self.on_moved(self)
+
+    def set_velocity(self, linear, angular=(0, 0, 0)):
+        """Set the velocity of the root link's frame for the next step [m/s, rad/s], world axes.
+
+        Raises:
+            ModelError: a number is NaN, infinite or out of bounds.
+        """
+        self._check_velocity(linear, angular)
+        if not self.is_static:
+            self._engine.set_base_velocity(self.body, linear, angular)
+
+    def _check_velocity(self, linear, angular):
+        if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
+            raise ModelError(
+                f"velocity for model '{self.name}' is {tuple(linear)}, "
+                f"{tuple(angular)}; must be finite and at most {MAX_VELOCITY:g} m/s "
+                "or rad/s along each axis"
+            )
 
     def state(self):
         """BodyState for a snapshot."""

@@ -97,7 +97,7 @@ class _Release(Stateful):
         self._model, self._limit = model, limit
         self.pairs = sorted({(link, other, its) for link, other, its, _, _ in found})
         depth, normal = max((depth, normal) for _, _, _, depth, normal in found)
-        moving = [other for _, other, _ in self.pairs if engine.is_free(other)]
+        moving = [other for _, other, _ in self.pairs if other in engine.free]
         if any(abs(normal[2]) > _UPRIGHT for *_, normal in found) and len(moving) < len(self.pairs):
             self._way = (0.0, 0.0, 1.0)
         elif moving:

@@ -1,1 +1,113 @@
 """<sensor> and <plugin> elements: what each family says (specifications) and how it is read."""
+
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from bullet_sim.description.model import ModelDescription
+from bullet_sim.errors import ModelError
+from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
+from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
+from bullet_sim.plugins.xml import PluginXml, SensorXml, library
+from bullet_sim.registry import Registry
+from bullet_sim.xml_reader import sdf_pose
+
+__all__ = [
+    "PLUGINS",
+    "SENSOR_PLUGINS",
+    "cameras",
+    "drives",
+    "forces",
+    "inertial",
+    "lidars",
+    "parse_plugin",
+    "parse_sensor",
+]
+# Types of <sensor> that built-in readers take.
+SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
+                "ray", "gpu_ray", "imu", "contact")  # fmt: skip
+
+
+def parse_plugin(element: Element, model: ModelDescription) -> None:
+    """Read one model plugin into the model description; an unknown one is a warning.
+
+    Args:
+        element: the <plugin>.
+        model: its description so far.
+    """
+    reader = _find(PLUGINS, library(element))
+    if reader is None:
+        name = element.get("filename")
+        model.warn(
+            f"plugin '{name}' is not known here and is ignored",
+            "plugins are not known here and are ignored",
+            f"'{name}'",
+        )
+        return
+    try:
+        reader(PluginXml(element, model))
+    except ModelError as error:
+        model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
+
+
+def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
+    """Specifications of one <sensor>, which go into the model's list.
+
+    Args:
+        element: the <sensor>.
+        link: name of the link that carries it.
+        model: its description so far; gets warnings, too.
+    """
+    kind, name = element.get("type"), element.get("name") or "sensor"
+    plugins = element.findall("plugin")
+    readers = [_sensor_reader(library(plugin), kind) for plugin in plugins]
+    if kind not in SENSOR_TYPES and not any(readers):
+        model.warn(
+            f"sensor '{name}' has type '{kind}', known are {', '.join(SENSOR_TYPES)};"
+            " it is left out",
+            "sensors have a type that is not known here and are left out",
+            f"'{name}' ({kind})",
+        )
+        return
+    if not plugins and not _is_for_a_plugin(element):
+        model.warn(
+            f"sensor '{name}' has no ROS plugin and so no topic; it is left out",
+            "sensors have no ROS plugin and so no topic and are left out",
+            f"'{name}'",
+        )
+    pose = sdf_pose(element, f"sensor '{name}'")
+    for plugin, reader in zip(plugins, readers):
+        if reader is None:
+            known = [f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, kind)]
+            model.warn(
+                f"plugin '{plugin.get('filename')}' of sensor '{name}' is not known here "
+                f"and is ignored; a sensor of type {kind} takes {', '.join(known)}",
+                "plugins of sensors are not known here and are ignored",
+                f"'{plugin.get('filename')}'",
+            )
+            continue
+        try:
+            found = reader(SensorXml(plugin, model, element, link, pose))
+            model.sensors += found if isinstance(found, list) else [found]
+        except ModelError as error:
+            model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
+
+
+def _find(registry: Registry[Any], name: str) -> Any:
+    """The reader of a library; None: it is not known."""
+    try:
+        return registry.find(name)
+    except KeyError:
+        return None
+
+
+def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
+    """The reader of a library that takes a type of <sensor>, or None."""
+    reader = _find(SENSOR_PLUGINS, name)
+    return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
+
+
+def _is_for_a_plugin(sensor: Any) -> bool:
+    """Whether a sensor without a plugin may be one that a plugin of its model reads."""
+    holders = [node for node in sensor.document.root.iter() if node.tag in ("model", "gazebo")]
+    readers = [_find(PLUGINS, library(it)) for holder in holders for it in holder.findall("plugin")]
+    return any(getattr(reader, "reads_sensors", True) for reader in readers)

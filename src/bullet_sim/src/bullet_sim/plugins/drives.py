@@ -1,10 +1,11 @@
-"""Drives, joint states, mimic joints, transforms: their specifications, read from plugins."""
+"""Joint control and states, drives, transforms: their specifications, read from plugins."""
 
 from dataclasses import dataclass
 
-from bullet_sim.description.model import MOVABLE_TYPES, Mimic
-from bullet_sim.plugins.xml import plugin_label
-from bullet_sim.xml_reader import child_number, child_text, is_true
+from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
+from bullet_sim.plugins.registry import model_plugin
+from bullet_sim.plugins.xml import Names, Values
+from bullet_sim.xml_reader import is_true
 
 
 @dataclass(frozen=True)
@@ -102,138 +103,158 @@ class RootTransformSpec:
     topic: str = "/tf"
 
 
-def joint_states(element, model, names):
-    """Specification of libgazebo_ros_joint_state_publisher.so."""
-    what = plugin_label(element)
-    if element.find("robotNamespace") is None:
-        names = type(names)(element, model.name, model.name)
-    listed = ",".join(child.text or "" for child in element.findall("jointName"))
-    wanted = tuple(name.strip() for name in listed.split(",") if name.strip())
-    joints = _known(wanted, model, what)
-    if joints:
-        model.sensors.append(
-            JointStatesSpec(
-                name=element.get("name") or "joint_states",
-                link=model.root,
-                joints=joints,
-                rate=child_number(element, "updateRate", what, 100.0),
-                topic=names.topic("joint_states"),
-            )
+@model_plugin("gazebo_ros_control")
+def control(xml):
+    """Namespace, period and hardware layer of a model's controllers."""
+    model, kinds = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
+    model.control_namespace = xml.text("robotNamespace")
+    model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
+    kind = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
+    if kind not in kinds:
+        xml.warn(
+            f"gazebo_ros_control has robotSimType '{kind}', known are {' and '.join(kinds)}; "
+            "the first is used"
         )
+    model.robot_sim_type = kind if kind in kinds else DEFAULT_SIM_TYPE
 
 
-def diff_drive(element, model, names):
-    """Specification of libgazebo_ros_diff_drive.so.
+@model_plugin("gazebo_ros_joint_state_publisher")
+def joint_states(xml):
+    """JointStatesSpec."""
+    listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
+    joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
+    if joints:
+        names = Names(xml.element, xml.model.name, default=xml.model.name)
+        spec = JointStatesSpec(
+            name=xml.name or "joint_states",
+            link=xml.model.root,
+            joints=joints,
+            rate=xml.number("updateRate", 100.0),
+            topic=names.topic("joint_states"),
+        )
+        xml.model.sensors.append(spec)
 
-    Its <legacyMode>, true by default, swaps the left and the right joint.
-    """
-    left = (child_text(element, "leftJoint", "left_joint"),)
-    right = (child_text(element, "rightJoint", "right_joint"),)
-    if is_true(child_text(element, "legacyMode", "true")):
+
+@model_plugin("paddock_state_publisher")
+def state_publisher(xml):
+    """JointTransformsSpec; with a <frameName> of the world RootTransformSpec, too."""
+    name, root = xml.name or "state_publisher", xml.model.root
+    xml.model.sensors.append(JointTransformsSpec(name, root, xml.number("updateRate", 50.0)))
+    if frame := xml.frame("frameName", ""):
+        rate = xml.number("frameRate", 50.0)
+        xml.model.sensors.append(RootTransformSpec(name, root, frame, rate))
+
+
+@model_plugin("gazebo_ros_diff_drive")
+def diff_drive(xml):
+    """WheelDriveSpec; <legacyMode>, true by default, swaps the left and the right joint."""
+    left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
+    if is_true(xml.text("legacyMode", "true")):
         left, right = right, left
-    tf_tag = "publishOdomTF" if element.find("publishOdomTF") is not None else "publishTf"
-    source = child_text(element, "odometrySource", "world")
-    flags = {
-        "wheel_states_topic": names.topic("joint_states")
-        if is_true(child_text(element, "publishWheelJointState", "false"))
-        else "",
-        "wheel_transforms": is_true(child_text(element, "publishWheelTF", "false")),
-        "from_wheels": source in ("encoder", "0"),
-    }
-    _drive(element, model, names, left, right, tf_tag, 0.34, **flags)
+    tf_tag = "publishOdomTF" if xml.element.find("publishOdomTF") is not None else "publishTf"
+    with_states = is_true(xml.text("publishWheelJointState"))
+    _drive(
+        xml,
+        (left,),
+        (right,),
+        tf_tag,
+        0.34,
+        wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
+        wheel_transforms=is_true(xml.text("publishWheelTF")),
+        from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
+    )
 
 
-def skid_steer(element, model, names):
-    """Specification of libgazebo_ros_skid_steer_drive.so."""
+@model_plugin("gazebo_ros_skid_steer_drive")
+def skid_steer(xml):
+    """WheelDriveSpec."""
     left, right = (
-        [
-            child_text(element, f"{side}{end}Joint", f"{end.lower()}_{side}_joint")
+        tuple(
+            xml.text(f"{side}{end}Joint", f"{end.lower()}_{side}_joint")
             for end in ("Front", "Rear")
-        ]
+        )
         for side in ("left", "right")
     )
-    _drive(element, model, names, left, right, "broadcastTF", 0.4)
+    _drive(xml, left, right, "broadcastTF", 0.4)
 
 
-def planar_move(element, model, names):
-    """Specification of libgazebo_ros_planar_move.so."""
-    what = plugin_label(element)
-    model.sensors.append(
-        PlanarMoveSpec(
-            name=element.get("name") or "planar_move",
-            link=model.root,
-            rate=child_number(element, "odometryRate", what, 20.0),
-            timeout=child_number(element, "cmdTimeout", what, -1.0),
-            command_topic=names.text_topic("commandTopic", "cmd_vel"),
-            topic=names.text_topic("odometryTopic", "odom"),
-            frame_id=names.frame(child_text(element, "odometryFrame", "odom"), prefixed=False),
-            child_frame_id=names.frame(
-                child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
-            ),
-        )
+@model_plugin("gazebo_ros_planar_move")
+def planar_move(xml):
+    """PlanarMoveSpec."""
+    spec = PlanarMoveSpec(
+        name=xml.name or "planar_move",
+        link=xml.model.root,
+        rate=xml.number("odometryRate", 20.0),
+        timeout=xml.number("cmdTimeout", -1.0),
+        **_odometry_names(xml),
     )
+    xml.model.sensors.append(spec)
 
 
-def mimic_joint(element, model, _):
-    """roboticsgroup's mimic joint plugin; with <hasPID> it follows as without."""
-    what = plugin_label(element)
-    names = [child_text(element, tag, "") for tag in ("joint", "mimicJoint")]
-    if len(_known(tuple(names), model, what)) < 2:
+@model_plugin(
+    "roboticsgroup_gazebo_mimic_joint_plugin", "roboticsgroup_upatras_gazebo_mimic_joint_plugin"
+)
+def mimic_joint(xml):
+    """A joint's Mimic; with <hasPID> it follows as without."""
+    leader, follower = xml.text("joint"), xml.text("mimicJoint")
+    if len(_movable(xml, (leader, follower))) < 2:
         return
-    effort = child_number(element, "maxEffort", what, -1.0)
-    model.joints[names[1]].mimic = Mimic(
-        names[0],
-        child_number(element, "multiplier", what, 1.0),
-        child_number(element, "offset", what, 0.0),
+    effort = xml.number("maxEffort", -1.0)
+    xml.model.joints[follower].mimic = Mimic(
+        leader,
+        xml.number("multiplier", 1.0),
+        xml.number("offset"),
         effort if effort >= 0.0 else None,
-        abs(child_number(element, "sensitiveness", what, 0.0)),
+        abs(xml.number("sensitiveness")),
     )
 
 
-def _known(wanted, model, what):
+def _movable(xml, wanted):
     """The wanted joints that move; one warning for the others."""
-    movable = [name for name, joint in model.joints.items() if joint.kind in MOVABLE_TYPES]
+    movable = [name for name, joint in xml.model.joints.items() if joint.kind in MOVABLE_TYPES]
     missing = [name for name in wanted if name not in movable]
     if missing or not wanted:
-        model.warn(
-            f"{what} names joints {', '.join(missing) or '(none)'}, which do not exist or "
+        xml.warn(
+            f"{xml.label} names joints {', '.join(missing) or '(none)'}, which do not exist or "
             f"do not move; movable joints are {', '.join(movable) or '(none)'}"
         )
     return tuple(name for name in wanted if name in movable)
 
 
-def _drive(element, model, names, left, right, tf_tag, separation, **flags):
-    what = plugin_label(element)
-    separation = child_number(element, "wheelSeparation", what, separation)
-    diameter = child_number(element, "wheelDiameter", what, 0.15)
-    torque = child_number(element, "wheelTorque", what, child_number(element, "torque", what, 5.0))
-    joints = _known((*left, *right), model, what)
-    if len(joints) < len((*left, *right)):
+def _odometry_names(xml):
+    """Topics and frames of a drive."""
+    return dict(
+        command_topic=xml.topic("commandTopic", "cmd_vel"),
+        topic=xml.topic("odometryTopic", "odom"),
+        frame_id=xml.frame("odometryFrame", "odom"),
+        child_frame_id=xml.frame("robotBaseFrame", "base_footprint"),
+    )
+
+
+def _drive(xml, left, right, tf_tag, separation, **flags):
+    separation = xml.number("wheelSeparation", separation)
+    diameter = xml.number("wheelDiameter", 0.15)
+    torque = xml.number("wheelTorque", xml.number("torque", 5.0))
+    if len(_movable(xml, (*left, *right))) < len((*left, *right)):
         return
     if min(separation, diameter) <= 0:
-        model.warn(
-            f"{what} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
+        xml.warn(
+            f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
             "be above 0; it is left out"
         )
         return
-    model.sensors.append(
-        WheelDriveSpec(
-            name=element.get("name") or "drive",
-            link=model.root,
-            left=tuple(left),
-            right=tuple(right),
-            separation=separation,
-            diameter=diameter,
-            torque=abs(torque),
-            acceleration=max(0.0, child_number(element, "wheelAcceleration", what, 0.0)),
-            rate=child_number(element, "updateRate", what, 100.0),
-            command_topic=names.text_topic("commandTopic", "cmd_vel"),
-            topic=names.text_topic("odometryTopic", "odom"),
-            frame_id=names.frame(child_text(element, "odometryFrame", "odom"), prefixed=False),
-            child_frame_id=names.frame(
-                child_text(element, "robotBaseFrame", "base_footprint"), prefixed=False
-            ),
-            publish_tf=is_true(child_text(element, tf_tag, "true")),
-            **flags,
-        )
+    spec = WheelDriveSpec(
+        name=xml.name or "drive",
+        link=xml.model.root,
+        left=left,
+        right=right,
+        separation=separation,
+        diameter=diameter,
+        torque=abs(torque),
+        acceleration=max(0.0, xml.number("wheelAcceleration")),
+        rate=xml.number("updateRate", 100.0),
+        publish_tf=is_true(xml.text(tf_tag, "true")),
+        **_odometry_names(xml),
+        **flags,
     )
+    xml.model.sensors.append(spec)

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from bullet_sim.plugins.xml import plugin_label
-from bullet_sim.xml_reader import child_number, child_text
+from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 
 
 @dataclass(frozen=True)
@@ -83,76 +82,74 @@ class JointPosesSpec:
     topic: str = "/set_joint_trajectory"
 
 
-def _named(element, tag, known, model, kind):
-    """What a tag names, or None with a warning."""
-    name = child_text(element, tag, "")
-    if name in known:
-        return name
-    model.warn(
-        f"{plugin_label(element)} has {tag} '{name}', which is no {kind}; {kind}s are "
-        f"{', '.join(known) or '(none)'}; it is left out"
+@sensor_plugin("gazebo_ros_bumper", types=("contact",))
+def bumper(xml):
+    """ContactSpec."""
+    named = [(found.text or "").strip() for found in xml.sensor.findall("contact/collision")]
+    return ContactSpec(
+        name=xml.name,
+        link=xml.parent,
+        collisions=tuple(filter(None, named)),
+        rate=xml.rate(None),
+        topic=xml.topic("bumperTopicName", "bumper_states"),
+        frame_id=xml.frame("frameName", "world"),
     )
-    return None
 
 
-def ft_sensor(element, model, names):
-    """libgazebo_ros_ft_sensor.so."""
-    joint = _named(element, "jointName", model.joints, model, "joint")
+@model_plugin("gazebo_ros_ft_sensor")
+def ft_sensor(xml):
+    """ForceTorqueSpec."""
+    joint = xml.joint("jointName")
     if joint is None:
         return
-    child = model.joints[joint].child
-    model.measured.add(joint)
-    model.sensors.append(
-        ForceTorqueSpec(
-            name=element.get("name") or joint,
-            link=child,
-            joint=joint,
-            rate=max(0.0, child_number(element, "updateRate", plugin_label(element), 0.0)),
-            topic=names.text_topic("topicName", f"{joint}_wrench"),
-            frame_id=child,
-            noise_stddev=abs(child_number(element, "gaussianNoise", plugin_label(element), 0.0)),
-        )
+    child = xml.model.joints[joint].child
+    xml.model.measured.add(joint)
+    spec = ForceTorqueSpec(
+        name=xml.name or joint,
+        link=child,
+        joint=joint,
+        rate=max(0.0, xml.number("updateRate")),
+        topic=xml.topic("topicName", f"{joint}_wrench"),
+        frame_id=child,
+        noise_stddev=abs(xml.number("gaussianNoise")),
     )
+    xml.model.sensors.append(spec)
 
 
-def f3d(element, model, names):
-    """libgazebo_ros_f3d.so."""
-    link = _named(element, "bodyName", model.links, model, "link")
+@model_plugin("gazebo_ros_f3d")
+def f3d(xml):
+    """LinkForceSpec."""
+    link = xml.link("bodyName")
     if link is not None:
-        model.sensors.append(
-            LinkForceSpec(
-                name=element.get("name") or link,
-                link=link,
-                topic=names.text_topic("topicName", f"{link}_force"),
-                frame_id=names.frame(child_text(element, "frameName", "world"), prefixed=False),
-            )
+        spec = LinkForceSpec(
+            name=xml.name or link,
+            link=link,
+            topic=xml.topic("topicName", f"{link}_force"),
+            frame_id=xml.frame("frameName", "world"),
         )
+        xml.model.sensors.append(spec)
 
 
-def hand_of_god(element, model, _):
-    """libgazebo_ros_hand_of_god.so; the link has no weight."""
-    link = _named(element, "linkName", model.links, model, "link")
+@model_plugin("gazebo_ros_hand_of_god")
+def hand_of_god(xml):
+    """HandOfGodSpec; the link has no weight."""
+    link = xml.link("linkName")
     if link is None:
         return
-    model.links[link].gravity = False
-    what = plugin_label(element)
-    model.sensors.append(
-        HandOfGodSpec(
-            name=element.get("name") or "hand_of_god",
-            link=link,
-            frame=child_text(element, "frameId", "hog"),
-            linear=abs(child_number(element, "kl", what, 200.0)),
-            angular=abs(child_number(element, "ka", what, 200.0)),
-        )
+    xml.model.links[link].gravity = False
+    spec = HandOfGodSpec(
+        name=xml.name or "hand_of_god",
+        link=link,
+        frame=xml.text("frameId", "hog"),
+        linear=abs(xml.number("kl", 200.0)),
+        angular=abs(xml.number("ka", 200.0)),
     )
+    xml.model.sensors.append(spec)
 
 
-def joint_pose_trajectory(element, model, names):
-    """libgazebo_ros_joint_pose_trajectory.so."""
-    model.sensors.append(
-        JointPosesSpec(
-            name=element.get("name") or "joint_pose_trajectory",
-            link=model.root,
-            topic=names.text_topic("topicName", "set_joint_trajectory"),
-        )
-    )
+@model_plugin("gazebo_ros_joint_pose_trajectory")
+def joint_pose_trajectory(xml):
+    """JointPosesSpec."""
+    name, topic = xml.name or "joint_pose_trajectory", "set_joint_trajectory"
+    spec = JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))
+    xml.model.sensors.append(spec)

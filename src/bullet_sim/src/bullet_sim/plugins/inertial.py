@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from bullet_sim.plugins.xml import ZERO_POSE, Names, PoseTuple, noise_of, plugin_label
-from bullet_sim.xml_reader import child_floats, child_number, child_text, floats, is_true
+from bullet_sim.plugins.registry import model_plugin, sensor_plugin
+from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PoseTuple, Values
+from bullet_sim.xml_reader import is_true
 
 
 @dataclass(frozen=True)
@@ -114,65 +115,103 @@ class MagneticSpec:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def imu_spec(names, plugin, name, link, pose, **values):
+def _offset(xml):
+    """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>."""
+    return tuple(
+        xml.vector(tag, default=xml.vector(f"{tag}s")) for tag in ("xyzOffset", "rpyOffset")
+    )
+
+
+@model_plugin("gazebo_ros_p3d")
+def ground_truth(xml):
+    """GroundTruthSpec."""
+    link = xml.link("bodyName", xml.model.root)
+    if link is None:
+        return
+    spec = GroundTruthSpec(
+        link=link,
+        topic=xml.topic("topicName", "ground_truth"),
+        frame_id=xml.frame("frameName", "world"),
+        rate=xml.number("updateRate"),
+        twist_in_child=xml.text("twistFrame", "world") == "child",
+        child_frame_id=link,
+        noise_stddev=abs(xml.number("gaussianNoise")),
+        pose=_offset(xml),
+    )
+    xml.model.sensors.append(spec)
+
+
+def _imu_spec(xml, name, link, pose, **values):
     """ImuSpec of a plugin with <gaussianNoise>; values: what differs between plugins."""
-    noise = abs(child_number(plugin, "gaussianNoise", f"imu '{name}'", 0.0))
-    values.setdefault("gyro_noise_stddev", noise)
-    values.setdefault("accel_noise_stddev", noise)
+    noise = abs(Values(xml.element, f"imu '{name}'").number("gaussianNoise"))
+    values = {"gyro_noise_stddev": noise, "accel_noise_stddev": noise, **values}
     return ImuSpec(name=name, link=link, pose=pose, variance=noise**2, **values)
 
 
-def imu(sensor):
-    """libgazebo_ros_imu.so in a <sensor>: it belongs into <gazebo>, but is often found here."""
-    frame = child_text(sensor.plugin, "frameName") or child_text(
-        sensor.plugin, "bodyName", sensor.link
+@model_plugin("gazebo_ros_imu")
+def model_imu(xml):
+    """ImuSpec."""
+    link = xml.link("bodyName", xml.model.root)
+    if link is None:
+        return
+    spec = _imu_spec(
+        xml,
+        xml.name or "imu",
+        link,
+        _offset(xml),
+        rate=xml.number("updateRate"),
+        frame_id=xml.frame("frameName", link),
+        topic=xml.topic("topicName", "/default_imu"),
     )
-    return imu_spec(
-        sensor.names,
-        sensor.plugin,
-        sensor.name,
-        sensor.link,
-        sensor.pose,
-        rate=sensor.rate(),
-        frame_id=sensor.names.frame(frame, prefixed=False),
-        topic=sensor.names.text_topic("topicName", "/default_imu"),
+    xml.model.sensors.append(spec)
+
+
+@sensor_plugin("gazebo_ros_imu", types=("imu",))
+def imu(xml):
+    """ImuSpec of a plugin that belongs into <gazebo>, but is often found in a <sensor>."""
+    return _imu_spec(
+        xml,
+        xml.name,
+        xml.parent,
+        xml.pose,
+        rate=xml.rate(),
+        frame_id=xml.frame("frameName", xml.text("bodyName", xml.parent)),
+        topic=xml.topic("topicName", "/default_imu"),
     )
 
 
-def imu_sensor(sensor):
-    """ImuSpec of libgazebo_ros_imu_sensor.so."""
-    what = f"imu '{sensor.name}'"
-    names = sensor.names
-    if sensor.plugin.find("robotNamespace") is None and not names.namespace:
-        names = Names(sensor.plugin, sensor.model.name, sensor.model.name)
+@sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
+def imu_sensor(xml):
+    """ImuSpec."""
+    plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
     mean, stddev = {}, {}
-    plugin_noise = abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0))
+    plugin_noise = abs(plugin.number("gaussianNoise"))
     for key, paths in (
         ("gyro", ("imu/angular_velocity/x/noise", "imu/noise/rate")),
         ("accel", ("imu/linear_acceleration/x/noise", "imu/noise/accel")),
     ):
-        values = [noise_of(sensor.element, path, what) for path in paths]
+        values = [sensor.noise(path) for path in paths]
         mean[key] = sum(value[0] for value in values)
         stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
-    turn = child_floats(sensor.plugin, "rpyOffset", 3, what, (0.0, 0.0, 0.0))
+    turn = plugin.vector("rpyOffset")
     if any(turn):
-        sensor.model.warn(
-            f"{what} has <rpyOffset> {turn}, which is ignored: give the sensor a <pose>"
+        xml.warn(
+            f"{plugin.label} has <rpyOffset> {turn}, which is ignored: give the sensor a <pose>"
         )
-    if is_true(child_text(sensor.plugin, "initialOrientationAsReference", "false")):
-        sensor.model.warn(
-            f"{what} wants <initialOrientationAsReference>; its orientation is "
+    if is_true(xml.text("initialOrientationAsReference")):
+        xml.warn(
+            f"{plugin.label} wants <initialOrientationAsReference>; its orientation is "
             "in the world all the same (REP 145)"
         )
-    return imu_spec(
-        names,
-        sensor.plugin,
-        sensor.name,
-        sensor.link,
-        sensor.pose,
-        rate=sensor.rate("updateRateHZ", 1.0),
-        frame_id=names.frame(child_text(sensor.plugin, "frameName", sensor.link), False),
-        topic=names.topic(child_text(sensor.plugin, "topicName", "imu_data"), absolute=False),
+    names = Names(xml.element, xml.model.name, default=xml.model.name)
+    return _imu_spec(
+        xml,
+        xml.name,
+        xml.parent,
+        xml.pose,
+        rate=xml.rate("updateRateHZ", 1.0),
+        frame_id=xml.frame("frameName", xml.parent),
+        topic=names.topic(xml.text("topicName", "imu_data"), absolute=False),
         gyro_noise_mean=mean["gyro"],
         accel_noise_mean=mean["accel"],
         gyro_noise_stddev=stddev["gyro"],
@@ -180,114 +219,77 @@ def imu_sensor(sensor):
     )
 
 
-def _link(element, model):
-    """Link of <bodyName>, the root link where there is none; None with a warning if unknown."""
-    link = child_text(element, "bodyName", model.root).rsplit("::", 1)[-1]
-    if link not in model.links:
-        model.warn(
-            f"{plugin_label(element)} has bodyName '{link}', which is no link; it is left out",
-            "plugins name a link that does not exist and are left out",
-            plugin_label(element),
-        )
-        return None
-    return link
-
-
-def _vector(element, tag):
-    """(3,) numbers of a tag; a single one counts for all axes, none is 0."""
-    text = child_text(element, tag)
-    if text is None:
-        return (0.0, 0.0, 0.0)
-    values = floats(text, None, f"{plugin_label(element)} <{tag}>")
-    if len(values) == 1:
-        return values * 3
-    return floats(text, 3, f"{plugin_label(element)} <{tag}>")
-
-
-def _offset_pose(element):
-    return (_vector(element, "xyzOffset"), _vector(element, "rpyOffset"))
-
-
-def hector_imu(element, model, names):
-    """ImuSpec of libhector_gazebo_ros_imu.so; drifts are not simulated."""
-    link = _link(element, model)
+# hector's; drifts are not simulated ---------------------------------------------------------------
+@model_plugin("hector_gazebo_ros_imu")
+def hector_imu(xml):
+    """ImuSpec."""
+    link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    noise = abs(child_number(element, "gaussianNoise", plugin_label(element), 0.0))
-    acceleration = max(map(abs, _vector(element, "accelGaussianNoise"))) or noise
-    rate = max(map(abs, _vector(element, "rateGaussianNoise")))
-    model.sensors.append(
-        ImuSpec(
-            name=element.get("name") or "imu",
-            link=link,
-            pose=((0.0, 0.0, 0.0), _vector(element, "rpyOffset")),
-            rate=child_number(element, "updateRate", plugin_label(element), 0.0),
-            topic=names.text_topic("topicName", "imu"),
-            frame_id=names.frame(child_text(element, "frameId", link), prefixed=False),
-            gyro_noise_stddev=rate,
-            accel_noise_stddev=acceleration,
-            gyro_noise_mean=_vector(element, "rateOffset")[0],
-            accel_noise_mean=_vector(element, "accelOffset")[0],
-            variance=acceleration**2,
-        )
+    noise = abs(xml.number("gaussianNoise"))
+    acceleration = max(map(abs, xml.vector("accelGaussianNoise", broadcast=True))) or noise
+    rate = max(map(abs, xml.vector("rateGaussianNoise", broadcast=True)))
+    spec = ImuSpec(
+        name=xml.name or "imu",
+        link=link,
+        pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
+        rate=xml.number("updateRate"),
+        topic=xml.topic("topicName", "imu"),
+        frame_id=xml.frame("frameId", link),
+        gyro_noise_stddev=rate,
+        accel_noise_stddev=acceleration,
+        gyro_noise_mean=xml.vector("rateOffset", broadcast=True)[0],
+        accel_noise_mean=xml.vector("accelOffset", broadcast=True)[0],
+        variance=acceleration**2,
     )
+    xml.model.sensors.append(spec)
 
 
-def gps(element, model, names):
-    """GpsSpec of libhector_gazebo_ros_gps.so; drifts are not simulated."""
-    link = _link(element, model)
+@model_plugin("hector_gazebo_ros_gps")
+def gps(xml):
+    """GpsSpec."""
+    link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    what = plugin_label(element)
-
-    def number(tag, default):
-        return child_number(element, tag, what, default)
-
-    model.sensors.append(
-        GpsSpec(
-            name=element.get("name") or "gps",
-            link=link,
-            pose=_offset_pose(element),
-            rate=number("updateRate", 4.0),
-            topic=names.text_topic("topicName", "fix"),
-            velocity_topic=names.text_topic("velocityTopicName", "fix_velocity"),
-            frame_id=names.frame(child_text(element, "frameId", "/world"), prefixed=False),
-            latitude=number("referenceLatitude", GpsSpec.latitude),
-            longitude=number("referenceLongitude", GpsSpec.longitude),
-            altitude=number("referenceAltitude", 0.0),
-            heading=math.radians(number("referenceHeading", 0.0)),
-            status=int(number("status", 0.0)),
-            service=int(number("service", 1.0)),
-            noise_stddev=_vector(element, "gaussianNoise"),
-            velocity_noise_stddev=_vector(element, "velocityGaussianNoise"),
-            offset=_vector(element, "offset"),
-        )
+    spec = GpsSpec(
+        name=xml.name or "gps",
+        link=link,
+        pose=(xml.vector("xyzOffset", broadcast=True), xml.vector("rpyOffset", broadcast=True)),
+        rate=xml.number("updateRate", 4.0),
+        topic=xml.topic("topicName", "fix"),
+        velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
+        frame_id=xml.frame("frameId", "/world"),
+        latitude=xml.number("referenceLatitude", GpsSpec.latitude),
+        longitude=xml.number("referenceLongitude", GpsSpec.longitude),
+        altitude=xml.number("referenceAltitude"),
+        heading=math.radians(xml.number("referenceHeading")),
+        status=int(xml.number("status")),
+        service=int(xml.number("service", 1.0)),
+        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
+        velocity_noise_stddev=xml.vector("velocityGaussianNoise", broadcast=True),
+        offset=xml.vector("offset", broadcast=True),
     )
+    xml.model.sensors.append(spec)
 
 
-def magnetic(element, model, names):
-    """MagneticSpec of libhector_gazebo_ros_magnetic.so; drifts are not simulated."""
-    link = _link(element, model)
+@model_plugin("hector_gazebo_ros_magnetic")
+def magnetic(xml):
+    """MagneticSpec."""
+    link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
-    what = plugin_label(element)
-
-    def angle(tag, default):
-        return math.radians(child_number(element, tag, what, default))
-
-    model.sensors.append(
-        MagneticSpec(
-            name=element.get("name") or "magnetic",
-            link=link,
-            rate=child_number(element, "updateRate", what, 0.0),
-            topic=names.text_topic("topicName", "magnetic"),
-            frame_id=names.frame(child_text(element, "frameId", link), prefixed=False),
-            magnitude=child_number(element, "magnitude", what, 0.44),
-            heading=angle("referenceHeading", 0.0),
-            declination=angle("declination", 0.0),
-            inclination=angle("inclination", 60.0),
-            field_message=is_true(child_text(element, "useMagneticFieldMsgs", "false")),
-            noise_stddev=_vector(element, "gaussianNoise"),
-            offset=_vector(element, "offset"),
-        )
+    spec = MagneticSpec(
+        name=xml.name or "magnetic",
+        link=link,
+        rate=xml.number("updateRate"),
+        topic=xml.topic("topicName", "magnetic"),
+        frame_id=xml.frame("frameId", link),
+        magnitude=xml.number("magnitude", 0.44),
+        heading=math.radians(xml.number("referenceHeading")),
+        declination=math.radians(xml.number("declination")),
+        inclination=math.radians(xml.number("inclination", 60.0)),
+        field_message=is_true(xml.text("useMagneticFieldMsgs")),
+        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
+        offset=xml.vector("offset", broadcast=True),
     )
+    xml.model.sensors.append(spec)

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 
-from bullet_sim.plugins import cameras
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, noise_of
-from bullet_sim.xml_reader import child_number, child_text, child_whole, is_true
+from bullet_sim.plugins.registry import sensor_plugin
+from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple
+from bullet_sim.xml_reader import child_text, is_true, warn_replaced
+
+TYPES = ("ray", "gpu_ray")  # of <sensor>
+FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
 
 
 @dataclass(frozen=True)
@@ -33,150 +36,183 @@ class RaySpec:
 
 
 @dataclass(frozen=True)
-class CloudSpec(RaySpec):
-    """A lidar of one or several layers that publishes points as sensor_msgs/PointCloud2.
+class LayeredRays(RaySpec):
+    """Rays in one or several layers.
 
     Attributes:
         layers: rays above each other.
         min_elevation, max_elevation: of the lowest and the highest layer [rad], positive up.
-        organized: PointCloud2 of one row a layer, NaN where nothing was hit; else hits only.
     """
 
     layers: int = 1
     min_elevation: float = 0.0
     max_elevation: float = 0.0
+
+
+@dataclass(frozen=True)
+class CloudSpec(LayeredRays):
+    """A velodyne: PointCloud2 with x, y, z, intensity, ring, time.
+
+    Attributes:
+        organized: PointCloud2 of one row a layer, NaN where nothing was hit; else hits only.
+    """
+
     organized: bool = False
 
 
 @dataclass(frozen=True)
-class BlockCloudSpec(CloudSpec):
-    """The lidar of libgazebo_ros_block_laser.so, which publishes sensor_msgs/PointCloud."""
+class BlockCloudSpec(LayeredRays):
+    """A lidar that publishes its hits as PointCloud, as libgazebo_ros_block_laser."""
 
 
 @dataclass(frozen=True)
-class RangeSpec(RaySpec):
+class RangeSpec(LayeredRays):
     """A sonar or infrared sensor: the nearest hit of a bundle of rays, as sensor_msgs/Range.
 
     Attributes:
-        layers, min_elevation, max_elevation: as CloudSpec's.
         infrared: True: infrared; False: ultrasound.
         field_of_view: written into the message [rad].
     """
 
-    layers: int = 1
-    min_elevation: float = 0.0
-    max_elevation: float = 0.0
     infrared: bool = False
     field_of_view: float = 0.05
 
 
-def _scan(sensor, samples):
+def sweep(ray):
+    """(first, last) angle of a lidar [rad], the smaller first.
+
+    Args:
+        ray: Values of the <ray>.
+    """
+    angles = tuple(ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
+    if angles[0] <= angles[1]:
+        return angles
+    used, shown = angles[::-1], f"{angles[0]:g} {angles[1]:g}"
+    sentence = f"{ray.label} has angles {angles[0]:g} to {angles[1]:g}, the smaller must come first"
+    where = ray.element.find("scan/horizontal")
+    warn_replaced(where, f"{ray.label} angles", shown, sentence, used)
+    return used
+
+
+def reach(ray):
+    """(nearest, furthest) range of a lidar [m]."""
+    near, far = ray.number("range/min"), ray.number("range/max", FURTHEST)
+    if 0.0 <= near < far:
+        return near, far
+    used = (max(0.0, near), far if far > max(0.0, near) else max(0.0, near) + FURTHEST)
+    what = f"{ray.label} <range>"
+    sentence = f"{what} is {near:g} to {far:g}, must be 0 or more, the smaller first"
+    warn_replaced(ray.element.find("range"), what, f"{near:g} {far:g}", sentence, used)
+    return used
+
+
+def _scan(xml, ray, samples):
     """Values that all of them share, from <ray>; `samples` where it names none."""
-    what = f"lidar '{sensor.name}'"
-    ray = sensor.part("ray")
-    first, last = cameras.sweep(ray, what)
-    near, far = cameras.reach(ray, what)
+    first, last = sweep(ray)
+    near, far = reach(ray)
     return dict(
-        name=sensor.name,
-        link=sensor.link,
-        pose=sensor.pose,
-        samples=child_whole(ray, "scan/horizontal/samples", what, samples),
+        name=xml.name,
+        link=xml.parent,
+        pose=xml.pose,
+        samples=ray.whole("scan/horizontal/samples", samples),
         min_angle=first,
         max_angle=last,
         range_min=near,
         range_max=far,
-        visualize=is_true(child_text(sensor.element, "visualize", "false")),
+        visualize=is_true(child_text(xml.sensor, "visualize")),
     )
 
 
-def _layers(sensor):
+def _layers(xml):
     """As _scan, with layers and noise."""
-    what = f"lidar '{sensor.name}'"
-    ray = sensor.part("ray")
+    ray = xml.part("ray", "lidar")
     return dict(
-        _scan(sensor, 1),
-        layers=child_whole(ray, "scan/vertical/samples", what, 1),
-        min_elevation=child_number(ray, "scan/vertical/min_angle", what, 0.0),
-        max_elevation=child_number(ray, "scan/vertical/max_angle", what, 0.0),
-        noise_mean=child_number(ray, "noise/mean", what, 0.0),
-        noise_stddev=abs(child_number(ray, "noise/stddev", what, 0.0)),
+        _scan(xml, ray, 1),
+        layers=ray.whole("scan/vertical/samples", 1),
+        min_elevation=ray.number("scan/vertical/min_angle"),
+        max_elevation=ray.number("scan/vertical/max_angle"),
+        noise_mean=ray.number("noise/mean"),
+        noise_stddev=abs(ray.number("noise/stddev")),
     )
 
 
-def _sent(sensor, what, values, topic, rate_tag="updateRate"):
+def _sent(xml, plugin, values, topic, rate_tag="updateRate"):
     """The values of _layers with the plugin's noise, rate and topic."""
     noise = values["noise_stddev"]
     return dict(
         values,
-        noise_stddev=noise or abs(child_number(sensor.plugin, "gaussianNoise", what, 0.0)),
-        rate=sensor.drawn_rate(tag=rate_tag),
-        topic=sensor.names.text_topic("topicName", topic),
+        noise_stddev=noise or abs(plugin.number("gaussianNoise")),
+        rate=xml.drawn_rate(rate_tag),
+        topic=xml.topic("topicName", topic),
     )
 
 
-def _frame(sensor, default="/world"):
-    return sensor.names.frame(child_text(sensor.plugin, "frameName", default))
+def _frame(xml, default="/world"):
+    return xml.frame("frameName", default, prefixed=True)
 
 
-def laser(sensor):
-    """RaySpec of libgazebo_ros_laser.so."""
-    what = f"lidar '{sensor.name}'"
-    ray = sensor.part("ray")
-    if child_number(ray, "scan/vertical/samples", what, 1) > 1:
-        sensor.model.warn(f"{what} has several layers (<vertical>); only the level one is scanned")
-    mean, stddev = noise_of(ray, "noise", what)
+@sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
+def laser(xml):
+    """RaySpec."""
+    ray = xml.part("ray", "lidar")
+    if ray.number("scan/vertical/samples", 1) > 1:
+        xml.warn(f"{ray.label} has several layers (<vertical>); only the level one is scanned")
+    mean, stddev = ray.noise("noise")
     return RaySpec(
-        **_scan(sensor, 640),
-        rate=sensor.drawn_rate(tag="-"),  # the laser plugins ignore <updateRate>
-        noise_stddev=stddev or child_number(sensor.plugin, "gaussianNoise", what, 0.0),
+        **_scan(xml, ray, 640),
+        rate=xml.drawn_rate(None),  # the laser plugins ignore <updateRate>
+        noise_stddev=stddev or xml.plugin("lidar").number("gaussianNoise"),
         noise_mean=mean,
-        topic=sensor.names.text_topic("topicName", "/world"),
-        frame_id=_frame(sensor),
+        topic=xml.topic("topicName", "/world"),
+        frame_id=_frame(xml),
     )
 
 
-def velodyne(sensor):
-    """CloudSpec of libgazebo_ros_velodyne_laser.so; min_range, max_range narrow the ray's."""
-    what = f"lidar '{sensor.name}'"
-    values = _layers(sensor)
-    nearest = child_number(sensor.plugin, "min_range", what, 0.0)
-    farthest = child_number(sensor.plugin, "max_range", what, float("inf"))
+@sensor_plugin("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", types=TYPES)
+def velodyne(xml):
+    """CloudSpec; min_range, max_range narrow the ray's."""
+    values, plugin = _layers(xml), xml.plugin("lidar")
+    nearest = plugin.number("min_range")
+    farthest = plugin.number("max_range", float("inf"))
     values.update(
         range_min=max(values["range_min"], nearest), range_max=min(values["range_max"], farthest)
     )
     return CloudSpec(
-        **_sent(sensor, what, values, "/velodyne_points", rate_tag="-"),
-        frame_id=_frame(sensor, "/velodyne"),
-        organized=is_true(child_text(sensor.plugin, "organize_cloud", "false")),
+        **_sent(xml, plugin, values, "/velodyne_points", rate_tag=None),
+        frame_id=_frame(xml, "/velodyne"),
+        organized=is_true(xml.text("organize_cloud")),
     )
 
 
-def block_laser(sensor):
-    """BlockCloudSpec of libgazebo_ros_block_laser.so."""
-    values = _sent(sensor, f"lidar '{sensor.name}'", _layers(sensor), "/world")
-    return BlockCloudSpec(**values, frame_id=_frame(sensor))
+@sensor_plugin("gazebo_ros_block_laser", types=TYPES)
+def block_laser(xml):
+    """BlockCloudSpec."""
+    values = _sent(xml, xml.plugin("lidar"), _layers(xml), "/world")
+    return BlockCloudSpec(**values, frame_id=_frame(xml))
 
 
-def range_sensor(sensor):
-    """RangeSpec of libgazebo_ros_range.so."""
-    what = f"range sensor '{sensor.name}'"
+@sensor_plugin("gazebo_ros_range", types=TYPES)
+def range_sensor(xml):
+    """RangeSpec."""
+    plugin = xml.plugin("range sensor")
     return RangeSpec(
-        **_sent(sensor, what, _layers(sensor), "/range"),
-        frame_id=_frame(sensor),
-        infrared=child_text(sensor.plugin, "radiation", "infrared").lower() != "ultrasound",
-        field_of_view=child_number(sensor.plugin, "fov", what, 0.05),
+        **_sent(xml, plugin, _layers(xml), "/range"),
+        frame_id=_frame(xml),
+        infrared=xml.text("radiation", "infrared").lower() != "ultrasound",
+        field_of_view=plugin.number("fov", 0.05),
     )
 
 
-def sonar(sensor):
-    """RangeSpec of libhector_gazebo_ros_sonar.so; its field of view is the narrower of both."""
-    values = _layers(sensor)
+@sensor_plugin("hector_gazebo_ros_sonar", types=TYPES)
+def sonar(xml):
+    """RangeSpec; its field of view is the narrower of both."""
+    values = _layers(xml)
     wide = values["max_angle"] - values["min_angle"]
     high = values["max_elevation"] - values["min_elevation"]
     angles = [angle for angle in (wide, high) if angle > 0.0]
     return RangeSpec(
-        **_sent(sensor, f"sonar '{sensor.name}'", values, "sonar"),
-        frame_id=sensor.names.frame(child_text(sensor.plugin, "frameId", sensor.link), False),
+        **_sent(xml, xml.plugin("sonar"), values, "sonar"),
+        frame_id=xml.frame("frameId", xml.parent),
         infrared=False,
         field_of_view=min(angles, default=0.0),
     )

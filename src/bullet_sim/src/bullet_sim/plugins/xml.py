@@ -1,24 +1,33 @@
-"""What the readers of all <sensor> and <plugin> elements share: names, topics, noise, poses."""
+"""<plugin> and <sensor> elements as readers see them: numbers, names, topics, links, poses."""
 
-from dataclasses import dataclass
+import copy
+from collections.abc import Iterable
+from typing import Self
+from xml.etree.ElementTree import Element
 
-from bullet_sim.xml_reader import child_number, child_text
+from bullet_sim.description.model import ModelDescription
+from bullet_sim.errors import ModelError
+from bullet_sim.pose import Pose
+from bullet_sim.xml_reader import (
+    child_flag,
+    child_floats,
+    child_number,
+    child_text,
+    child_whole,
+    floats,
+)
 
-PoseTuple = tuple[tuple[float, float, float], tuple[float, float, float]]
-ZERO_POSE: PoseTuple = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+Vec3 = tuple[float, float, float]
+PoseTuple = tuple[Vec3, Vec3]
+ZERO: Vec3 = (0.0, 0.0, 0.0)
+ZERO_POSE: PoseTuple = (ZERO, ZERO)
+DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
 
 
-def library(plugin):
+def library(plugin: Element) -> str:
     """Name of a plugin's library without folder, 'lib' and '.so': gazebo_ros_camera."""
     name = (plugin.get("filename") or "").strip().rsplit("/", 1)[-1]
-    if name.endswith(".so"):
-        name = name[:-3]
-    return name[3:] if name.startswith("lib") else name
-
-
-def plugin_label(plugin):
-    """Name of a <plugin> element in messages."""
-    return f"plugin '{plugin.get('filename')}'"
+    return name.removesuffix(".so").removeprefix("lib")
 
 
 class Names:
@@ -34,16 +43,13 @@ class Names:
         namespace: without slashes at its ends; empty: the root namespace.
     """
 
-    def __init__(self, plugin, model, default=""):
-        self._plugin = plugin
-        found = plugin.find("robotNamespace")
-        if found is None:
-            text = default
-        else:
-            text = (found.text or "").strip() or model
-        self.namespace = _squeezed(text)
+    def __init__(self, plugin: Element, model: str, default: str = "") -> None:
+        given = plugin.find("robotNamespace") is not None
+        self.namespace = _squeezed(
+            child_text(plugin, "robotNamespace", model if given else default)
+        )
 
-    def topic(self, name, group="", absolute=True):
+    def topic(self, name: str, group: str = "", absolute: bool = True) -> str:
         """Full topic name.
 
         Args:
@@ -55,69 +61,231 @@ class Names:
             return "/" + _squeezed(name)
         return "/" + _squeezed("/".join([self.namespace, group, name]))
 
-    def text_topic(self, tag, default, group=""):
-        """Full topic name given in a tag."""
-        return self.topic(child_text(self._plugin, tag, default), group)
+    def frame(self, name: str, prefixed: bool = False) -> str:
+        """Frame name for headers, without a leading slash.
 
-    def frame(self, name, prefixed=True):
-        """Frame name for headers: below the namespace unless it starts with a slash.
-
-        Cameras and lasers use their namespace as tf_prefix (tf::resolve); other plugins do
-        not (prefixed=False).
+        Args:
+            name: as in the file.
+            prefixed: put a name without a leading slash below the namespace; cameras and lasers
+                use their namespace as tf_prefix (tf::resolve).
         """
         if name.startswith("/") or not prefixed or not self.namespace:
             return name.lstrip("/")
         return f"{self.namespace}/{name}"
 
 
-def _squeezed(text):
+def _squeezed(text: str) -> str:
     return "/".join(part for part in text.split("/") if part)
 
 
-DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
+class Values:
+    """What the children of an element say.
+
+    A value that is not usable is a warning, and the default takes its place. In an element that
+    belongs to no document (see PluginXml.strict) it raises a ModelError that names the element,
+    the tag, the value and what is valid.
+
+    Args:
+        element: e.g. the <camera> of a <sensor>.
+        label: its name in messages, e.g. "camera 'front'".
+
+    Paths are tags, or tags below each other: "image/width".
+    """
+
+    def __init__(self, element: Element, label: str) -> None:
+        self.element, self.label = element, label
+
+    def number(self, path: str, default: float = 0.0) -> float:
+        """A finite number; the default where the tag is missing or empty."""
+        return child_number(self.element, path, self.label, default)
+
+    def whole(self, path: str, default: int) -> int:
+        """A whole number of at least 1; a fraction is cut off."""
+        return child_whole(self.element, path, self.label, default)
+
+    def flag(self, path: str, default: bool = False) -> bool:
+        """True for true, 1, yes and on; False for false, 0, no and off."""
+        return child_flag(self.element, path, self.label, default)
+
+    def text(self, path: str, default: str = "") -> str:
+        """A text without the spaces around it; the default where the tag is missing or empty."""
+        return child_text(self.element, path, default)
+
+    def vector(
+        self,
+        path: str,
+        count: int = 3,
+        default: tuple[float, ...] | None = None,
+        broadcast: bool = False,
+    ) -> tuple[float, ...]:
+        """Finite numbers with spaces between them.
+
+        Args:
+            path: of the tag.
+            count: how many.
+            default: where the tag is missing or empty; None: zeros.
+            broadcast: a single number counts for all.
+
+        Raises:
+            ModelError: with broadcast, for each text that is not usable.
+        """
+        default = (0.0,) * count if default is None else default
+        if not broadcast:
+            return child_floats(self.element, path, count, self.label, default)
+        text, label = self.text(path), f"{self.label} <{path}>"
+        if not text:
+            return default
+        values = floats(text, None, label)
+        return values * count if len(values) == 1 else floats(text, count, label)
+
+    def noise(self, path: str) -> tuple[float, float]:
+        """(mean, standard deviation) of a Gaussian <noise>; zeros where there is none."""
+        noise = self.element.find(path)
+        if noise is None:
+            return 0.0, 0.0
+        values = Values(noise, self.label)
+        return values.number("mean"), abs(values.number("stddev"))
 
 
-@dataclass(frozen=True)
-class SensorElement:
-    """One <sensor> with one of its plugins, names and the pose."""
+class PluginXml(Values):
+    """A <plugin> of a model.
 
-    element: object
-    plugin: object
-    names: Names
-    name: str
-    link: str
-    pose: tuple
-    model: object
+    Args:
+        element: the <plugin>.
+        model: ModelDescription that it belongs to.
 
-    def part(self, tag):
-        """The sub-element with the sensor's numbers; without it they stand in the <sensor>."""
-        found = self.element.find(tag)
-        return self.element if found is None else found
+    Attributes:
+        name: its name; empty: it has none.
+        names: its namespace.
+        label: "plugin 'libNAME.so'", its name in messages.
+    """
 
-    def rate(self, tag="updateRate", default=0.0):
-        """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one."""
-        what = f"sensor '{self.name}'"
-        rates = [
-            child_number(self.element, "update_rate", what, 0.0),
-            child_number(self.plugin, tag, what, default),
-        ]
+    def __init__(self, element: Element, model: ModelDescription) -> None:
+        super().__init__(element, f"plugin '{element.get('filename')}'")
+        self.model, self.name = model, element.get("name") or ""
+        self.names = Names(element, model.name)
+
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
+        """Note what is ignored or left out: ModelDescription.warn; of a strict one: raise it."""
+        if getattr(self.element, "document", None) is None:
+            raise ModelError(text)
+        self.model.warn(text, cause, item)
+
+    def strict(self) -> Self:
+        """A copy that raises ModelError where this one warns."""
+        found = copy.copy(self)
+        found.element = copy.deepcopy(self.element)  # which belongs to no document
+        return found
+
+    def topic(self, tag: str, default: str, group: str = "") -> str:
+        """Full name of the topic that a tag names: see Names.topic."""
+        return self.names.topic(self.text(tag, default), group)
+
+    def frame(self, tag: str, default: str, prefixed: bool = False) -> str:
+        """Name of the frame that a tag names: see Names.frame."""
+        return self.names.frame(self.text(tag, default), prefixed)
+
+    def link(self, tag: str, default: str | None = None) -> str | None:
+        """Link that a tag names as 'link', '/link' or 'model::link'.
+
+        Args:
+            tag: e.g. "bodyName".
+            default: link where the tag is missing; None: it must be there.
+
+        Returns:
+            None, with a warning, where the model has no such link.
+        """
+        text, links = self.text(tag, default or ""), self.model.links
+        name = text if text in links else text.rsplit("::", 1)[-1].lstrip("/")
+        if name in links:
+            return name
+        if default is None:
+            return self._known(tag, text, links, "link")
+        self.warn(
+            f"{self.label} has {tag} '{name}', which is no link; it is left out",
+            "plugins name a link that does not exist and are left out",
+            self.label,
+        )
+        return None
+
+    def joint(self, tag: str) -> str | None:
+        """Joint that a tag names; None, with a warning, where the model has no such joint."""
+        return self._known(tag, self.text(tag), self.model.joints, "joint")
+
+    def _known(self, tag: str, name: str, known: Iterable[str], kind: str) -> str | None:
+        if name in known:
+            return name
+        self.warn(
+            f"{self.label} has {tag} '{name}', which is no {kind}; {kind}s are "
+            f"{', '.join(known) or '(none)'}; it is left out"
+        )
+        return None
+
+
+class SensorXml(PluginXml):
+    """A <plugin> of a <sensor>.
+
+    Args:
+        element: the <plugin>.
+        model: ModelDescription that it belongs to.
+        sensor: the <sensor>.
+        parent: name of the link that carries it.
+        pose: of the sensor in that link's frame.
+
+    Attributes:
+        name: the sensor's name.
+        plugin_name: the plugin's; empty: it has none.
+        type: the sensor's, e.g. "camera".
+        pose: (xyz [m], rpy [rad]).
+    """
+
+    def __init__(
+        self, element: Element, model: ModelDescription, sensor: Element, parent: str, pose: Pose
+    ) -> None:
+        super().__init__(element, model)
+        self.plugin_name, self.name = self.name, sensor.get("name") or "sensor"
+        self.sensor, self.type, self.parent = sensor, sensor.get("type"), parent
+        self.pose: PoseTuple = (pose.position, pose.rpy)
+
+    def strict(self) -> Self:
+        """A copy that raises ModelError where this one warns."""
+        found = super().strict()
+        found.sensor = copy.deepcopy(self.sensor)
+        return found
+
+    def plugin(self, kind: str) -> Values:
+        """The plugin's values; in messages it is e.g. "camera 'front'"."""
+        return Values(self.element, f"{kind} '{self.name}'")
+
+    def part(self, tag: str, kind: str) -> Values:
+        """The element with the sensor's numbers, e.g. <ray>; without it they are in the <sensor>.
+
+        Args:
+            tag: e.g. "ray".
+            kind: for messages: "lidar" for "lidar 'front'".
+        """
+        found = self.sensor.find(tag)
+        return Values(self.sensor if found is None else found, f"{kind} '{self.name}'")
+
+    def rate(self, tag: str | None = "updateRate", default: float = 0.0) -> float:
+        """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one.
+
+        Args:
+            tag: the plugin's; None: it has none.
+            default: the plugin's rate where the tag is missing [Hz].
+        """
+        rates = [Values(self.sensor, f"sensor '{self.name}'").number("update_rate")]
+        if tag is not None:
+            rates.append(self.plugin("sensor").number(tag, default))
         return min((rate for rate in rates if rate > 0), default=0.0)
 
-    def drawn_rate(self, tag="updateRate"):
+    def drawn_rate(self, tag: str | None = "updateRate") -> float:
         """As rate, for cameras and lidars: DEFAULT_RATE where none is given."""
         rate = self.rate(tag)
         if not rate:
-            self.model.warn(
+            self.warn(
                 f"sensor '{self.name}' has no update rate; it runs at {DEFAULT_RATE:g} Hz",
                 f"sensors have no update rate and run at {DEFAULT_RATE:g} Hz",
                 f"'{self.name}'",
             )
         return rate or DEFAULT_RATE
-
-
-def noise_of(element, path, what):
-    """(mean, standard deviation) of a Gaussian <noise>; zeros where there is none."""
-    noise = element.find(path)
-    if noise is None:
-        return 0.0, 0.0
-    return (child_number(noise, "mean", what, 0.0), abs(child_number(noise, "stddev", what, 0.0)))

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from bullet_sim.engine import Engine
+from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import sensor_in_world
 from bullet_sim.render.renderer import Pictures, check_body, check_link, paint_sky
@@ -17,18 +19,21 @@ RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
 COARSE_RATIO = 20.0
 
 
-class Mirror(Pictures):
+class PyBulletRenderer(Pictures):
     """Holds the bodies of the newest source list at the poses of the newest snapshot.
 
     Args:
-        engine: an Engine of its own with start_renderer() done. It is never stepped.
-        kind: what start_renderer() returned, 'egl' or 'tiny'.
+        kind: as of PyBulletCamera.
+
+    Raises:
+        RenderError: as PyBulletCamera.
     """
 
-    def __init__(self, engine, kind):
-        self.engine = engine
-        self._offset = RASTER_OFFSET[kind]
-        self._coarse = kind == "egl"
+    def __init__(self, kind="auto"):
+        self._engine = Engine(draw=True)  # never stepped
+        self._camera = PyBulletCamera(self._engine, kind)
+        self._offset = RASTER_OFFSET[self._camera.kind]
+        self._coarse = self._camera.kind == "egl"
         self._sources = {}
         self._bodies = {}
         self._states = {}
@@ -50,13 +55,13 @@ class Mirror(Pictures):
             del self._sources[key]
             self._states.pop(key, None)
             if key in self._bodies:
-                self.engine.remove(self._bodies.pop(key))
+                self._engine.remove(self._bodies.pop(key))
         failures = []
         for key in sorted(wanted.keys() - self._sources.keys()):
             source = wanted[key]
             self._sources[key] = source
             try:
-                self._bodies[key] = self.engine.load(
+                self._bodies[key] = self._engine.load(
                     source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), fixed_base=source.fixed_base
                 )
             except Exception as error:  # pylint: disable=broad-except
@@ -74,9 +79,9 @@ class Mirror(Pictures):
             body = self._bodies.get(state.key)
             if body is None or self._states.get(state.key) == state:
                 continue
-            self.engine.set_base_pose(body, state.position, state.orientation)
+            self._engine.set_base_pose(body, state.position, state.orientation)
             if len(state.joints):
-                self.engine.set_joint_positions(body, state.joints)
+                self._engine.set_joint_positions(body, state.joints)
             self._states[state.key] = state
 
     def picture(self, request, rgb=None, depth=None):
@@ -100,7 +105,7 @@ class Mirror(Pictures):
         """See Pictures."""
         view = camera.view_matrix(*self._camera_pose(request))
         projection = self._projection(request, request.near, request.far)
-        seen = self.engine.bodies_seen(request.width, request.height, view, projection)
+        seen = self._camera.bodies_seen(request.width, request.height, view, projection)
         found = np.zeros(seen.shape, np.int32)
         for key, body in self._bodies.items():
             found[seen == body] = key
@@ -118,9 +123,7 @@ class Mirror(Pictures):
     def _draw(self, request, view, near, far, out=None):
         """Colours and, if requested, distances [m] between two clip distances."""
         projection = self._projection(request, near, far)
-        rgb, buffer = self.engine.render_with_depth(
-            request.width, request.height, view, projection, out=out
-        )
+        rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=out)
         metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
         return paint_sky(rgb, buffer), metres
 
@@ -128,7 +131,7 @@ class Mirror(Pictures):
         if request.key is None:
             return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
         check_body(request, self._bodies)
-        positions, orientations = self.engine.link_poses(self._bodies[request.key])
+        positions, orientations = self._engine.link_poses(self._bodies[request.key])
         check_link(request, len(positions))
         return sensor_in_world(
             positions[request.link_index], orientations[request.link_index], request.pose
@@ -136,4 +139,4 @@ class Mirror(Pictures):
 
     def close(self):
         """Close the engine."""
-        self.engine.close()
+        self._engine.close()

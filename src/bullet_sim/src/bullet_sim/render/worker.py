@@ -75,14 +75,9 @@ def make_renderer(kind, quality):
 
         renderer = GlRenderer(quality)
         return renderer, renderer.details
-    from bullet_sim.engine import Engine
-    from bullet_sim.render.pybullet_renderer import Mirror
+    from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 
-    engine = Engine()
-    started = engine.start_renderer(kind)
-    if started != kind:
-        raise RenderError(f"asked for the {kind} renderer, got {started}")
-    return Mirror(engine, kind), "PyBullet"
+    return PyBulletRenderer(kind), "PyBullet"
 
 
 def draw(connection, renderer, memory, sources, snapshot, requests, layout):

@@ -1,30 +1,8 @@
 """Contacts of a body as a bumper reports them: grouped by pairs of collision shapes."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bullet_sim.errors import ModelError
-
-
-@dataclass(frozen=True)
-class Contact:
-    """One contact point, seen from body A.
-
-    Attributes:
-        body, link: the engine's numbers of the other body and its link.
-        position: (3,) [m] on A, in the world.
-        normal: (3,) unit vector from the other body towards A, in the world.
-        depth: penetration [m]; negative: a gap within the margin.
-        force: (3,) [N] on A, world axes.
-    """
-
-    body: int
-    link: int
-    position: np.ndarray
-    normal: np.ndarray
-    depth: float
-    force: np.ndarray
 
 
 def watched_links(spec, description):

@@ -67,7 +67,7 @@ class Lidar:
         range_min, in which the sensor's own body (its housing) does not count.
 
         Args:
-            engine: casts the rays, see Engine.sweep.
+            engine: casts the rays, see RayCaster.sweep.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
@@ -86,7 +86,7 @@ class Lidar:
             )
         rotation = rotation_matrix(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._place
-        ranges = engine.sweep(
+        ranges = engine.rays.sweep(
             position,
             self._rays @ rotation.T,
             self._box(position, rotation),
@@ -111,7 +111,7 @@ class Lidar:
 
 
 class LayeredLidar(Lidar):
-    """Rays of a CloudSpec or RangeSpec; `scan` returns (samples * layers,) ranges.
+    """Rays of a specification with layers; `scan` returns (samples * layers,) ranges.
 
     The layers of one direction follow each other, lowest first.
 

@@ -151,6 +151,6 @@ class Observer:
         stride = -(-len(lidar.directions) // MAX_RAYS)
         rays = lidar.directions[::stride] @ rotation.T
         inner, outer = origin + spec.range_min * rays, origin + spec.range_max * rays
-        fractions, _ = self._world.engine.ray_batch(inner, outer)
+        fractions, _ = self._world.engine.rays.cast(inner, outer)
         ends = inner + np.asarray(fractions)[:, None] * (outer - inner)
         return Rays(origin.astype(np.float32), ends.astype(np.float32))

@@ -85,8 +85,8 @@ class JoyDrive:
         steering: [rad] at axis value +1; negative inverts the axis.
     """
 
-    speed_axis: int = number(1, least=0, whole=True)
-    steering_axis: int = number(0, least=0, whole=True)
+    speed_axis: int = number(1, min=0, integer=True)
+    steering_axis: int = number(0, min=0, integer=True)
     speed: float = number(1.0, unit="m/s")
     steering: float = number(0.7854, unit="rad")
 

@@ -25,9 +25,9 @@ class Errors:
         heading_drift: of the heading [rad], per root of the metres driven.
     """
 
-    distance_error: float = number(0.005, least=0.0)
-    heading_error: float = number(0.005, least=0.0)
-    heading_drift: float = number(0.001, least=0.0)
+    distance_error: float = number(0.005, min=0.0)
+    heading_error: float = number(0.005, min=0.0)
+    heading_drift: float = number(0.001, min=0.0)
 
     def __post_init__(self):
         check(self)

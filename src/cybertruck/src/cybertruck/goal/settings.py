@@ -43,7 +43,7 @@ class GoalSettings:
     wheelbase: float = number(0.508, above=0.0, unit="m")
     max_steering: float = number(0.7854, above=0.0, unit="rad")
     trailer: bool = flag(False)
-    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    hitch_offset: float = number(0.30, min=0.0, unit="m")
     tongue_length: float = number(0.70, above=0.0, unit="m")
     max_hitch_angle: float = number(math.radians(60.0), above=0.0, unit="rad")
     min_radius: float = number(0.8, above=0.0, unit="m")

@@ -88,7 +88,7 @@ def indices(table, group, names):
                 f"pad map: unknown name {name!r} in {group}; there are {', '.join(names)}"
             )
     for name in names:
-        Number(least=0, whole=True).check(f"pad map: {group}/{name}", numbers.get(name))
+        Number(min=0, integer=True).check(f"pad map: {group}/{name}", numbers.get(name))
     return dict(numbers)
 
 

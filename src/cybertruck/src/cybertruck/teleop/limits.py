@@ -30,7 +30,7 @@ class Speeds:
             ("linear_speed", linear, max_linear),
             ("angular_speed", angular, max_angular),
         ):
-            Number(least=MIN_SPEED, most=limit).check(name, value)
+            Number(min=MIN_SPEED, max=limit).check(name, value)
         self._defaults = (float(linear), float(angular))
         self._max_speeds = (max_linear, max_angular)
         self.reset()
@@ -87,10 +87,10 @@ class Limits:
     max_speed: float = number(3.0, above=0.0, unit="m/s")
     max_angular: float = number(3.0, above=0.0, unit="rad/s")
     max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
-    max_acceleration: float = number(3.0, least=0.0, unit="m/s²")
-    max_steering_rate: float = number(3.0, least=0.0, unit="rad/s")
+    max_acceleration: float = number(3.0, min=0.0, unit="m/s²")
+    max_steering_rate: float = number(3.0, min=0.0, unit="rad/s")
     trailer: bool = flag(False)
-    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    hitch_offset: float = number(0.30, min=0.0, unit="m")
     tongue_length: float = number(0.70, above=0.0, unit="m")
     max_hitch_angle: float = number(math.radians(60.0), above=0.0, below=math.pi / 2, unit="rad")
 

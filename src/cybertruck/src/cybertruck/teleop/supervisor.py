@@ -13,7 +13,7 @@ import sys
 import termios
 import time
 
-from paddock_common.process import signal_at_end_of
+from paddock_common.process import signal_at_exit_of
 
 COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the teleop's command line, as JSON
 SUPERVISOR_PID = "CYBERTRUCK_TELEOP_SUPERVISOR"  # environment: the supervisor's process id
@@ -40,7 +40,7 @@ def enter():
     """
     supervisor = os.environ.pop(SUPERVISOR_PID, None)
     if supervisor is not None:
-        if not signal_at_end_of(int(supervisor)):
+        if not signal_at_exit_of(int(supervisor)):
             sys.exit(1)
         return
     if not sys.stdin.isatty():

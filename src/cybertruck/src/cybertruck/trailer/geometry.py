@@ -27,7 +27,7 @@ class Geometry:
     """
 
     wheelbase: float = number(0.508, above=0.0, unit="m")
-    hitch_offset: float = number(0.30, least=0.0, unit="m")
+    hitch_offset: float = number(0.30, min=0.0, unit="m")
     tongue_length: float = number(0.70, above=0.0, unit="m")
     max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
     hitch_stop: float = number(HITCH_STOP, above=0.0, below=math.pi, unit="rad")

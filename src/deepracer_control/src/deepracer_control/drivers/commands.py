@@ -1,4 +1,4 @@
-"""Commands of a driver: published, and between metres a second and the car's units."""
+"""Commands of a driver: conversion from m/s to the car's units, and publishing."""
 
 import math
 import threading
@@ -48,10 +48,10 @@ class Units:
 
 
 class CommandPublisher:
-    """Publishes commands; at shutdown one zero, and nothing after it.
+    """Publishes commands; at shutdown one zero command, and none after it.
 
     Attributes:
-        lock: Held while a command is computed and published.
+        lock: To be acquired while a command is computed and published.
 
     Raises:
         ValueError: The parameter ~mode is not valid.
@@ -59,18 +59,18 @@ class CommandPublisher:
 
     def __init__(self):
         self._units = Units(mode=str(rospy.get_param("~mode", "ackermann")))
-        self.lock, self._ended = threading.Lock(), False
+        self.lock, self._closed = threading.Lock(), False
         self._publisher = rospy.Publisher(topics.COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         rospy.on_shutdown(self._stop)
 
     def send(self, speed, curvature):
-        """Commands a speed [m/s] and a curvature [1/m]; call it with the lock held."""
-        if not self._ended:
+        """Commands a speed [m/s] and a curvature [1/m]; call it with the lock acquired."""
+        if not self._closed:
             self._publisher.publish(self._units.twist(speed, curvature))
 
     def _stop(self):
-        """Publishes one zero and waits until it is sent."""
+        """Publishes one zero command and waits until it is sent."""
         with self.lock:
-            self._ended = True
+            self._closed = True
             self._publisher.publish(Twist())
         flush(self._publisher)

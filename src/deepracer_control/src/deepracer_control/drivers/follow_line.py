@@ -11,41 +11,41 @@ from sensor_msgs.msg import CameraInfo, Image
 from deepracer_control import topics
 from deepracer_control.drivers.commands import CommandPublisher
 from deepracer_control.drivers.line_vision import vision_from
-from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.pursuit import arc_curvature
 
 
 class LineFollower:
-    """Line follower: pictures -> commands. No ROS.
+    """Line follower: images -> commands. No ROS.
 
     Args:
         vision: LineVision.
-        speed: On straights [m/s].
+        speed: Speed on straights [m/s].
         grip: Lateral acceleration [m/s^2] that lowers the speed in bends.
-        patience: Time [s] for which the last curvature is kept when the line is out of sight.
+        timeout: Time [s] for which the last curvature is used when the line is not visible.
     """
 
-    def __init__(self, vision, speed=0.6, grip=0.8, patience=1.0):
-        for name, value in (("speed", speed), ("grip", grip), ("patience", patience)):
+    def __init__(self, vision, speed=0.6, grip=0.8, timeout=1.0):
+        for name, value in (("speed", speed), ("grip", grip), ("patience", timeout)):
             Number(above=0.0).check(name, value)
-        self.vision, self.speed, self.grip, self.patience = vision, speed, grip, patience
-        self._curvature, self._seen = 0.0, None
+        self.vision, self.speed, self.grip, self.timeout = vision, speed, grip, timeout
+        self._curvature, self._last_detection = 0.0, None
 
-    def command(self, time, picture, matrix):
-        """Returns (speed [m/s], curvature [1/m]) for a picture taken at a time [s]."""
-        if self._seen is not None and time < self._seen:
-            self._seen = None  # the simulation was reset
+    def command(self, time, image, matrix):
+        """Returns (speed [m/s], curvature [1/m]) for an image taken at a time [s]."""
+        if self._last_detection is not None and time < self._last_detection:
+            self._last_detection = None  # the simulation was reset
             self.vision.restart()
-        goal = self.vision.find_goal(picture, matrix)
+        goal = self.vision.find_goal(image, matrix)
         if goal is not None:
-            self._seen, self._curvature = time, towards(*goal)
-        elif self._seen is None or time - self._seen > self.patience:
+            self._last_detection, self._curvature = time, arc_curvature(*goal)
+        elif self._last_detection is None or time - self._last_detection > self.timeout:
             return 0.0, 0.0
-        slow = math.sqrt(self.grip / max(abs(self._curvature), 1e-6))
-        return min(self.speed, slow), self._curvature
+        limit = math.sqrt(self.grip / max(abs(self._curvature), 1e-6))
+        return min(self.speed, limit), self._curvature
 
 
 class FollowLine:
-    """Subscribes camera and camera_info, publishes /cmd_vel once per picture."""
+    """Subscribes camera and camera_info, publishes /cmd_vel once per image."""
 
     def __init__(self):
         """Connects.
@@ -79,13 +79,13 @@ class FollowLine:
         if self._matrix is None:
             return
         try:
-            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            image = self._bridge.imgmsg_to_cv2(message, "bgr8")
         except CvBridgeError as error:
-            rospy.logerr_throttle(5.0, f"follow_line: picture refused: {error}")
+            rospy.logerr_throttle(5.0, f"follow_line: image rejected: {error}")
             return
         with self._commands.lock:
             self._commands.send(
-                *self._follower.command(message.header.stamp.to_sec(), picture, self._matrix)
+                *self._follower.command(message.header.stamp.to_sec(), image, self._matrix)
             )
 
 

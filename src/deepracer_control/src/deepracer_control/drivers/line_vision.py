@@ -1,6 +1,6 @@
-"""Detects the dashed centre line in a camera picture and projects it onto the ground.
+"""Detects the dashed centre line in a camera image and projects it onto the ground.
 
-In a hairpin the line leaves the picture; its position is then computed from the lane's white
+In a hairpin the line leaves the image; its position is then computed from the lane's white
 border, half a lane away.
 """
 
@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 from paddock_common.settings import Number, check, number, read
 
-from deepracer_control.drivers.pursuit import towards
+from deepracer_control.drivers.pursuit import arc_curvature
 
-FARTHEST = 1.6  # of the points used [m] from the rear axle
+MAX_RANGE = 1.6  # of the points from the rear axle [m]
 RINGS = 0.09  # spacing of the rings in which the line is searched [m]
-WINDOW = 0.22  # largest distance of a line's point from its expected position [m]
-FEWEST = 6  # least pixels in a ring for a detection
+WINDOW = 0.22  # maximum distance of a line's point from its expected position [m]
+MIN_PIXELS = 6  # in a ring for a detection
 WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255), np.uint8)
 
 
@@ -42,10 +42,10 @@ def ground_points(width, height, matrix, mount, scale=1):
     """Projects pixel centres onto the ground.
 
     Args:
-        width, height: Of the picture [px].
+        width, height: Size of the image [px].
         matrix: Nine numbers K of CameraInfo, row by row.
         mount: Mount.
-        scale: Only each scale-th pixel in both directions.
+        scale: Use only every scale-th pixel in both directions.
 
     Returns:
         (H, W, 2) x ahead of the rear axle, y to the left [m]; nan at and above the horizon.
@@ -56,35 +56,36 @@ def ground_points(width, height, matrix, mount, scale=1):
     )
     right, down = (u - cx) / fx, (v - cy) / fy
     cosine, sine = math.cos(mount.pitch), math.sin(mount.pitch)
-    sinking = sine + down * cosine  # of the ray, per unit along the optical axis
+    descent = sine + down * cosine  # of the ray, per unit along the optical axis
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = np.where(sinking > 1e-3, mount.height / sinking, np.nan)
-    return np.stack([mount.ahead + reach * (cosine - down * sine), -reach * right], axis=2)
+        depth = np.where(descent > 1e-3, mount.height / descent, np.nan)
+    return np.stack([mount.ahead + depth * (cosine - down * sine), -depth * right], axis=2)
 
 
 def ring_chain(points, expected, lookahead, first=0.15):
     """Follows a line outwards, ring by ring around the rear axle.
 
     Args:
-        points: (N, 2) ground points that have the line's colour [m].
+        points: (N, 2) ground points that have the line's color [m].
         expected: Function radius [m] -> expected point (2,) of the first ring.
         lookahead: Where to stop [m].
         first: Added to the window of the first ring [m].
 
     Returns:
-        List of (2,) means of the line's points, from near to far; empty: none found.
+        List of (2,) means of the line's points, from near to far; empty: no detection.
     """
     distance = np.hypot(points[:, 0], points[:, 1])
     chain = []
-    for radius in np.arange(0.36, FARTHEST, RINGS):
+    for radius in np.arange(0.36, MAX_RANGE, RINGS):
         if not chain:
-            place = expected(radius)
-        else:  # straight on along the points found
-            way = chain[-1] - chain[-2] if len(chain) > 1 else chain[-1]
-            place = chain[-1] + way / max(np.hypot(*way), 1e-6) * (radius - np.hypot(*chain[-1]))
+            position = expected(radius)
+        else:  # straight ahead along the detected points
+            step = chain[-1] - chain[-2] if len(chain) > 1 else chain[-1]
+            gap = radius - np.hypot(*chain[-1])
+            position = chain[-1] + step / max(np.hypot(*step), 1e-6) * gap
         near = points[np.abs(distance - radius) < RINGS / 2.0]
-        near = near[np.hypot(*(near - place).T) < WINDOW + (0.0 if chain else first)]
-        if len(near) >= FEWEST:
+        near = near[np.hypot(*(near - position).T) < WINDOW + (0.0 if chain else first)]
+        if len(near) >= MIN_PIXELS:
             chain.append(near.mean(axis=0))
             if np.hypot(*chain[-1]) >= lookahead:
                 break
@@ -94,17 +95,17 @@ def ring_chain(points, expected, lookahead, first=0.15):
 
 
 def on_arc(radius, curvature):
-    """Returns the point (2,) at a distance [m] on the arc that leaves the rear axle straight on."""
+    """Returns the point (2,) at a distance [m] on the arc that is driven with a curvature."""
     angle = math.asin(max(-0.99, min(0.99, curvature * radius / 2.0)))
     return radius * np.array((math.cos(angle), math.sin(angle)))
 
 
 class LineVision:
-    """Finds the goal point on the line.
+    """Detects the goal point on the line.
 
     Args:
         mount: Mount.
-        hue, saturation, value: (low, high) of the line's colour in OpenCV's HSV: 0..180, 0..255.
+        hue, saturation, value: (low, high) of the line's color in OpenCV's HSV: 0..180, 0..255.
         lookahead: Distance of the goal from the rear axle [m].
         half_lane: Line to border [m], until both have been detected together.
     """
@@ -118,48 +119,50 @@ class LineVision:
         lookahead=0.55,
         half_lane=0.365,
     ):
-        Number(least=0.4, most=FARTHEST, unit="m").check("lookahead", lookahead)
+        Number(min=0.4, max=MAX_RANGE, unit="m").check("lookahead", lookahead)
         self._mount, self._lookahead, self._first_half = mount, lookahead, half_lane
-        self._low, self._high = (np.array(ends, np.uint8) for ends in zip(hue, saturation, value))
+        self._low, self._high = (
+            np.array(limits, np.uint8) for limits in zip(hue, saturation, value)
+        )
         self._ground = self._key = None
         self.restart()
 
     def restart(self):
-        """Reset the tracked line."""
-        self._side = 0.0  # of the line at the nearest ring in the last picture [m]
+        """Resets the tracked line."""
+        self._side = 0.0  # of the line at the nearest ring in the last image [m]
         self._curvature = 0.0  # of the arc to the last goal [1/m]
         self._half = self._first_half
 
-    def find_goal(self, picture, matrix):
+    def find_goal(self, image, matrix):
         """Detects the line.
 
         Args:
-            picture: (H, W, 3) uint8 BGR.
+            image: (H, W, 3) uint8 BGR.
             matrix: K of CameraInfo.
 
         Returns:
             (x ahead, y left) of the goal point from the rear axle [m], or None: neither line nor
-            border found.
+            border detected.
         """
-        height, width = picture.shape[:2]
+        height, width = image.shape[:2]
         scale = 2 if width >= 480 else 1
         key = (width, height, tuple(matrix))
         if key != self._key:
             ground = ground_points(width, height, matrix, self._mount, scale)
             rows = np.nonzero(
                 np.nanmin(np.where(np.isnan(ground[:, :, 0]), np.inf, ground[:, :, 0]), axis=1)
-                < FARTHEST
+                < MAX_RANGE
             )[0]
             self._top = int(rows[0]) if len(rows) else 0
             self._ground, self._key = ground[self._top :], key
-        hsv = cv2.cvtColor(picture[::scale, ::scale][self._top :], cv2.COLOR_BGR2HSV)
+        hsv = cv2.cvtColor(image[::scale, ::scale][self._top :], cv2.COLOR_BGR2HSV)
         goal = self._goal(
             self._points(cv2.inRange(hsv, self._low, self._high)),
             self._points(cv2.inRange(hsv, WHITE_LOW, WHITE_HIGH)),
         )
         if goal is None:
             return None
-        self._curvature = towards(*goal)
+        self._curvature = arc_curvature(*goal)
         return tuple(map(float, goal))
 
     def _points(self, mask):
@@ -175,12 +178,12 @@ class LineVision:
         borders = [self._border(white, side) for side in (1.0, -1.0)]
         if chain:
             self._side = float(chain[0][1])
-            self._learn(chain, borders)
+            self._update_half_width(chain, borders)
             return chain[-1]
         goals = [
             goal
             for border, side in zip(borders, (1.0, -1.0))
-            if (goal := self._beside(border, side)) is not None
+            if (goal := self._line_from_border(border, side)) is not None
         ]
         if not goals:
             return None
@@ -188,7 +191,7 @@ class LineVision:
         return max(goals, key=lambda goal: goal[0])[1]
 
     def _border(self, white, side):
-        """Chain of the border to the left (side 1) or right (-1) of the arc that is driven."""
+        """Returns the chain of the border left (side 1) or right (-1) of the driven arc."""
         bearing = np.arctan2(white[:, 1], white[:, 0])
         arc = np.arcsin(np.clip(self._curvature * np.hypot(*white.T) / 2.0, -0.99, 0.99))
         points = white[side * (bearing - arc) > 0.0]
@@ -198,8 +201,8 @@ class LineVision:
 
         return ring_chain(points, start, self._lookahead + 0.3, 0.3)
 
-    def _beside(self, border, side):
-        """(number of rings, point half a lane beside a border near the lookahead), or None."""
+    def _line_from_border(self, border, side):
+        """Returns (number of rings, point half a lane from a border at the lookahead) or None."""
         if len(border) < 2:
             return None
         border = np.array(border)
@@ -212,8 +215,8 @@ class LineVision:
         best = int(np.argmin(np.abs(np.hypot(*line.T) - self._lookahead)))
         return len(border) + 1e-6 * best, line[best]
 
-    def _learn(self, chain, borders):
-        """Update the lane's half width from line and border in the same picture."""
+    def _update_half_width(self, chain, borders):
+        """Updates the lane's half width from line and border in the same image."""
         for border in borders:
             if len(border) > 2 and len(chain) > 2:
                 gap = np.linalg.norm(np.array(border)[:, None] - np.array(chain)[None], axis=2)
@@ -223,14 +226,14 @@ class LineVision:
 
 
 def vision_from(get, lookahead):
-    """Makes the LineVision that a node's private parameters camera_* and lookahead describe.
+    """Returns the LineVision for a node's private parameters camera_* and lookahead.
 
     Args:
         get: rospy.get_param or a function like it: (name, default) -> value.
         lookahead: Default distance of the goal from the rear axle [m].
 
     Raises:
-        ValueError: A parameter is not valid; the message names it.
+        ValueError: A parameter is not valid; the message has its name.
     """
     mount = read(Mount, get, "~camera_")
     return LineVision(mount, lookahead=get("~lookahead", lookahead))

@@ -42,7 +42,7 @@ class PurePursuit:
         try:
             path = Path([(pose.pose.position.x, pose.pose.position.y) for pose in message.poses])
         except ValueError as error:
-            rospy.logerr("pure_pursuit: path refused: %s", error)
+            rospy.logerr("pure_pursuit: path rejected: %s", error)
             return
         with self._commands.lock:
             self._pursuit = Pursuit(path, **self._limits)
@@ -51,14 +51,14 @@ class PurePursuit:
         with self._commands.lock:
             if self._pursuit is None:
                 return
-            place, yaw = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
-            if not all(map(math.isfinite, (place.x, place.y, yaw))):
+            position, yaw = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
+            if not all(map(math.isfinite, (position.x, position.y, yaw))):
                 rospy.logerr_throttle(1.0, "pure_pursuit: odometry is not finite; the car stops")
                 speed, curvature = 0.0, 0.0
             else:
                 speed, curvature = self._pursuit.command(
-                    place.x + self._rear_axle * math.cos(yaw),
-                    place.y + self._rear_axle * math.sin(yaw),
+                    position.x + self._rear_axle * math.cos(yaw),
+                    position.y + self._rear_axle * math.sin(yaw),
                     yaw,
                 )
             self._commands.send(speed, curvature)

@@ -1,1 +1,1 @@
-"""Runs with results: the demo, laps, their films and pictures."""
+"""Runs with results: the demo, laps, their films and images."""

@@ -1,4 +1,4 @@
-"""The car of a run: found, placed, checked."""
+"""The car of a run: waits for it, operates it, checks it."""
 
 import math
 import time
@@ -22,12 +22,12 @@ class Checks:
     def __init__(self):
         self.results = []
 
-    def add(self, what, measured, low, high, unit):
+    def add(self, label, measured, low, high, unit):
         """Prints and stores one check: low <= measured <= high."""
         passed = bool(low <= measured <= high)
         self.results.append(
             {
-                "what": what,
+                "what": label,
                 "measured": round(measured, 5),
                 "low": low,
                 "high": high,
@@ -35,12 +35,12 @@ class Checks:
                 "ok": passed,
             }
         )
-        ends = [
+        limits = [
             "-inf" if low == -math.inf else f"{low:.3f}",
             f"{high:.3f}" if high < math.inf else "inf",
         ]
         print(
-            f"demo: {what:<38} {measured:+8.3f} {unit:<5} expected {ends[0]} .. {ends[1]}  "
+            f"demo: {label:<38} {measured:+8.3f} {unit:<5} expected {limits[0]} .. {limits[1]}  "
             f"{'ok' if passed else 'FAILED'}",
             flush=True,
         )
@@ -60,7 +60,7 @@ STILL = 0.01  # speed below which the car counts as stopped [m/s]
 
 
 class DemoError(RuntimeError):
-    """The demo cannot continue; the message says why."""
+    """The demo cannot continue; the message has the reason."""
 
 
 class Car:
@@ -72,14 +72,14 @@ class Car:
         recorder: Recorder of the odometry.
     """
 
-    def __init__(self, window, patience):
+    def __init__(self, window, timeout):
         """Records nothing yet; wait_for_car() subscribes.
 
         Args:
             window: InterfaceWindow.
-            patience: Longest wall time of any wait [s].
+            timeout: Maximum wall time of any wait [s].
         """
-        self.window, self._patience = window, patience
+        self.window, self._timeout = window, timeout
         self.mouse = Mouse(window)
         self.recorder = Recorder()
 
@@ -88,38 +88,38 @@ class Car:
         """The newest Sample of the odometry, or None."""
         return self.recorder.last
 
-    def wait(self, what, done, seconds=None):
+    def wait(self, label, done, seconds=None):
         """Runs Qt's event loop until done() is true.
 
         Args:
-            what: Awaited event, for the error.
+            label: Name of the awaited event in the error message.
             done: Function without arguments.
-            seconds: Limit in ROS time [s]; reaching it is no error. None: only done() ends it.
+            seconds: Limit in ROS time [s]; reaching it is not an error. None: no limit.
 
         Raises:
-            DemoError: The window was closed, or `patience` of wall time has passed.
+            DemoError: The window was closed, or `timeout` of wall time has passed.
         """
-        begin, deadline = rospy.get_time(), time.monotonic() + self._patience
+        start, deadline = rospy.get_time(), time.monotonic() + self._timeout
         while not done():
-            if seconds is not None and rospy.get_time() - begin >= seconds:
+            if seconds is not None and rospy.get_time() - start >= seconds:
                 return
             if not self.window.isVisible() or rospy.is_shutdown():
-                raise DemoError(f"interrupted while waiting for {what}")
+                raise DemoError(f"interrupted while waiting for {label}")
             if self.window.exitCode:
                 raise DemoError(self.window.troubleLabel.text())
             if time.monotonic() > deadline:
-                raise DemoError(f"no {what} within {self._patience:g} s")
+                raise DemoError(f"no {label} within {self._timeout:g} s")
             QTest.qWait(5)
 
     def run_for(self, seconds):
         """Waits for a ROS time [s] to pass."""
         self.wait(f"{seconds:g} s of ROS time (does /clock run?)", lambda: False, seconds)
 
-    def settle(self, limit=3.0):
-        """Waits, within ROS time, until timed moves are over and the car has stopped."""
+    def wait_at_rest(self, limit=3.0):
+        """Waits, within ROS time, until timed moves are finished and the car is at rest."""
         self.wait("end of the timed move", lambda: not self.window.isMoving())
         self.run_for(0.1)
-        self.wait("standing car", lambda: abs(self.last.v) < STILL, limit)
+        self.wait("car at rest", lambda: abs(self.last.v) < STILL, limit)
         return self.last
 
     def click(self, name):
@@ -130,14 +130,12 @@ class Car:
         return before
 
     def wait_for_car(self):
-        """Waits for the first picture in the window, for odometry, and until the car stands."""
+        """Waits for the first image in the window, for odometry, and until the car is at rest."""
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=100)
         self.recorder.phase = "start"
         self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.last is not None)
-        self.wait(
-            f"picture on {CAMERA_TOPIC}", lambda: self.window.cameraLabel.pixmap() is not None
-        )
-        self.wait(f"car on {ODOMETRY_TOPIC} that stands still", lambda: abs(self.last.v) < STILL)
+        self.wait(f"image on {CAMERA_TOPIC}", lambda: self.window.cameraLabel.pixmap() is not None)
+        self.wait(f"car at rest on {ODOMETRY_TOPIC}", lambda: abs(self.last.v) < STILL)
         self.wait(
             "subscriber of the window's commands",
             lambda: self.window.publisher().get_num_connections() > 0,

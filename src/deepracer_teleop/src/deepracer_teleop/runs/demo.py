@@ -1,8 +1,8 @@
-"""./run demo: the drive that shows and checks everything.
+"""./run demo: the drive that shows and checks all functions.
 
 The node `demo`: drives with the window's widgets and checks the car's motion. Runs offscreen or on
 a screen. All manoeuvres are timed by ROS time; every wait also has a deadline in wall time. Writes
-pictures, path and result.json into ~out_dir.
+images, path and result.json to ~out_dir.
 """
 
 import math
@@ -23,7 +23,7 @@ from deepracer_teleop.runs.results import along
 from deepracer_teleop.window.node import connect, send_last
 
 
-class Judge:
+class LapStatusRecorder:
     """Stores LapStatus messages, in a subscriber's thread, up to the finish of a lap."""
 
     def __init__(self):
@@ -36,7 +36,7 @@ class Judge:
         return self._status
 
     def restart(self):
-        """Starts anew; to be called right before the referee is restarted."""
+        """Starts again; call it immediately before the referee is restarted."""
         with self._lock:
             self._status, self._errors, self._stale = None, [], True
 
@@ -47,7 +47,7 @@ class Judge:
                 return  # it was sent before the referee was restarted
             self._stale = False
             if self._status is not None and self._status.laps:
-                return  # what comes after the finish does not count
+                return  # messages after the finish do not count
             self._status = status
             if status.running:
                 self._errors.append(abs(status.lateral_error))
@@ -80,7 +80,7 @@ class Demo:
             car: Car.
             track: track_model.track.Track.
             out_dir: Existing folder for the results.
-            drive_time: How long to follow the track [s] of ROS time.
+            drive_time: ROS time for which to follow the track [s].
         """
         self.car, self.track, self.out_dir = car, track, out_dir
         self.drive_time = drive_time
@@ -92,25 +92,27 @@ class Demo:
 
     def drive_buttons(self):
         """Forward, Backwards, Left, Right, and Stop during a move."""
-        way = self.speed * self.car.window.settings.linear_wait
+        distance = self.speed * self.car.window.settings.linear_wait
         for name, sign in (("Forward", 1), ("Backwards", -1)):
             start = self.car.click(name)
-            distance = along(start, self.car.settle())
-            low, high = sorted((sign * way * 0.9, sign * way * 1.1))
-            self.checks.add(f"{name}: way along the heading", distance, low, high, "m")
+            driven = along(start, self.car.wait_at_rest())
+            low, high = sorted((sign * distance * 0.9, sign * distance * 1.1))
+            self.checks.add(f"{name}: distance along the heading", driven, low, high, "m")
         for name, low, high in (("Left", 5.0, 180.0), ("Right", -180.0, -5.0)):
             start = self.car.click(name)
-            turned = math.degrees(self.car.settle().yaw - start.yaw)
-            self.checks.add(f"{name}: change of heading", turned, low, high, "deg")
+            change = math.degrees(self.car.wait_at_rest().yaw - start.yaw)
+            self.checks.add(f"{name}: change of heading", change, low, high, "deg")
         start = self.car.click("Forward")
         self.car.run_for(0.4)
         rolling = self.car.click("Stop")
-        end = self.car.settle(0.5)
+        end = self.car.wait_at_rest(0.5)
         self.checks.add(
             "Stop: speed when clicked", rolling.v, self.speed * 0.8, self.speed * 1.2, "m/s"
         )
         self.checks.add("Stop: speed 0.5 s later at most", abs(end.v), 0.0, STILL, "m/s")
-        self.checks.add("Stop: way of the cut move", along(start, end), 0.0, way * 0.7, "m")
+        self.checks.add(
+            "Stop: distance of the stopped move", along(start, end), 0.0, distance * 0.7, "m"
+        )
 
     def drive_cruise(self):
         """Cruise on, slider to both sides, then along the track, then Stop."""
@@ -124,40 +126,44 @@ class Demo:
             start = self.car.last
             self.car.mouse.pull_slider(value)
             self.car.run_for(0.5)
-            turned = math.degrees(self.car.last.yaw - start.yaw)
-            self.checks.add(f"Slider {name}: change of heading", turned, low, high, "deg")
+            change = math.degrees(self.car.last.yaw - start.yaw)
+            self.checks.add(f"Slider {name}: change of heading", change, low, high, "deg")
         self.follow_track()
         self.car.mouse.release_slider()
         self.car.click("Stop")
-        self.checks.add("Stop in cruise: speed", abs(self.car.settle(0.5).v), 0.0, STILL, "m/s")
+        self.checks.add(
+            "Stop in cruise: speed", abs(self.car.wait_at_rest(0.5).v), 0.0, STILL, "m/s"
+        )
         self.car.mouse.toggle_cruise()
 
     def follow_track(self):
         """Drives along the centre line with the slider, steering 10 times a second."""
-        begin = self.car.last
-        start = self.path.nearest(begin.x, begin.y)
-        worst, settled = 0.0, begin.t + 2.0
+        initial = self.car.last
+        start = self.path.nearest(initial.x, initial.y)
+        worst, converged = 0.0, initial.t + 2.0
         next_print = 5.0
-        while self.car.last.t - begin.t < self.drive_time:
+        while self.car.last.t - initial.t < self.drive_time:
             car = self.car.last
             self.car.mouse.pull_slider(self.car.mouse.slider_value(self._curvature(car)))
-            if car.t > settled:  # it starts beside the line after the turns before
+            if car.t > converged:  # the previous turns have moved it off the line
                 worst = max(worst, self.path.distance(car.x, car.y))
-            if car.t - begin.t > next_print:
+            if car.t - initial.t > next_print:
                 print(
                     f"demo: following the track, {next_print:.0f} of {self.drive_time:g} s",
                     flush=True,
                 )
                 next_print += 5.0
-            if self._frame is None and car.t - begin.t > self.drive_time / 2.0:
+            if self._frame is None and car.t - initial.t > self.drive_time / 2.0:
                 self._frame = self.car.window.lastPicture()
                 self.grab_window()
             self.car.run_for(0.1)
         end = self.car.last
-        driven = self.path.way(start, self.path.nearest(end.x, end.y))
-        way = self.speed * (end.t - begin.t)
-        self.checks.add("Track: way along the centre line", driven, 0.85 * way, 1.1 * way, "m")
-        self.checks.add("Track: largest distance from it", worst, 0.0, self.track.width / 2.0, "m")
+        driven = self.path.arc_length(start, self.path.nearest(end.x, end.y))
+        distance = self.speed * (end.t - initial.t)
+        self.checks.add(
+            "Track: distance along the centre line", driven, 0.85 * distance, 1.1 * distance, "m"
+        )
+        self.checks.add("Track: maximum distance from it", worst, 0.0, self.track.width / 2.0, "m")
 
     def _curvature(self, car):
         """Returns the curvature [1/m] from a Sample of the car to the goal point."""
@@ -172,18 +178,18 @@ class Demo:
             raise DemoError(f"cannot write {path}")
 
     def write(self):
-        """Writes camera frame, bird's-eye picture and path."""
+        """Writes camera frame, bird's-eye view and path."""
         samples = self.car.recorder.samples
         self.car.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
-        results.write_picture(self.out_dir, "camera.png", self._frame)
-        results.write_picture(self.out_dir, "birdseye.png", results.draw(self.track, samples))
+        results.write_image(self.out_dir, "camera.png", self._frame)
+        results.write_image(self.out_dir, "birdseye.png", results.render(self.track, samples))
 
     def run(self):
         """Runs all manoeuvres; returns whether every check passed."""
         self.car.window.start()
         self.car.wait_for_car()
         print(
-            f"demo: driving on track {self.track.name}, {self.track.length:.1f} m round", flush=True
+            f"demo: driving on track {self.track.name}, {self.track.length:.1f} m long", flush=True
         )
         self.drive_buttons()
         self.drive_cruise()
@@ -195,7 +201,7 @@ def demo_from_parameters(window, out_dir):
     """Returns a Demo with the node's private parameters.
 
     Raises:
-        ValueError: A parameter or the track is not valid; the message names it.
+        ValueError: A parameter or the track is not valid; the message has its name.
     """
     seconds = Number(above=0.0, unit="s")
     return Demo(
@@ -212,7 +218,7 @@ def report(out_dir, passed, error, checks, seconds):
     Args:
         out_dir: Existing folder.
         passed: Whether all manoeuvres ran and every check passed.
-        error: Why it ended early, or "".
+        error: Why it stopped early, or "".
         checks: Checks.
         seconds: Wall time of the demo [s].
     """
@@ -228,7 +234,7 @@ def report(out_dir, passed, error, checks, seconds):
 def main():
     """Runs the node `demo`; returns its exit code, which result.json repeats."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    begin = time.monotonic()
+    start = time.monotonic()
     window, demo, error, out_dir = None, None, "", None
     try:
         window = connect("demo")
@@ -246,7 +252,7 @@ def main():
             send_last(window)
     if out_dir is not None:
         checks = demo.checks if demo else Checks()
-        report(out_dir, passed, error, checks, time.monotonic() - begin)
+        report(out_dir, passed, error, checks, time.monotonic() - start)
     return 0 if passed else 1
 
 

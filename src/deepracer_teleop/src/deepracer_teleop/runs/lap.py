@@ -1,8 +1,8 @@
-"""./run lap: laps by a driver, with their film and result.
+"""./run lap: laps of a driver, with film and result.
 
-The node `lap`: places the car, waits for its laps, records film, path and figures. It does not
-drive: a driver on /cmd_vel does. Writes into ~out_dir: lap.mp4, lap.png (a frame of the film),
-path.png, path.csv and result.json. Every wait ends: by ROS time and by wall time.
+The node `lap`: puts the car at the start, waits for its laps, records film, path and figures. It
+does not drive: a driver on /cmd_vel does. Writes to ~out_dir: lap.mp4, lap.png (a frame of it),
+path.png, path.csv and result.json. Every wait has a limit in ROS time or wall time.
 """
 
 import math
@@ -28,7 +28,7 @@ from track_model.track import load_track
 
 from deepracer_teleop.recording import Film
 from deepracer_teleop.runs import results
-from deepracer_teleop.runs.demo import Judge
+from deepracer_teleop.runs.demo import LapStatusRecorder
 from deepracer_teleop.runs.results import Recorder
 from paddock_common import nodes
 from track_model.msg import LapStatus
@@ -41,28 +41,28 @@ class LapSettings:
     Attributes:
         driver: Name for the overlay and the report.
         model: Name of the car in the simulator.
-        starts: Number of starts; with several all are placed at random.
-        seed: Of the random places.
-        time_limit: Of a lap [s] of ROS time.
-        roam: Drive so long instead of a lap [s] of ROS time; 0: a lap.
-        patience: Longest wall time without progress [s].
-        film_rate: Of the film [Hz].
+        starts: Number of starts; with several all poses are random.
+        seed: Seed of the random poses.
+        time_limit: Limit of a lap in ROS time [s].
+        roam: ROS time to drive instead of a lap [s]; 0: a lap.
+        timeout: Maximum wall time without progress [s]; parameter ~patience.
+        film_rate: Frame rate of the film [Hz].
     """
 
     driver: str = text("", empty=True)
     model: str = text("racecar")
-    starts: int = number(1, least=1, whole=True)
-    seed: int = number(0, least=0, whole=True)
+    starts: int = number(1, min=1, integer=True)
+    seed: int = number(0, min=0, integer=True)
     time_limit: float = number(240.0, above=0.0, unit="s")
-    roam: float = number(0.0, least=0.0, unit="s")
-    patience: float = number(120.0, above=0.0, unit="s")
+    roam: float = number(0.0, min=0.0, unit="s")
+    timeout: float = number(120.0, "patience", above=0.0, unit="s")
     film_rate: float = number(15.0, above=0.0, unit="Hz")
 
     def __post_init__(self):
         check(self)
 
 
-MOST_PROGRESS = 55.0  # [%] of the lap, up to which a frame may be the picture of the lap
+MAX_PROGRESS = 55.0  # of the lap, up to which a frame may become lap.png [%]
 
 
 class LapFilm:
@@ -70,38 +70,38 @@ class LapFilm:
 
     Args:
         film: Film.
-        judge: Judge.
-        driver: its name.
+        referee: LapStatusRecorder.
+        driver: name of the driver.
 
     Attributes:
         film: as above.
-        seeing: whether a frame has come.
-        filming: whether frames are added; False at first.
-        frame: (H, W, 3) uint8 BGR, the picture of the lap, or None.
+        receiving: whether a frame was received.
+        recording: whether frames are added; False at first.
+        frame: (H, W, 3) uint8 BGR, the frame for lap.png, or None.
     """
 
-    def __init__(self, film, judge, driver):
-        self.film, self._judge, self._driver = film, judge, driver
+    def __init__(self, film, referee, driver):
+        self.film, self._referee, self._driver = film, referee, driver
         self._bridge, self.frame = CvBridge(), None
-        self.seeing = self.filming = False
+        self.receiving = self.recording = False
 
     def callback(self, message):
         """Adds a camera frame."""
-        self.seeing = True
-        status = self._judge.status
-        if not self.filming or status is None:
+        self.receiving = True
+        status = self._referee.status
+        if not self.recording or status is None:
             return
-        words = (
+        text_line = (
             f"{self._driver}  lap {status.laps + 1}  {status.progress:3.0f} %  "
             f"{status.lap_time:5.1f} s  {status.speed:.2f} m/s"
         )
         try:
-            picture = self._bridge.imgmsg_to_cv2(message, "bgr8")
-            frame = self.film.add(message.header.stamp.to_sec(), picture, words)
+            image = self._bridge.imgmsg_to_cv2(message, "bgr8")
+            frame = self.film.add(message.header.stamp.to_sec(), image, text_line)
         except (CvBridgeError, OSError) as error:
             rospy.logerr_throttle(10.0, f"film: {error}")
             return
-        if frame is not None and (self.frame is None or status.progress < MOST_PROGRESS):
+        if frame is not None and (self.frame is None or status.progress < MAX_PROGRESS):
             self.frame = frame
 
 
@@ -112,20 +112,20 @@ PRINT_PERIOD = 5.0  # of ROS time, between lines about the progress [s]
 
 
 class LapError(RuntimeError):
-    """The lap cannot continue; the message says why."""
+    """The lap cannot continue; the message has the reason."""
 
 
 ERRORS = (LapError, WaitTimeout, rospy.ROSException, rospy.ServiceException, ValueError, OSError)
 
 
-class LapKeeper:
+class LapRun:
     """One or several starts on one track."""
 
     def __init__(self):
         """Reads the parameters and subscribes.
 
         Raises:
-            ValueError, OSError: A parameter, the track or the folder is not good.
+            ValueError, OSError: A parameter, the track or the folder is not valid.
         """
         self.out_dir = os.path.abspath(str(rospy.get_param("~out_dir")))
         results.prepare(self.out_dir, FILES)
@@ -133,103 +133,105 @@ class LapKeeper:
         self.course = Course(self.track.lane)
         self.settings = read(LapSettings, rospy.get_param)
         self.film = Film(os.path.join(self.out_dir, "lap.mp4"), self.settings.film_rate)
-        self.recorder, self.judge = Recorder(), Judge()
-        self._camera = LapFilm(self.film, self.judge, self.settings.driver)
+        self.recorder, self.referee = Recorder(), LapStatusRecorder()
+        self._camera = LapFilm(self.film, self.referee, self.settings.driver)
         rospy.Subscriber(ODOMETRY_TOPIC, Odometry, self.recorder.callback, queue_size=200)
-        rospy.Subscriber("/referee/status", LapStatus, self.judge.callback, queue_size=200)
+        rospy.Subscriber("/referee/status", LapStatus, self.referee.callback, queue_size=200)
         rospy.Subscriber(CAMERA_TOPIC, Image, self._camera.callback, queue_size=2, buff_size=2**24)
 
-    def wait(self, what, done):
+    def wait(self, label, done):
         """Waits until done() is true.
 
         Raises:
             WaitTimeout, rospy.ROSInterruptException: As wait_until with ~patience.
         """
-        wait_until(done, self.settings.patience, what, poll_period=0.02)
+        wait_until(done, self.settings.timeout, label, poll_period=0.02)
 
-    def place(self, number):
-        """Places the car before the line; at random with several starts or from the second on."""
+    def put_at_start(self, index):
+        """Puts the car before the line; with several starts at a random pose."""
         s = -LEAD if self.track.closed else OPEN_LEAD
-        side = turn = 0.0
+        side = rotation = 0.0
         if self.settings.starts > 1:
-            rng = np.random.default_rng((self.settings.seed, number))
+            rng = np.random.default_rng((self.settings.seed, index))
             s += rng.uniform(-0.1, 0.1)
-            side, turn = rng.uniform(-0.1, 0.1), math.radians(rng.uniform(-10.0, 10.0))
+            side, rotation = rng.uniform(-0.1, 0.1), math.radians(rng.uniform(-10.0, 10.0))
         x, y, yaw = self.course.pose(s)
         state = ModelState(model_name=self.settings.model, reference_frame="world")
         state.pose.position.x = x - side * math.sin(yaw)
         state.pose.position.y = y + side * math.cos(yaw)
-        state.pose.orientation = quaternion_of(yaw + turn)
-        answer = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
-        if not answer.success:
-            raise LapError(f"the car cannot be placed: {answer.status_message}")
-        self.judge.restart()  # before the referee: its first word after it must not be missed
+        state.pose.orientation = quaternion_of(yaw + rotation)
+        response = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
+        if not response.success:
+            raise LapError(f"the car cannot be put at the start: {response.status_message}")
+        self.referee.restart()  # before the referee: its first message must not be missed
         rospy.ServiceProxy("/referee/restart", Trigger)()
 
     def run(self):
-        """Does all starts; returns the list of results."""
+        """Runs all starts; returns the list of results."""
         self.wait(f"odometry on {ODOMETRY_TOPIC}", lambda: self.recorder.last is not None)
         for name in ("/gazebo/set_model_state", "/referee/restart"):
-            rospy.wait_for_service(name, self.settings.patience)
+            rospy.wait_for_service(name, self.settings.timeout)
         self.wait("driver on /cmd_vel that moves the car", lambda: abs(self.recorder.last.v) > 0.02)
-        self.wait(f"picture on {CAMERA_TOPIC}", lambda: self._camera.seeing)  # the first: seconds
+        self.wait(
+            f"image on {CAMERA_TOPIC}", lambda: self._camera.receiving
+        )  # the first takes seconds
         print(
             f"lap: {self.settings.driver} on track {self.track.name}, {self.track.length:.1f} m"
             + (f", {self.settings.starts} starts" if self.settings.starts > 1 else ""),
             flush=True,
         )
-        return [self.one(number) for number in range(self.settings.starts)]
+        return [self.run_start(index) for index in range(self.settings.starts)]
 
-    def one(self, number):
-        """Does one start; returns its result."""
-        self.place(number)
-        self.wait("word of the referee", lambda: self.judge.status is not None)
-        begin = self.recorder.last.t
-        self._camera.filming = number == 0
-        outcome = self._watch(begin)
-        self._camera.filming = False
-        way = [(sample.x, sample.y) for sample in self.recorder.since(begin)]
-        driven = round(float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()), 2)
-        result = {"start": number, "outcome": outcome, **self.judge.result(), "driven": driven}
+    def run_start(self, index):
+        """Runs one start; returns its result."""
+        self.put_at_start(index)
+        self.wait("message of the referee", lambda: self.referee.status is not None)
+        start = self.recorder.last.t
+        self._camera.recording = index == 0
+        outcome = self._monitor(start)
+        self._camera.recording = False
+        path = [(sample.x, sample.y) for sample in self.recorder.since(start)]
+        driven = round(float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()), 2)
+        result = {"start": index, "outcome": outcome, **self.referee.result(), "driven": driven}
         print(
-            f"lap: start {number}: {outcome}, {result['lap_time']:.2f} s, lateral error mean "
+            f"lap: start {index}: {outcome}, {result['lap_time']:.2f} s, lateral error mean "
             f"{result['mean_lateral_error'] * 100.0:.1f} cm, max "
             f"{result['max_lateral_error'] * 100.0:.1f} cm",
             flush=True,
         )
         return result
 
-    def _watch(self, begin):
-        """Follows one start to its end.
+    def _monitor(self, start):
+        """Monitors one start until its outcome.
 
         Args:
-            begin: ROS time of the start [s].
+            start: ROS time of the start [s].
 
         Returns:
             The outcome: "lap", "off track", "stuck" or "time limit"; "roamed".
 
         Raises:
-            LapError: Simulated time stands still, or ROS ends.
+            LapError: Simulated time does not advance, or ROS shuts down.
         """
         settings = self.settings
-        last, since, shown = begin, time.monotonic(), 0.0
-        while self.recorder.last.t - begin < (settings.roam or settings.time_limit):
+        last, since, printed = start, time.monotonic(), 0.0
+        while self.recorder.last.t - start < (settings.roam or settings.time_limit):
             if rospy.is_shutdown():
                 raise LapError("interrupted")
             now = self.recorder.last.t
             if now != last:
                 last, since = now, time.monotonic()
-            elif time.monotonic() - since > settings.patience:
-                raise LapError(f"simulated time has stood still for {settings.patience:g} s")
-            status = self.judge.status
+            elif time.monotonic() - since > settings.timeout:
+                raise LapError(f"simulated time has not advanced for {settings.timeout:g} s")
+            status = self.referee.status
             if not settings.roam and status.laps:
                 return "lap"
             if not settings.roam and (status.off_track or status.stuck):
                 return "off track" if status.off_track else "stuck"
-            if settings.starts == 1 and now - shown > PRINT_PERIOD:
-                shown = now
+            if settings.starts == 1 and now - printed > PRINT_PERIOD:
+                printed = now
                 print(
-                    f"lap: {now - begin:5.0f} s  {status.progress:3.0f} %  "
+                    f"lap: {now - start:5.0f} s  {status.progress:3.0f} %  "
                     f"{status.lateral_error * 100.0:+5.1f} cm",
                     flush=True,
                 )
@@ -237,50 +239,50 @@ class LapKeeper:
         return "roamed" if settings.roam else "time limit"
 
     def write(self):
-        """Writes the path and pictures of all that was driven."""
+        """Writes path and images of all starts."""
         self.film.close()
         samples = self.recorder.samples
         self.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
         names = (f"{self.settings.driver} driver",)
-        picture = results.draw(self.track, samples, names=names)
-        results.write_picture(self.out_dir, "path.png", picture)
+        image = results.render(self.track, samples, names=names)
+        results.write_image(self.out_dir, "path.png", image)
         if self._camera.frame is not None:
-            results.write_picture(self.out_dir, "lap.png", self._camera.frame)
+            results.write_image(self.out_dir, "lap.png", self._camera.frame)
 
 
-def report(keeper, starts, error):
+def report(run, starts, error):
     """Writes result.json and prints the last line.
 
     Args:
-        keeper: LapKeeper.
-        starts: Results of the starts that were done.
-        error: Why it ended early, or "".
+        run: LapRun.
+        starts: Results of the finished starts.
+        error: Why it stopped early, or "".
 
     Returns:
-        Whether every start came to its end.
+        Whether every start was completed.
     """
     done = sum(result["outcome"] in ("lap", "roamed") for result in starts)
-    passed = not error and done == keeper.settings.starts
+    passed = not error and done == run.settings.starts
     results.write_result(
-        keeper.out_dir,
+        run.out_dir,
         {
             "ok": passed,
             "error": error,
-            "track": keeper.track.name,
-            "driver": keeper.settings.driver,
-            "film_frames": keeper.film.frames,
+            "track": run.track.name,
+            "driver": run.settings.driver,
+            "film_frames": run.film.frames,
             "starts": starts,
         },
     )
     if starts:
         times = [result["lap_time"] for result in starts if result["lap_time"]]
         print(
-            f"lap: {keeper.settings.driver} on {keeper.track.name}: {done} of "
-            f"{keeper.settings.starts} done"
+            f"lap: {run.settings.driver} on {run.track.name}: {done} of "
+            f"{run.settings.starts} done"
             + (f", lap {np.mean(times):.2f} s" if times else "")
             + f", lateral error mean {np.mean([r['mean_lateral_error'] for r in starts]):.3f} m,"
             f" max {np.max([r['max_lateral_error'] for r in starts]):.3f} m; files in "
-            f"{keeper.out_dir}: {'OK' if passed else 'FAILED'}",
+            f"{run.out_dir}: {'OK' if passed else 'FAILED'}",
             flush=True,
         )
     return passed
@@ -289,20 +291,20 @@ def report(keeper, starts, error):
 def main():
     """Runs the node; returns its exit code, which result.json repeats."""
     nodes.init_interruptible("lap")
-    keeper, starts, error = None, [], ""
+    run, starts, error = None, [], ""
     try:
-        keeper = LapKeeper()
-        starts = keeper.run()
-        keeper.write()
+        run = LapRun()
+        starts = run.run()
+        run.write()
     except KeyError as problem:
         error = f"parameter {problem} is missing"
     except ERRORS as problem:
         error = str(problem)
     if error:
         print(f"lap: FAILED: {error}", file=sys.stderr, flush=True)
-    if keeper is None:
+    if run is None:
         return 1
-    return 0 if report(keeper, starts, error) else 1
+    return 0 if report(run, starts, error) else 1
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What a run leaves: recorded paths, views from above, result files."""
+"""Results of a run: recorded paths, views from above, result files."""
 
 import csv
 import json
@@ -15,7 +15,7 @@ from paddock_common.geometry import yaw_of
 @dataclass(frozen=True)
 class Sample:
     """One odometry message: time [s], position in the world [m], unwrapped heading [rad],
-    forward speed [m/s] and turning rate [rad/s] in the car's frame, name of the manoeuvre."""
+    forward speed [m/s] and yaw rate [rad/s] in the car's frame, name of the manoeuvre."""
 
     t: float
     x: float
@@ -27,7 +27,7 @@ class Sample:
 
 
 def along(start, end):
-    """Returns how far one moved from start in the direction start was heading [m]."""
+    """Returns the distance from start along the heading of start [m]."""
     return (end.x - start.x) * math.cos(start.yaw) + (end.y - start.y) * math.sin(start.yaw)
 
 
@@ -90,7 +90,7 @@ class Recorder:
 
 
 MARGIN = 70  # around the track, for the axes [px]
-COLOURS = ((255, 160, 40), (80, 80, 255))  # BGR: buttons, cruise
+COLORS = ((255, 160, 40), (80, 80, 255))  # BGR: buttons, cruise
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -116,113 +116,113 @@ class View:
         ).astype(np.int32)
 
 
-def draw(track, samples, width=1200, names=("buttons", "cruise + slider")):
-    """Draws track, path, start, axes in metres and a scale bar.
+def render(track, samples, width=1200, names=("buttons", "cruise + slider")):
+    """Renders track, path, start, axes in metres and a scale bar.
 
     Args:
         track: track_model.track.Track: centreline, inner, outer, extent and texture.
-        samples: Recorder samples, at least one; phases that begin with "cruise" get a colour of
-            their own.
-        width: Of the picture [px].
-        names: Labels of the path's colours; with one label the path has one colour.
+        samples: Recorder samples, at least one; phases that start with "cruise" get a second
+            color.
+        width: Width of the image [px].
+        names: Labels of the path's colors; with one label the path has one color.
 
     Returns:
         (H, W, 3) uint8 BGR.
     """
     view = View(track.extent, width)
-    picture = np.full(view.shape, 250, np.uint8)
-    _draw_ground(picture, view, track)
-    _draw_axes(picture, view)
+    image = np.full(view.shape, 250, np.uint8)
+    _draw_ground(image, view, track)
+    _draw_axes(image, view)
     points = view.pixels([(sample.x, sample.y) for sample in samples])
     for first, second, sample in zip(points[:-1], points[1:], samples[1:]):
-        colour = COLOURS[len(names) > 1 and sample.phase.startswith("cruise")]
-        cv2.line(picture, tuple(map(int, first)), tuple(map(int, second)), colour, 3, cv2.LINE_AA)
-    _draw_ends(picture, view, samples)
-    _draw_legend(picture, view, names)
-    return picture
+        color = COLORS[len(names) > 1 and sample.phase.startswith("cruise")]
+        cv2.line(image, tuple(map(int, first)), tuple(map(int, second)), color, 3, cv2.LINE_AA)
+    _draw_ends(image, view, samples)
+    _draw_legend(image, view, names)
+    return image
 
 
-def _draw_ground(picture, view, track):
+def _draw_ground(image, view, track):
     (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
     texture = cv2.imread(track.texture)
     if texture is not None:
-        picture[top:bottom, left:right] = cv2.resize(
+        image[top:bottom, left:right] = cv2.resize(
             texture, (right - left, bottom - top), interpolation=cv2.INTER_AREA
         )
         return
-    for line, colour in (
+    for line, color in (
         (track.outer, (90, 90, 90)),
         (track.inner, (90, 90, 90)),
         (track.centreline, (20, 140, 245)),
     ):
-        cv2.polylines(picture, [view.pixels(line)], True, colour, 2, cv2.LINE_AA)
+        cv2.polylines(image, [view.pixels(line)], True, color, 2, cv2.LINE_AA)
 
 
-def _draw_axes(picture, view):
+def _draw_axes(image, view):
     (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
-    cv2.rectangle(picture, (int(left), int(top)), (int(right), int(bottom)), (60, 60, 60), 1)
+    cv2.rectangle(image, (int(left), int(top)), (int(right), int(bottom)), (60, 60, 60), 1)
     for metre in range(int(np.ceil(view.xmin)), int(view.xmax) + 1):
         x = int(view.pixels([(metre, 0)])[0, 0])
-        cv2.line(picture, (x, bottom), (x, bottom + 6), (60, 60, 60), 1)
-        _write(picture, f"{metre}", (x, bottom + 22), centred=True)
+        cv2.line(image, (x, bottom), (x, bottom + 6), (60, 60, 60), 1)
+        _write(image, f"{metre}", (x, bottom + 22), centred=True)
     for metre in range(int(np.ceil(view.ymin)), int(view.ymax) + 1):
         y = int(view.pixels([(0, metre)])[0, 1])
-        cv2.line(picture, (left - 6, y), (left, y), (60, 60, 60), 1)
-        _write(picture, f"{metre}", (left - 22, y + 5), centred=True)
-    _write(picture, "x [m]", ((left + right) // 2, bottom + 46), centred=True)
-    _write(picture, "y [m]", (left - 40, top - 14))
+        cv2.line(image, (left - 6, y), (left, y), (60, 60, 60), 1)
+        _write(image, f"{metre}", (left - 22, y + 5), centred=True)
+    _write(image, "x [m]", ((left + right) // 2, bottom + 46), centred=True)
+    _write(image, "y [m]", (left - 40, top - 14))
 
 
-def _draw_ends(picture, view, samples):
+def _draw_ends(image, view, samples):
     first, last = samples[0], samples[-1]
     start = view.pixels([(first.x, first.y)])[0]
     tip = view.pixels([(first.x + 0.35 * np.cos(first.yaw), first.y + 0.35 * np.sin(first.yaw))])[0]
-    for colour, width in (((0, 0, 0), 6), ((90, 230, 90), 3)):
+    for color, width in (((0, 0, 0), 6), ((90, 230, 90), 3)):
         cv2.arrowedLine(
-            picture,
+            image,
             tuple(map(int, start)),
             tuple(map(int, tip)),
-            colour,
+            color,
             width,
             cv2.LINE_AA,
             tipLength=0.4,
         )
-        cv2.circle(picture, tuple(map(int, start)), 7 + width // 3, colour, -1, cv2.LINE_AA)
+        cv2.circle(image, tuple(map(int, start)), 7 + width // 3, color, -1, cv2.LINE_AA)
     end = tuple(map(int, view.pixels([(last.x, last.y)])[0]))
-    cv2.circle(picture, end, 9, (0, 0, 0), -1, cv2.LINE_AA)
-    cv2.circle(picture, end, 6, (255, 255, 255), -1, cv2.LINE_AA)
+    cv2.circle(image, end, 9, (0, 0, 0), -1, cv2.LINE_AA)
+    cv2.circle(image, end, 6, (255, 255, 255), -1, cv2.LINE_AA)
 
 
-def _draw_legend(picture, view, names):
+def _draw_legend(image, view, names):
     left, top = MARGIN + 90, MARGIN - 40
-    for words, colour in (("start", (90, 230, 90)), *zip(names, COLOURS), ("end", (0, 0, 0))):
-        cv2.circle(picture, (left, top + 8), 7, colour, 1 if words == "end" else -1, cv2.LINE_AA)
-        _write(picture, words, (left + 14, top + 13))
-        left += 40 + 10 * len(words)
+    for label, color in (("start", (90, 230, 90)), *zip(names, COLORS), ("end", (0, 0, 0))):
+        cv2.circle(image, (left, top + 8), 7, color, 1 if label == "end" else -1, cv2.LINE_AA)
+        _write(image, label, (left + 14, top + 13))
+        left += 40 + 10 * len(label)
     right = view.shape[1] - MARGIN
-    begin = right - round(view.scale)
-    cv2.line(picture, (begin, top + 8), (right, top + 8), (0, 0, 0), 4)
-    _write(picture, "1 m", (begin - 42, top + 13))
+    start = right - round(view.scale)
+    cv2.line(image, (start, top + 8), (right, top + 8), (0, 0, 0), 4)
+    _write(image, "1 m", (start - 42, top + 13))
 
 
-def _write(picture, words, place, centred=False):
-    (width, _), _ = cv2.getTextSize(words, FONT, 0.5, 1)
-    x = int(place[0]) - (width // 2 if centred else 0)
-    cv2.putText(picture, words, (x, int(place[1])), FONT, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
+def _write(image, text, position, centred=False):
+    (width, _), _ = cv2.getTextSize(text, FONT, 0.5, 1)
+    x = int(position[0]) - (width // 2 if centred else 0)
+    cv2.putText(image, text, (x, int(position[1])), FONT, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
 
 
 RESULT = "result.json"
 
 
 def prepare(folder, files):
-    """Makes the folder and removes the files of an earlier run.
+    """Creates the folder and removes the files of an earlier run.
 
     Args:
         folder: Path.
         files: Names of the run's files; result.json is always one of them.
 
     Raises:
-        OSError: The folder cannot be made or written.
+        OSError: The folder cannot be created or written.
     """
     os.makedirs(folder, exist_ok=True)
     for name in (*files, RESULT):
@@ -230,18 +230,18 @@ def prepare(folder, files):
             os.remove(os.path.join(folder, name))
 
 
-def write_picture(folder, name, picture):
-    """Writes a picture.
+def write_image(folder, name, image):
+    """Writes an image.
 
     Args:
-        folder, name: Where to.
-        picture: (H, W, 3) uint8 BGR, or None: there is none.
+        folder, name: Folder and file name.
+        image: (H, W, 3) uint8 BGR, or None for a missing one.
 
     Raises:
-        OSError: There is none, or it cannot be written.
+        OSError: It is None or cannot be written.
     """
     path = os.path.join(folder, name)
-    if picture is None or not cv2.imwrite(path, picture):
+    if image is None or not cv2.imwrite(path, image):
         raise OSError(f"cannot write {path}")
 
 

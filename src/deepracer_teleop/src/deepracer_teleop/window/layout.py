@@ -1,4 +1,4 @@
-"""The window's widgets: where they are, what they look like."""
+"""The window's widgets: layout and style."""
 
 from PyQt5.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PyQt5.QtGui import QColor, QGuiApplication, QPalette
@@ -14,14 +14,14 @@ from PyQt5.QtWidgets import (
 
 from deepracer_teleop.camera import CameraView
 
-RED = {"light": "#b3261e", "dark": "#ff8a80"}  # of letters on a button
-RECORDING = {"light": "#9a1c14", "dark": "#ff8a80"}  # of letters on the window
+RED = {"light": "#b3261e", "dark": "#ff8a80"}  # of text on a button
+RECORDING = {"light": "#9a1c14", "dark": "#ff8a80"}  # of text on the window
 
 
 def prepare_scaling():
-    """Lets Qt follow the screen's scale; call it before the QApplication is made.
+    """Makes Qt follow the screen's scale; call it before the QApplication is constructed.
 
-    From a scale of 1.75 on everything doubles; below, letters alone grow and widgets with them.
+    From a scale of 1.75 on everything is doubled; below, only fonts grow, and widgets with them.
     """
     QCoreApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.AA_UseHighDpiPixmaps)
@@ -31,13 +31,13 @@ def prepare_scaling():
 
 
 def shade(palette):
-    """Returns "dark" if a QPalette's windows are darker than their letters, else "light"."""
-    window, letters = (palette.color(role) for role in (QPalette.Window, QPalette.WindowText))
-    return "dark" if window.lightness() < letters.lightness() else "light"
+    """Returns "dark" if a QPalette's windows are darker than their text, else "light"."""
+    window, text = (palette.color(role) for role in (QPalette.Window, QPalette.WindowText))
+    return "dark" if window.lightness() < text.lightness() else "light"
 
 
 def outlined(name):
-    """Returns a QPalette of slider and checkbox: Fusion draws ticks and rims darker than Window."""
+    """Returns a QPalette for slider and checkbox: Fusion's ticks and outlines are too dark."""
     palette = QPalette()
     if name == "dark":
         palette.setColor(QPalette.Window, QColor("#a0a0a0"))
@@ -45,7 +45,7 @@ def outlined(name):
 
 
 class Mover:
-    """Publishes commands, ends timed moves and repeats a moving car's command.
+    """Publishes commands, stops timed moves and repeats a moving car's command.
 
     It never blocks: a timer has to call tick() while `active` is true.
     """
@@ -55,7 +55,7 @@ class Mover:
 
         Args:
             publish: Function (linear, angular), called for each command.
-            clock: Function that gives the ROS time [s].
+            clock: Function that returns the ROS time [s].
             repeat_rate: Repetitions of a moving command [Hz].
         """
         self._publish = publish
@@ -83,18 +83,18 @@ class Mover:
         self._send(linear, angular)
 
     def hold(self, linear, angular):
-        """Commands until the next command; a running timed move ends."""
+        """Commands until the next command; a running timed move is stopped."""
         self._duration = None
         self._send(linear, angular)
 
     def stop(self):
-        """Commands zero once, at once, and nothing after it."""
+        """Commands zero once, immediately, and nothing after it."""
         self.hold(0.0, 0.0)
 
     def tick(self):
-        """Ends a timed move whose time is over, and repeats the command when that is due.
+        """Stops a timed move after its duration, and repeats the command when that is due.
 
-        A clock that jumps backwards (the simulation was reset) ends a timed move, too.
+        A clock that jumps backwards (the simulation was reset) stops a timed move, too.
         """
         if not self.active:
             return
@@ -116,7 +116,7 @@ DISPLAY_WIDTH, DISPLAY_HEIGHT = 640, 480  # of the camera [px]; shown at half si
 BUTTONS = (
     ("Forward", 0, 1, "forward for {0.linear_wait:g} s; hold ↑ or W to drive on"),
     ("Left", 1, 0, "turn left for {0.turn_wait:g} s; hold ← or A to steer"),
-    ("Stop", 1, 1, "stop at once; Space, too"),
+    ("Stop", 1, 1, "stop immediately; Space, too"),
     ("Right", 1, 2, "turn right for {0.turn_wait:g} s; hold → or D to steer"),
     ("Backwards", 2, 1, "backwards for {0.linear_wait:g} s; hold ↓ or S to drive on"),
 )
@@ -132,14 +132,14 @@ class Layout(QWidget):
         slider: The steering QSlider.
         cameraLabel: CameraView.
         commandLabel: Read-out of the command.
-        troubleLabel: Line for trouble, hidden.
+        troubleLabel: Line for errors, hidden.
         recordButton: The checkable QPushButton that records.
         recordLabel: Line about the recording, hidden.
         statusLabel: Line about the simulation.
     """
 
     def __init__(self, settings):
-        """Makes an empty grid.
+        """Creates an empty grid.
 
         Args:
             settings: Settings.
@@ -148,7 +148,7 @@ class Layout(QWidget):
         self.settings = settings
         self._shade = ""  # "light" or "dark"
         self.setWindowTitle(TITLE)
-        self.setFocusPolicy(Qt.ClickFocus)  # a click beside the slider gives the keys to the car
+        self.setFocusPolicy(Qt.ClickFocus)  # a click next to the slider returns the keys to the car
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(14, 14, 14, 14)
         self.grid.setSpacing(10)
@@ -179,7 +179,7 @@ class Layout(QWidget):
         self.grid.addWidget(self.slider, 2, 3)
 
     def addImages(self):
-        """Adds the camera, the command's read-out beside it and the line for trouble below."""
+        """Adds the camera, the command's read-out next to it and the line for errors below."""
         self.cameraLabel = CameraView(DISPLAY_WIDTH // 2, DISPLAY_HEIGHT // 2, self)
         self.grid.addWidget(self.cameraLabel, 3, 1, 1, 3)
         self.commandLabel = QLabel(self)
@@ -214,10 +214,10 @@ class Layout(QWidget):
             label.setFont(font)
         self.recordLabel.setWordWrap(True)
         self.recordLabel.hide()
-        self.applyColours()
+        self.applyColors()
 
-    def applyColours(self):
-        """Colours letters so that they can be read on the present palette, light or dark."""
+    def applyColors(self):
+        """Sets text colors that are readable on the current palette, light or dark."""
         name = shade(self.palette())
         if name != self._shade:
             self._shade = name
@@ -232,21 +232,21 @@ class Layout(QWidget):
         """Follows a change of the palette."""
         super().changeEvent(event)
         if event.type() == QEvent.PaletteChange and self._shade:
-            self.applyColours()
+            self.applyColors()
 
-    def every(self, period, handler, kind=Qt.CoarseTimer):
+    def every(self, period, handler, timer_type=Qt.CoarseTimer):
         """Calls a handler periodically.
 
         Args:
             period: Wall time [ms].
             handler: Function without arguments.
-            kind: Qt.TimerType.
+            timer_type: Qt.TimerType.
 
         Returns:
             QTimer.
         """
         timer = QTimer(self)
-        timer.setTimerType(kind)
+        timer.setTimerType(timer_type)
         timer.timeout.connect(handler)
         timer.start(period)
         return timer

@@ -1,4 +1,4 @@
-"""The window's settings, and what it remembers."""
+"""The window's settings, and its stored position and size."""
 
 from dataclasses import dataclass
 
@@ -25,10 +25,10 @@ class Settings:
         slider_scale: angular.z is the slider's value divided by this.
         angular_sign: 1: positive angular.z steers right (the original). -1: left (REP-103).
         repeat_rate: How often a moving car's command is repeated, in ROS time [Hz].
-        camera_timeout: Wall time without a picture after which the camera counts as stopped [s].
-        key_steering: Part of default_angular_speed that a held key or a full stick steers.
+        camera_timeout: Wall time without an image after which the camera counts as stopped [s].
+        key_steering: Fraction of default_angular_speed for a held key or a full stick.
         record_dir: Folder for recordings; ~ is the user's home.
-        master_timeout: Wall time without a response after which the master counts as lost [s].
+        master_timeout: Wall time without a response after which the master is unavailable [s].
     """
 
     default_speed: float = number(DEFAULT_SPEED, above=0.0)
@@ -40,7 +40,7 @@ class Settings:
     angular_sign: float = choice(1, (1, -1), "1 (positive is right) or -1 (positive is left)")
     repeat_rate: float = number(10.0, above=0.0, unit="Hz")
     camera_timeout: float = number(2.0, above=0.0, unit="s")
-    key_steering: float = number(0.5, above=0.0, most=1.0)
+    key_steering: float = number(0.5, above=0.0, max=1.0)
     record_dir: str = text("~/paddock-recordings")
     master_timeout: float = number(3.0, above=0.0, unit="s")
 
@@ -57,11 +57,11 @@ class Settings:
 KEY = "window/geometry"
 
 
-class Memory:
-    """Keeps place and size in the user's settings (~/.config/paddock/teleop.ini).
+class WindowGeometry:
+    """Stores position and size in the user's settings (~/.config/paddock/teleop.ini).
 
     Args:
-        path: Of another file.
+        path: Path of another file.
     """
 
     def __init__(self, path=None):
@@ -72,15 +72,15 @@ class Memory:
         )
 
     def restore(self, window):
-        """Puts a window where it was; one that would lie outside of all screens is moved in.
+        """Restores position and size of a window; one outside of all screens is moved onto one.
 
         Returns:
-            Whether there was something to restore.
+            Whether there was a stored position and size.
         """
         geometry = self._settings.value(KEY)
         return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
 
-    def keep(self, window):
-        """Remembers place and size of a window."""
+    def save(self, window):
+        """Stores position and size of a window."""
         self._settings.setValue(KEY, window.saveGeometry())
         self._settings.sync()

@@ -1,4 +1,4 @@
-"""The window's status line: what is connected, what is missing."""
+"""The window's status line: simulation, lap, and problems of the master."""
 
 import os
 import time
@@ -11,17 +11,17 @@ from track_model.msg import LapStatus
 
 
 def run_id(uri, timeout=1.0):
-    """Asks a ROS master for the id of its run.
+    """Requests the id of a ROS master's run.
 
     Args:
         uri: The master's address, http://host:port.
-        timeout: How long to wait for an answer [s].
+        timeout: Longest wait for a response [s].
 
     Returns:
         The id ("" where the master has none).
 
     Raises:
-        paddock_common.master.ERRORS: The master does not answer.
+        paddock_common.master.ERRORS: The master does not respond.
     """
     with proxy(uri, timeout) as master:
         code, _, value = master.getParam("/paddock_teleop", "/run_id")
@@ -29,64 +29,66 @@ def run_id(uri, timeout=1.0):
 
 
 def master_problem(monitor, timeout):
-    """Returns a sentence when the master is lost, else an empty string.
+    """Returns a message when the master is unavailable, else an empty string.
 
     Args:
         monitor: MasterMonitor by run_id.
-        timeout: Time without a response after which it counts as lost [s].
+        timeout: Time without a response after which it counts as unavailable [s].
     """
-    silence = monitor.silent_for
+    duration = monitor.unresponsive_for
     if monitor.replaced:
         return (
-            f"Another ROS master now runs at {monitor.uri}; it does not know this window. "
+            f"Another ROS master now runs at {monitor.uri}; this window is not registered there. "
             "Close the window and start it again."
         )
-    if silence <= timeout:
+    if duration <= timeout:
         return ""
     return (
-        f"The ROS master at {monitor.uri} has not answered for {silence:.0f} s. "
+        f"The ROS master at {monitor.uri} has not responded for {duration:.0f} s. "
         "Stop still reaches a car that is connected. Start roscore and this window again."
     )
 
 
 REFEREE_TOPIC = "/referee/status"
 SPAN = 2.0  # wall time over which the real-time factor is measured [s]
-STILL = 0.5  # wall time after which a clock that stands counts as paused [s]
+STILL = 0.5  # wall time after which a clock that does not advance counts as paused [s]
 
 
-class Pace:
-    """The real-time factor from looks at the ROS clock."""
+class RealTimeFactor:
+    """The real-time factor from samples of the ROS clock."""
 
     def __init__(self):
-        self._looks = deque()  # (wall time, ROS time) [s]
+        self._samples = deque()  # (wall time, ROS time) [s]
 
-    def look(self, wall, ros):
-        """Adds a look at both clocks [s]; a ROS clock that goes backwards starts anew."""
-        if self._looks and ros < self._looks[-1][1]:
-            self._looks.clear()
-        self._looks.append((wall, ros))
-        while wall - self._looks[0][0] > SPAN and len(self._looks) > 2:
-            self._looks.popleft()
+    def sample(self, wall, ros):
+        """Adds a sample of both clocks [s]; a ROS clock that jumps backwards starts again."""
+        if self._samples and ros < self._samples[-1][1]:
+            self._samples.clear()
+        self._samples.append((wall, ros))
+        while wall - self._samples[0][0] > SPAN and len(self._samples) > 2:
+            self._samples.popleft()
 
     @property
     def factor(self):
         """Simulated time per wall time; 0.0: paused; None: not known yet."""
-        if len(self._looks) < 2:
+        if len(self._samples) < 2:
             return None
-        wall, ros = self._looks[-1]
-        since = next(look for look in self._looks if look[1] == ros)  # the first at this time
+        wall, ros = self._samples[-1]
+        since = next(
+            sample for sample in self._samples if sample[1] == ros
+        )  # the first with this time
         if wall - since[0] >= STILL:
             return 0.0
-        first = self._looks[0]
+        first = self._samples[0]
         return (ros - first[1]) / (wall - first[0]) if ros != first[1] else None
 
 
-def simulation_words(factor, now):
-    """Returns what is said of the clock.
+def simulation_text(factor, now):
+    """Returns the text about the clock.
 
     Args:
-        factor: Of Pace.
-        now: ROS time [s]; 0: nothing has come on /clock.
+        factor: RealTimeFactor.factor.
+        now: ROS time [s]; 0: nothing was received on /clock.
     """
     if now == 0.0:
         return "waiting for /clock"
@@ -95,34 +97,34 @@ def simulation_words(factor, now):
     return f"paused at {now:.1f} s" if factor == 0.0 else f"{factor:.2f} × real time"
 
 
-def lap_words(track, status):
-    """Returns what is said of a lap.
+def lap_texts(track, status):
+    """Returns the texts about a lap.
 
     Args:
         track: Name or file of the track, or "".
         status: LapStatus.
     """
-    words = [f"track {os.path.splitext(os.path.basename(track))[0]}"] if track else []
-    words.append(
+    texts = [f"track {os.path.splitext(os.path.basename(track))[0]}"] if track else []
+    texts.append(
         f"lap {status.laps + 1}, {status.lap_time:.1f} s" if status.running else "lap not started"
     )
     if status.best_lap_time:
-        words.append(f"best {status.best_lap_time:.2f} s")
+        texts.append(f"best {status.best_lap_time:.2f} s")
     if status.off_track:
-        words.append("off the track")
-    return words
+        texts.append("off the track")
+    return texts
 
 
 class Status:
-    """Collects the words of the status line."""
+    """Collects the text of the status line."""
 
     def __init__(self, clock=time.monotonic):
-        """Prepares; start() subscribes.
+        """Initializes; start() subscribes.
 
         Args:
             clock: Function -> wall time [s].
         """
-        self._clock, self._pace, self._subscriber = clock, Pace(), None
+        self._clock, self._real_time_factor, self._subscriber = clock, RealTimeFactor(), None
         self._lap = self._track = None
 
     def start(self):
@@ -141,11 +143,11 @@ class Status:
             self._track = str(rospy.get_param(f"{referee}/track", "")) if referee else ""
         self._lap = status
 
-    def words(self):
+    def text(self):
         """Returns the line."""
         now, clock = rospy.get_time(), "no simulation"
-        self._pace.look(self._clock(), now)
+        self._real_time_factor.sample(self._clock(), now)
         if not rospy.rostime.is_wallclock():
-            clock = simulation_words(self._pace.factor, now)
-        lap = lap_words(self._track, self._lap) if self._lap is not None else []
+            clock = simulation_text(self._real_time_factor.factor, now)
+        lap = lap_texts(self._track, self._lap) if self._lap is not None else []
         return " · ".join([clock, *lap])

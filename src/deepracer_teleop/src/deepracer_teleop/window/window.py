@@ -1,7 +1,7 @@
 """The teleop window: buttons, a slider and the camera; it commands /cmd_vel.
 
 Widgets change only in Qt's thread: the camera's subscriber stores the latest frame and sends a Qt
-signal. Handlers never block: timed moves are ended by a timer that checks the ROS time.
+signal. Handlers never block: timed moves are stopped by a timer that checks the ROS time.
 The camelCase names are public interface.
 """
 
@@ -14,13 +14,13 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
 from deepracer_teleop.camera import CameraFeed, to_pixmap
-from deepracer_teleop.hand import Hand
+from deepracer_teleop.input_devices import InputDevices
 from deepracer_teleop.recording import RecordButton
 from deepracer_teleop.window.layout import Layout, Mover, prepare_scaling
 from deepracer_teleop.window.settings import Settings
 from deepracer_teleop.window.status import Status, master_problem
 
-TICK_MS = 5  # period of the timer that ends timed moves [ms]
+TICK_MS = 5  # period of the timer that stops timed moves [ms]
 HEALTH_MS = 250  # period of the checks of camera and master [ms]
 
 movementPublisher = None  # rospy.Publisher of COMMANDED_DATA_TOPIC
@@ -49,22 +49,22 @@ _mover = _new_mover()
 
 
 def fwdFunct():
-    """Drives forward for a while."""
+    """Drives forward for linear_wait."""
     _mover.move(_settings.default_speed, 0.0, _settings.linear_wait)
 
 
 def bwdFunct():
-    """Drives backwards for a while."""
+    """Drives backwards for linear_wait."""
     _mover.move(-_settings.default_speed, 0.0, _settings.linear_wait)
 
 
 def leftFunct():
-    """Turns left, driving, for a while."""
+    """Drives a left turn for turn_wait."""
     _turn(-1.0)
 
 
 def rightFunct():
-    """Turns right, driving, for a while."""
+    """Drives a right turn for turn_wait."""
     _turn(1.0)
 
 
@@ -74,12 +74,12 @@ def _turn(side):
 
 
 def stopFunct():
-    """Stops at once, also during a timed move."""
+    """Stops immediately, also during a timed move."""
     _mover.stop()
 
 
 def ccFunct(butt):
-    """Switches cruise control as the checkbox says; takes effect at once.
+    """Switches cruise control according to the checkbox; takes effect immediately.
 
     Args:
         butt: The QCheckBox.
@@ -95,12 +95,12 @@ def _follow_slider(value):
     )
 
 
-def _drive_by_hand(speed, steering):
-    """Drives as held keys or the pad say.
+def _drive_by_input(speed, steering):
+    """Drives by held keys or the gamepad.
 
     Args:
-        speed: -1..1 of default_speed; 0: as cruise control says.
-        steering: -1..1, right is positive; 0: as the slider says under cruise control.
+        speed: -1..1 of default_speed; 0: by cruise control.
+        steering: -1..1, right is positive; 0: by the slider under cruise control.
     """
     if not (speed or steering):
         if sliderControl:
@@ -113,28 +113,28 @@ def _drive_by_hand(speed, steering):
         linear = linear or _settings.default_speed
         angular = _settings.slider_to_angular(directionalSlider.value())
     if steering:
-        most = _settings.key_steering * _settings.default_angular_speed
-        angular = steering * _settings.angular_sign * most
+        max_angular = _settings.key_steering * _settings.default_angular_speed
+        angular = steering * _settings.angular_sign * max_angular
     _mover.hold(linear, angular)
 
 
 def convertCVtoQT(window, cv_img):
-    """Returns a QPixmap for the window's camera label of a picture (H, W, 3) uint8 BGR."""
-    return to_pixmap(cv_img, *window.cameraLabel.room())
+    """Returns a QPixmap for the window's camera label from an image (H, W, 3) uint8 BGR."""
+    return to_pixmap(cv_img, *window.cameraLabel.available_size())
 
 
 class InterfaceWindow(Layout):
     """The teleop window."""
 
-    closeAsked = pyqtSignal()  # from rospy's shutdown to Qt's
+    closeRequested = pyqtSignal()  # from rospy's shutdown to Qt's
 
-    def __init__(self, settings=None, monitor=None, memory=None):
+    def __init__(self, settings=None, monitor=None, geometry=None):
         """Builds the widgets; executeInterface() runs them.
 
         Args:
             settings: Settings; by default the original's values.
             monitor: MasterMonitor by run_id, or None.
-            memory: Memory of place and size, or None.
+            geometry: WindowGeometry that stores position and size, or None.
         """
         global _settings, _mover, sliderControl
         if QApplication.instance() is None:
@@ -146,25 +146,25 @@ class InterfaceWindow(Layout):
         sliderControl = False
         super().__init__(_settings)
         self.exitCode = 0
-        self._monitor, self._memory = monitor, memory
+        self._monitor, self._geometry = monitor, geometry
         self._finished = False
         self.addButtons()
         self.addSliders()
         self.addImages()
         self.addLines()
         self._camera = CameraFeed(self.cameraLabel, self.settings.camera_timeout)
-        self.closeAsked.connect(self.close)
+        self.closeRequested.connect(self.close)
         self._ticker = self.every(TICK_MS, self._tick, Qt.PreciseTimer)
         self._health = self.every(HEALTH_MS, self._check_health)
-        if memory is not None:
-            memory.restore(self)
+        if geometry is not None:
+            geometry.restore(self)
         self._tick()
         self._check_health()
 
     def addButtons(self):
         """Adds the five buttons and the cruise checkbox."""
         super().addButtons()
-        handlers = {  # looked up when clicked
+        handlers = {  # evaluated when clicked
             "Forward": lambda: fwdFunct(),
             "Left": lambda: leftFunct(),
             "Stop": lambda: stopFunct(),
@@ -176,14 +176,14 @@ class InterfaceWindow(Layout):
         self.cruise.toggled.connect(lambda: ccFunct(self.cruise))
 
     def addLines(self):
-        """Adds the record button and the lines at the bottom; takes keys and pad."""
+        """Adds the record button and the lines at the bottom; connects keys and gamepad."""
         super().addLines()
         self._record = RecordButton(self.recordButton, self.recordLabel, self.settings.record_dir)
         self._status = Status()
-        self._hand = Hand(self)
-        self._hand.moved.connect(_drive_by_hand)
-        self._hand.stopped.connect(lambda: stopFunct())
-        self.buttons["Stop"].clicked.connect(self._hand.clear)
+        self._inputs = InputDevices(self)
+        self._inputs.moved.connect(_drive_by_input)
+        self._inputs.stopped.connect(lambda: stopFunct())
+        self.buttons["Stop"].clicked.connect(self._inputs.clear)
 
     def addSliders(self):
         """Adds the steering slider."""
@@ -201,13 +201,13 @@ class InterfaceWindow(Layout):
         _follow_slider(value)
 
     def start(self):
-        """Shows the window and connects it to ROS; returns at once."""
+        """Shows the window and connects it to ROS; returns immediately."""
         global movementPublisher
         if movementPublisher is None:
             movementPublisher = rospy.Publisher(COMMANDED_DATA_TOPIC, Twist, queue_size=10)
         self._camera.start()
         self._status.start()
-        self._hand.pad.start()
+        self._inputs.pad.start()
         if self._monitor is not None:
             self._monitor.start()
         rospy.on_shutdown(self._on_ros_shutdown)
@@ -218,7 +218,7 @@ class InterfaceWindow(Layout):
         """Runs the window until it is closed.
 
         Returns:
-            Exit code: 0, or 1 if the ROS master was lost.
+            Exit code: 0, or 1 if the ROS master was unavailable.
         """
         self.start()
         self.app.exec_()
@@ -234,26 +234,26 @@ class InterfaceWindow(Layout):
         return movementPublisher
 
     def lastPicture(self):
-        """Returns the newest camera frame as it came, (H, W, 3) uint8 BGR, or None."""
-        return self._camera.picture
+        """Returns the newest camera frame as received, (H, W, 3) uint8 BGR, or None."""
+        return self._camera.image
 
     def pictureTime(self):
         """Returns the ROS time [s] at which the newest camera frame was shown, or None."""
         return self._camera.time
 
     def imageCb(self, message):
-        """Stores a camera frame; runs in the subscriber's thread, so it changes no widget."""
+        """Stores a camera frame; runs in the subscriber's thread, so it does not change widgets."""
         self._camera.callback(message)
 
     def closeEvent(self, event):
         """Stops the car when the window closes."""
-        if self._memory is not None:
-            self._memory.keep(self)
+        if self._geometry is not None:
+            self._geometry.save(self)
         self.finish()
         super().closeEvent(event)
 
     def finish(self):
-        """Publishes one zero and ends timers and threads; a second call does nothing."""
+        """Publishes one zero command and stops timers and threads; a second call does nothing."""
         if self._finished:
             return
         self._finished = True
@@ -263,7 +263,7 @@ class InterfaceWindow(Layout):
             self._monitor.close()
         self._camera.stop()
         self._status.stop()
-        self._hand.pad.stop()
+        self._inputs.pad.stop()
         _mover.stop()
         self._record.finish()
 
@@ -273,29 +273,29 @@ class InterfaceWindow(Layout):
             return
         _publish(0.0, 0.0)
         try:
-            self.closeAsked.emit()
+            self.closeRequested.emit()
         except RuntimeError:  # the Qt object is deleted already
             pass
 
     def _tick(self):
         _mover.tick()
         linear, angular = _mover.command
-        words = f"Command\nlinear {linear:+.2f}\nangular {angular:+.2f}"
-        if words != self.commandLabel.text():
-            self.commandLabel.setText(words)
+        text = f"Command\nlinear {linear:+.2f}\nangular {angular:+.2f}"
+        if text != self.commandLabel.text():
+            self.commandLabel.setText(text)
 
     def _check_health(self):
         self._camera.check()
-        self._hand.pad.check()
-        words = self._status.words() + (" · pad" if self._hand.pad.present else "")
-        if words != self.statusLabel.text():
-            self.statusLabel.setText(words)
+        self._inputs.pad.check()
+        text = self._status.text() + (" · pad" if self._inputs.pad.present else "")
+        if text != self.statusLabel.text():
+            self.statusLabel.setText(text)
         self._record.check()
         problem = ""
         if self._monitor is not None:
             problem = master_problem(self._monitor, self.settings.master_timeout)
         if bool(problem) != bool(self.exitCode):
-            print(f"teleop: {problem or 'the ROS master answers again'}", file=sys.stderr)
+            print(f"teleop: {problem or 'the ROS master responds again'}", file=sys.stderr)
         self.exitCode = 1 if problem else 0
         self.troubleLabel.setText(problem)
         self.troubleLabel.setVisible(bool(problem))

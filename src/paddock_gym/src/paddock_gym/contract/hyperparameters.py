@@ -34,7 +34,7 @@ def json_number(path: str, key: str, value: Any, low: float, high: float, unit: 
     Raises:
         GymError: it is not a number, or outside the range.
     """
-    rule = Number(least=low, most=high, unit=unit)
+    rule = Number(min=low, max=high, unit=unit)
     return float(rule.check(f"{path}: {key}", value, GymError))
 
 

@@ -3,11 +3,10 @@
 import dataclasses
 import math
 
-from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.pybullet_renderer import Mirror
+from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import Quality
 from bullet_sim.world import World
 from paddock_common.settings import Number
@@ -106,7 +105,7 @@ class SceneRenderer:
         try:
             self._renderer, self.backend = GlRenderer(QUALITY), "gl"
         except RenderError:
-            self._renderer, self.backend = _tiny(), "tiny"
+            self._renderer, self.backend = PyBulletRenderer("tiny"), "tiny"
 
     def render(self, request, pose):
         """Render a camera's image of the world now.
@@ -130,18 +129,13 @@ class SceneRenderer:
         self._renderer.close()
 
 
-def _tiny():
-    engine = Engine()
-    return Mirror(engine, engine.start_renderer("tiny"))
-
-
 SETTLING = 1.0  # simulated time until the cars are at rest [s]
 # Of a shape's radius, see Engine.set_contact_breaking: circles and speeds agree with those of
 # PyBullet's default of 0.02 to four digits, at 1.3 to 3 times its speed.
 CONTACT_BREAKING = 0.002
 REFERENCE_STEP = 0.001  # physics step for which the engine's position gain is tuned [s]
-TIME_STEP = Number(least=0.0001, most=0.005, unit="s")
-CONTROL_RATE = Number(least=1.0, most=100.0, unit="Hz")
+TIME_STEP = Number(min=0.0001, max=0.005, unit="s")
+CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
 WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
 

@@ -23,7 +23,7 @@ from track_model import source
 
 MISSED = 100.0  # what a start without a lap, or a goal not reached, counts [s]
 FILE_OPTIONS = ("track", "reward", "metadata", "hyperparameters")
-COUNT = Number(least=1, whole=True)
+COUNT = Number(min=1, integer=True)
 OF_FILE = (*hyperparameters.RANGES, "loss_type")  # options of a hyperparameters.json
 
 
@@ -123,7 +123,7 @@ class Train(TrialType):
     def check(self, options):
         """Raise ValueError or TypeError for an option that is not valid."""
         _check(options, COUNT, "steps", "workers")
-        _check(options, Number(least=0, whole=True), "seed")
+        _check(options, Number(min=0, integer=True), "seed")
         chosen = self.settings(options, "")
         source.find(chosen.track)
         if set(chosen.randomize) - set(RANDOMIZABLE):
@@ -291,7 +291,7 @@ def _read(path):
     except ValueError as error:
         raise GymError(f"{error}; it must be a readable YAML file") from error
     if not isinstance(data, dict):
-        text, keys = yaml_file.shown(data), ", ".join(KEYS)
+        text, keys = yaml_file.formatted(data), ", ".join(KEYS)
         raise GymError(f"{path} contains {text}; it must be a table with {keys}")
     return data
 
@@ -299,7 +299,9 @@ def _read(path):
 def _table(path, key, data):
     table = data.get(key) or {}
     if not isinstance(table, dict) or not all(isinstance(name, str) for name in table):
-        raise GymError(f"{path}: {key} is {yaml_file.shown(table)}; it must be a table of options")
+        raise GymError(
+            f"{path}: {key} is {yaml_file.formatted(table)}; it must be a table of options"
+        )
     return table
 
 
@@ -309,8 +311,8 @@ def _values(path, name, values):
         return _range(path, name, values)
     if not isinstance(values, list) or not values:
         raise GymError(
-            f"{path}: over: {name} is {yaml_file.shown(values)}; it must be a list of values, or "
-            "low and high"
+            f"{path}: over: {name} is {yaml_file.formatted(values)}; it must be a list of values, "
+            "or low and high"
         )
     return tuple(values)
 
@@ -324,12 +326,12 @@ def _range(path, name, values):
         set(values) <= set(keys) and numbers and limits[0] < limits[1] and isinstance(log, bool)
     ) or (log and limits[0] <= 0):
         raise GymError(
-            f"{path}: over: {name} is {yaml_file.shown(values)}; it must have low and high, low "
-            "the smaller, and may have log: true, with low above 0"
+            f"{path}: over: {name} is {yaml_file.formatted(values)}; it must have low and high, "
+            "low the smaller, and may have log: true, with low above 0"
         )
     return Range(*limits, log, all(isinstance(limit, int) for limit in limits))
 
 
 def _integer(path, data, key, default, least, most):
-    rule = Number(least=least, most=most, whole=True)
+    rule = Number(min=least, max=most, integer=True)
     return rule.check(f"{path}: {key}", data.get(key, default), GymError)

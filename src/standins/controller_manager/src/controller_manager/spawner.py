@@ -40,7 +40,7 @@ def wait_for_true(topic, stop_requested):
             rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
         return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, ended=stop_requested)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, is_shutdown=stop_requested)
     subscriber.unregister()
 
 

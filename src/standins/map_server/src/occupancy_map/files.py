@@ -126,10 +126,10 @@ def _map(content, folder):
         raise ValueError(f"it has no {', '.join(missing)}")
     origin = content["origin"]
     if not isinstance(origin, list) or len(origin) < 3:
-        raise ValueError(f"origin is {yaml_file.shown(origin)}, must be [x, y, yaw]")
+        raise ValueError(f"origin is {yaml_file.formatted(origin)}, must be [x, y, yaw]")
     mode = content.get("mode", "trinary")
     if mode not in MODES:
-        raise ValueError(f"mode is {yaml_file.shown(mode)}, must be one of {', '.join(MODES)}")
+        raise ValueError(f"mode is {yaml_file.formatted(mode)}, must be one of {', '.join(MODES)}")
     return from_image(
         os.path.join(folder, str(content["image"])),
         _number("resolution", content["resolution"]),
@@ -172,7 +172,7 @@ def _number(name, value):
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} is {yaml_file.shown(value)}, must be a number") from None
+        raise ValueError(f"{name} is {yaml_file.formatted(value)}, must be a number") from None
     if not math.isfinite(number):
         raise ValueError(f"{name} is {value!r}, must be finite")
     return number

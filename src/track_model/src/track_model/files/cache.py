@@ -1,4 +1,4 @@
-"""Cache of generated tracks: one folder per content hash, written atomically. No numpy."""
+"""Cache of generated tracks: one folder per content hash, written atomically; imports no numpy."""
 
 import hashlib
 import os
@@ -21,7 +21,7 @@ GENERATORS = (
 )
 
 
-def root():
+def root() -> str:
     """Return the cache's folder: ${XDG_CACHE_HOME:-~/.cache}/paddock/tracks."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     # The XDG base directory specification: relative paths are to be ignored.
@@ -30,7 +30,7 @@ def root():
     return os.path.join(base, "paddock", "tracks")
 
 
-def key(path, content):
+def key(path: str, content: bytes) -> str:
     """Return a track's folder name: stem and hash over its file and the generator's source."""
     digest = hashlib.sha256(content)
     package = pathlib.Path(__file__).resolve().parents[1]
@@ -41,19 +41,19 @@ def key(path, content):
     return f"{safe[:40]}-{digest.hexdigest()[:20]}"
 
 
-def _complete(directory):
+def _complete(directory: str) -> bool:
     try:
         if not all(os.path.getsize(os.path.join(directory, name)) for name in FILES):
             return False
         with open(os.path.join(directory, "track.sdf"), encoding="utf-8") as stream:
-            # A moved cache has URIs of its old path.
+            # After a move of the cache the URIs contain the old path.
             return pathlib.Path(directory, "track.obj").as_uri() in stream.read()
     except OSError:
         return False
 
 
-def _generate(path, content, parent, final):
-    """Write the files into a new folder next to their final one and return it."""
+def _generate(path: str, content: bytes, parent: str, final: str) -> str:
+    """Write the files to a new folder next to the final one; return the new one."""
     os.makedirs(parent, exist_ok=True)
     parsed = source.load(path, content)
     from track_model.files import writer as files
@@ -68,7 +68,7 @@ def _generate(path, content, parent, final):
     return temporary
 
 
-def ensure(path):
+def ensure(path: str) -> str:
     """Return the folder with a track's files, generating them if they do not exist.
 
     Args:
@@ -100,7 +100,7 @@ def ensure(path):
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def export(path, directory):
+def export(path: str, directory: str) -> list[str]:
     """Write a track's files into the user's folder (file by file); return their paths."""
     final = os.path.abspath(directory)
     os.makedirs(final, exist_ok=True)

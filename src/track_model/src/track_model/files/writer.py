@@ -2,41 +2,48 @@
 
 import os
 import pathlib
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from track_model import geometry
 from track_model.curves import left_normals, tangents
+from track_model.geometry import Lane
 from track_model.region import lane_area, rings
+from track_model.spec import TrackSpec
 
-RESOLUTION = 0.005  # [m/px], coarser if the picture would be larger than MAX_PIXELS
-MAX_PIXELS = 2048  # a side; tracks coarser than COARSE with that get LARGE_PIXELS
+Extent = tuple[float, float, float, float]  # xmin, xmax, ymin, ymax [m]
+
+RESOLUTION = 0.005  # [m/px], coarser if the image would be larger than MAX_PIXELS
+MAX_PIXELS = 2048  # per side; tracks coarser than COARSE at this size get LARGE_PIXELS
 COARSE = 0.008  # [m/px]
 LARGE_PIXELS = 4096
 MARGIN = 0.5  # grass beyond the outermost border [m]
 SHIFT = 4  # fractional bits of OpenCV's polygon corners
 
 
-def extent(lane):
-    """Return (xmin, xmax, ymin, ymax) [m] of the picture of a lane."""
-    reach = max(lane.left.max(), lane.right.max()) + MARGIN
-    low, high = lane.curve.min(axis=0) - reach, lane.curve.max(axis=0) + reach
+def extent(lane: Lane) -> Extent:
+    """Return (xmin, xmax, ymin, ymax) [m] of the image of a lane."""
+    distance = max(lane.left.max(), lane.right.max()) + MARGIN
+    low, high = lane.curve.min(axis=0) - distance, lane.curve.max(axis=0) + distance
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
-def resolution(area):
-    """Return the metres that one pixel covers for an extent."""
+def resolution(area: Extent) -> float:
+    """Return the size of a pixel [m] for an extent."""
     side = max(area[1] - area[0], area[3] - area[2])
     pixels = MAX_PIXELS if side / MAX_PIXELS <= COARSE else LARGE_PIXELS
     return max(RESOLUTION, side / pixels)
 
 
-def whole_pixels(area):
+def whole_pixels(area: Extent) -> tuple[Extent, tuple[int, int]]:
     """Return (extent widened to the right and downwards to whole pixels, (rows, columns)).
 
-    Columns come in fours: OpenGL takes rows of a texture to be aligned to four bytes, and
-    PyBullet's EGL renderer draws any other width as coloured stripes.
+    The number of columns is a multiple of four: OpenGL expects rows of a texture to be aligned to
+    four bytes, and PyBullet's EGL renderer shows any other width as colored stripes.
     """
     pixel = resolution(area)
     rows, columns = (
@@ -46,12 +53,12 @@ def whole_pixels(area):
     return (area[0], area[0] + columns * pixel, area[3] - rows * pixel, area[3]), (rows, columns)
 
 
-def to_pixels(points, area):
+def to_pixels(points: npt.ArrayLike, area: Extent) -> npt.NDArray[Any]:
     """Convert ground points to pixel positions: x to the right, y up, (0, 0) the top left corner.
 
     Args:
         points: (N, 2) in the track's frame [m].
-        area: (xmin, xmax, ymin, ymax) of the picture [m].
+        area: (xmin, xmax, ymin, ymax) of the image [m].
 
     Returns:
         (N, 2) column and row as floats.
@@ -60,33 +67,40 @@ def to_pixels(points, area):
     return np.stack([points[:, 0] - area[0], area[3] - points[:, 1]], axis=1) / resolution(area)
 
 
-def _fill(image, polygons, area, colour):
+def _fill(
+    image: npt.NDArray[Any],
+    polygons: Iterable[npt.NDArray[Any]],
+    area: Extent,
+    color: tuple[int, ...],
+) -> None:
     # OpenCV's integer corner positions are pixel centres, hence the half.
     corners = [
         np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
         for points in polygons
     ]
-    cv2.fillPoly(image, corners, colour, cv2.LINE_AA, SHIFT)
+    cv2.fillPoly(image, corners, color, cv2.LINE_AA, SHIFT)
 
 
-def _strip(curve, normals, low, high):
+def _strip(
+    curve: npt.NDArray[Any], normals: npt.NDArray[Any], low: float, high: float
+) -> npt.NDArray[Any]:
     return np.vstack([curve + low * normals, (curve + high * normals)[::-1]])
 
 
-def dashes(lane, spec):
-    """Yield the centre line's dashes as (M, 2) pieces of the curve, evenly spread over it."""
-    whole = lane.length
+def dashes(lane: Lane, spec: TrackSpec) -> Iterator[npt.NDArray[Any]]:
+    """Yield the centre line's dashes as (M, 2) parts of the curve, evenly distributed."""
+    length = lane.length
     period = spec.dash_length + spec.dash_gap
-    count = max(1, int(round(whole / period)))
-    share = spec.dash_length / period
+    count = max(1, int(round(length / period)))
+    fraction = spec.dash_length / period
     line = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
-    along = np.linspace(0.0, whole, len(line))
+    along = np.linspace(0.0, length, len(line))
     for k in range(count):
-        at = np.linspace(k, k + share, 6) * whole / count
+        at = np.linspace(k, k + fraction, 6) * length / count
         yield np.stack([np.interp(at, along, line[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def cross_lines(lane, spec):
+def cross_lines(lane: Lane, spec: TrackSpec) -> Iterator[npt.NDArray[Any]]:
     """Yield the corners (4, 2) of the lines across the lane: start, and finish if it is open."""
     across, ahead = (f(lane.curve, lane.closed) for f in (left_normals, tangents))
     for k in (0,) if lane.closed else (0, -1):
@@ -96,7 +110,9 @@ def cross_lines(lane, spec):
         yield np.array([right - half, left - half, left + half, right + half])
 
 
-def _noise(shape, generator, cell, strength):
+def _noise(
+    shape: tuple[int, int], generator: np.random.Generator, cell: int, strength: float
+) -> npt.NDArray[Any]:
     small = generator.standard_normal((shape[0] // cell + 2, shape[1] // cell + 2))
     large = cv2.resize(
         small.astype(np.float32), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
@@ -104,25 +120,21 @@ def _noise(shape, generator, cell, strength):
     return large * strength
 
 
-def paint(lane, spec):
-    """Paint the ground seen from above.
-
-    Args:
-        lane: geometry.Lane.
-        spec: TrackSpec.
+def render(lane: Lane, spec: TrackSpec) -> tuple[npt.NDArray[Any], Extent]:
+    """Render the ground from above.
 
     Returns:
         (image (H, W, 3) uint8 BGR, extent (xmin, xmax, ymin, ymax) [m]); north (+y) is up.
     """
     area, shape = whole_pixels(extent(lane))
-    bgr = {name: tuple(rgb[::-1]) for name, rgb in spec.colours.items()}
+    bgr = {name: tuple(rgb[::-1]) for name, rgb in spec.colors.items()}
     image = np.empty((*shape, 3), np.uint8)
     image[:] = bgr["grass"]
-    # lines are drawn at least a pixel and a half wide
-    least = 1.5 * resolution(area)
+    # lines are at least a pixel and a half wide
+    minimum = 1.5 * resolution(area)
     _fill(image, rings(lane_area(lane)), area, bgr["border"])
-    _fill(image, rings(lane_area(lane, max(spec.border_width, least))), area, bgr["asphalt"])
-    line = max(spec.centre_line_width, least) / 2.0
+    _fill(image, rings(lane_area(lane, max(spec.border_width, minimum))), area, bgr["asphalt"])
+    line = max(spec.centre_line_width, minimum) / 2.0
     for piece in dashes(lane, spec):
         direction = np.gradient(piece, axis=0)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
@@ -140,7 +152,7 @@ def paint(lane, spec):
     return np.clip(image + grain[:, :, None], 0, 255).astype(np.uint8), area
 
 
-SURROUNDINGS = 30.0  # plain grass beyond the picture [m]
+SURROUNDINGS = 30.0  # width of the plain grass around the image [m]
 
 GROUND_LINK = """    <link name="ground">
       <collision name="plane">
@@ -152,10 +164,10 @@ GROUND_LINK = """    <link name="ground">
       </visual>
     </link>
 """
-WALL = """      <{kind} name="wall_{index}">
+WALL = """      <{tag} name="wall_{index}">
         <pose>{x:.4f} {y:.4f} {z:.4f} 0 0 {yaw:.5f}</pose>
         <geometry><box><size>{length:.4f} {thickness:g} {height:g}</size></box></geometry>
-{extra}      </{kind}>
+{extra}      </{tag}>
 """
 WORLD = """<?xml version="1.0"?>
 <sdf version="1.6">
@@ -171,16 +183,16 @@ WORLD = """<?xml version="1.0"?>
 """
 
 
-def ground_obj(area):
-    """Return the OBJ text of the ground: the picture in the middle, eight plain tiles around it.
+def ground_obj(area: Extent) -> str:
+    """Return the OBJ text of the ground: the image in the centre, eight plain tiles around it.
 
     Args:
-        area: (xmin, xmax, ymin, ymax) of the picture [m]; v = 0 is its lower edge (ymin).
+        area: (xmin, xmax, ymin, ymax) of the image [m]; v = 0 is its lower edge (ymin).
     """
     xs = (area[0] - SURROUNDINGS, area[0], area[1], area[1] + SURROUNDINGS)
     ys = (area[2] - SURROUNDINGS, area[2], area[3], area[3] + SURROUNDINGS)
     lines = ["mtllib track.mtl", "o track", "usemtl track", "vn 0 0 1", "vt 0.002 0.002"]
-    faces = []
+    faces: list[str] = []
     for i in range(3):
         for j in range(3):
             corners = (
@@ -191,7 +203,7 @@ def ground_obj(area):
             )
             first = 4 * len(faces) // 2 + 1
             lines += ["v {:.5f} {:.5f} 0".format(*corner) for corner in corners]
-            # Only the middle tile shows the picture; the others repeat its grassy corner.
+            # Only the centre tile has the image; the others repeat its grass corner.
             uv = (2, 3, 4, 5) if i == j == 1 else (1, 1, 1, 1)
             faces += [
                 "f " + " ".join(f"{first + k}/{uv[k]}/1" for k in order)
@@ -201,19 +213,19 @@ def ground_obj(area):
     return "\n".join(lines + faces) + "\n"
 
 
-def wall_boxes(lane, spec):
+def wall_boxes(lane: Lane, spec: TrackSpec) -> Iterator[tuple[float, float, float, float]]:
     """Yield (x, y, yaw, length) of wall boxes along both borders [m], [rad]."""
-    away = spec.walls.gap + spec.walls.thickness / 2.0
+    distance = spec.walls.gap + spec.walls.thickness / 2.0
     for side, sides in ((-1.0, lane.right), (1.0, lane.left)):
-        line = lane.edge(side, -away)
-        # An inner wall behind a tight bend folds over: leave out boxes too close to the lane.
-        reach = np.minimum(lane.left, lane.right) if spec.imported else sides
+        line = lane.edge(side, -distance)
+        # An inner wall behind a tight bend folds over: skip boxes too close to the lane.
+        half = np.minimum(lane.left, lane.right) if spec.imported else sides
         near = (
             np.linalg.norm(line[:, None] - lane.curve[None, ::4], axis=2)
-            < reach[None, ::4] + away - 0.02
+            < half[None, ::4] + distance - 0.02
         ).any(axis=1)
         if np.count_nonzero(~near) < 2:
-            continue  # there is no room for a wall on this side
+            continue  # no space for a wall on this side
         corners = cv2.approxPolyDP((line * 1000.0).astype(np.int32)[~near], 10, lane.closed)
         corners = corners[:, 0].astype(float) / 1000.0
         ends = np.roll(corners, -1, axis=0) if lane.closed else corners[1:]
@@ -226,22 +238,22 @@ def wall_boxes(lane, spec):
             )
 
 
-def model_sdf(lane, spec, directory):
+def model_sdf(lane: Lane, spec: TrackSpec, directory: str) -> str:
     """Return the `<model name="track">` element; mesh URIs point into a directory."""
     text = '  <model name="track">\n    <static>true</static>\n'
     uri = pathlib.Path(directory, "track.obj").as_uri()
     text += GROUND_LINK.format(mu=spec.friction, uri=uri)
     if spec.walls.enabled:
-        colour = " ".join("%.3f" % (channel / 255.0) for channel in spec.colours["wall"])
-        paint = (
-            f"        <material><ambient>{colour} 1</ambient>"
-            f"<diffuse>{colour} 1</diffuse></material>\n"
+        color = " ".join("%.3f" % (channel / 255.0) for channel in spec.colors["wall"])
+        material = (
+            f"        <material><ambient>{color} 1</ambient>"
+            f"<diffuse>{color} 1</diffuse></material>\n"
         )
         text += '    <link name="walls">\n'
         for index, (x, y, yaw, length) in enumerate(wall_boxes(lane, spec)):
-            for kind, extra in (("collision", ""), ("visual", paint)):
+            for tag, extra in (("collision", ""), ("visual", material)):
                 text += WALL.format(
-                    kind=kind,
+                    tag=tag,
                     index=index,
                     x=x,
                     y=y,
@@ -256,12 +268,12 @@ def model_sdf(lane, spec, directory):
     return text + "  </model>\n"
 
 
-def preview(image, area):
-    """Return the picture at 1000 px with the start frame's axes and a 1 m scale drawn in."""
+def preview(image: npt.NDArray[Any], area: Extent) -> npt.NDArray[Any]:
+    """Return the image at 1000 px with the start frame's axes and a 1 m scale."""
     scale = 1000.0 / max(image.shape[:2])
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
-    def at(x, y):
+    def at(x: float, y: float) -> tuple[int, int]:
         column, row = to_pixels(np.array([(x, y)]), area)[0] * scale
         return int(round(column)), int(round(row))
 
@@ -282,11 +294,11 @@ def preview(image, area):
     return small
 
 
-def write(spec, directory, final):
+def write(spec: TrackSpec, directory: str, final: str) -> None:
     """Write all files of a track.
 
     Args:
-        spec: TrackSpec.
+        spec: The track.
         directory: Existing folder to write into.
         final: Absolute path of the final folder, for the URIs.
 
@@ -294,7 +306,7 @@ def write(spec, directory, final):
         TrackError: The geometry is not valid.
     """
     lane = geometry.lane(spec)
-    image, area = paint(lane, spec)
+    image, area = render(lane, spec)
     model = model_sdf(lane, spec, final)
     texts = {
         "track.obj": ground_obj(area),
@@ -305,6 +317,6 @@ def write(spec, directory, final):
     for name, text in texts.items():
         with open(os.path.join(directory, name), "w", encoding="utf-8") as stream:
             stream.write(text)
-    for name, picture in (("track.png", image), ("preview.png", preview(image, area))):
-        if not cv2.imwrite(os.path.join(directory, name), picture):
+    for name, pixels in (("track.png", image), ("preview.png", preview(image, area))):
+        if not cv2.imwrite(os.path.join(directory, name), pixels):
             raise OSError(f"cannot write {os.path.join(directory, name)}")

@@ -1,23 +1,22 @@
-"""A track as the referee sees it: projections onto its centre line, sections, lines."""
+"""A track for the referee: projections onto its centreline, poses, curvatures."""
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from track_model import curves
+from track_model.geometry import Lane
 from track_model.region import Inside, lane_area
 
-WINDOW = 1.0  # arc length around the last position that is searched first [m]
+WINDOW = 1.0  # arc length around the last position that is searched [m]
 
 
 class Course:
-    """Arc length and lateral distance on a lane.
+    """Arc length and lateral distance on a lane."""
 
-    Args:
-        lane: geometry.Lane.
-    """
-
-    def __init__(self, lane):
+    def __init__(self, lane: Lane) -> None:
         self.lane = lane
         self.closed, self.length = lane.closed, lane.length
         self._ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
@@ -26,12 +25,12 @@ class Course:
         self._along = np.concatenate(([0.0], np.cumsum(self._lengths)))
         self.contains = Inside(lane_area(lane))
 
-    def project(self, x, y, near=None):
+    def project(self, x: float, y: float, near: float | None = None) -> tuple[float, float]:
         """Project a point onto the centreline.
 
         Args:
             x, y: [m], track frame.
-            near: last arc length [m]: only its surroundings are searched, so that a neighbouring
+            near: last arc length [m]: only positions around it are searched, so that a neighboring
                 part of the track never counts as progress. None: everywhere.
 
         Returns:
@@ -43,40 +42,44 @@ class Course:
         if near is None:
             pick = np.arange(len(chords))
         else:
-            reach = int(WINDOW / lengths[0]) + 1
+            count = int(WINDOW / lengths[0]) + 1
             centre = int(
                 np.searchsorted(
                     self._along,
                     near % self.length if self.closed else np.clip(near, 0, self.length),
                 )
             )
-            pick = np.arange(centre - reach, centre + reach)
+            pick = np.arange(centre - count, centre + count)
             pick = (
                 pick % len(chords) if self.closed else np.unique(np.clip(pick, 0, len(chords) - 1))
             )
         offset = point - start[pick]
-        share = np.sum(offset * chords[pick], axis=1) / lengths[pick] ** 2
+        fraction = np.sum(offset * chords[pick], axis=1) / lengths[pick] ** 2
         low = np.zeros(len(pick))
         high = np.ones(len(pick))
         if not self.closed:
             low[pick == 0] = -np.inf
             high[pick == len(chords) - 1] = np.inf
-        share = np.clip(share, low, high)
-        gap = np.linalg.norm(offset - share[:, None] * chords[pick], axis=1)
+        fraction = np.clip(fraction, low, high)
+        gap = np.linalg.norm(offset - fraction[:, None] * chords[pick], axis=1)
         best = int(np.argmin(gap))
         k = int(pick[best])
         left = chords[k, 0] * offset[best, 1] - chords[k, 1] * offset[best, 0]
         return (
-            float(self._along[k] + share[best] * lengths[k]),
+            float(self._along[k] + fraction[best] * lengths[k]),
             float(np.copysign(gap[best], left)),
         )
 
-    def difference(self, s, before):
-        """Return the signed distance [m] from one arc length to another, the shorter way round."""
-        way = s - before
-        return (way + self.length / 2.0) % self.length - self.length / 2.0 if self.closed else way
+    def difference(self, s: float, before: float) -> float:
+        """Return the signed distance [m] between two arc lengths, in the shorter direction."""
+        distance = s - before
+        return (
+            (distance + self.length / 2.0) % self.length - self.length / 2.0
+            if self.closed
+            else distance
+        )
 
-    def pose(self, s):
+    def pose(self, s: float) -> tuple[float, float, float]:
         """Return (x, y, yaw) of the centreline at an arc length [m]."""
         at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
         k = min(int(np.searchsorted(self._along, at, side="right")) - 1, len(self._chords) - 1)
@@ -84,33 +87,32 @@ class Course:
         tangents = curves.tangents(self.lane.curve, self.closed)
         step = self.lane.curve.shape[0]
         a, b = tangents[k % step], tangents[(k + 1) % step]
-        mixed = a + (at - self._along[k]) / self._lengths[k] * (b - a)
-        return float(x), float(y), float(np.arctan2(mixed[1], mixed[0]))
+        direction = a + (at - self._along[k]) / self._lengths[k] * (b - a)
+        return float(x), float(y), float(np.arctan2(direction[1], direction[0]))
 
-    def curvature(self, s):
+    def curvature(self, s: float) -> float:
         """Return the centreline's curvature [1/m] at an arc length, positive to the left."""
         before, after = self.pose(s - 0.05), self.pose(s + 0.05)
-        turn = (after[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
-        return float(turn / 0.1)
+        change = (after[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
+        return float(change / 0.1)
 
 
-BEND = 0.05  # half the length over which a curvature is taken, as in Course.curvature [m]
+HALF_SPAN = 0.05  # half the length over which a curvature is computed, as in Course.curvature [m]
 
 
 class Projector:
-    """Projects several points at once onto a Course near a known place; the same results.
+    """Projects arrays of points onto a Course near a known arc length, with the same results.
 
     Args:
-        course: track_model.referee.course.Course.
-        window: arc length around the known place that is searched [m].
+        window: arc length around the known one that is searched [m].
 
     Attributes:
         course: the Course.
-        even_sides: (left, right) from the centreline to the edges [m] where the lane is as wide
+        uniform_sides: (left, right) from the centreline to the edges [m] if the lane has one width
             everywhere, else None.
     """
 
-    def __init__(self, course, window=WINDOW):
+    def __init__(self, course: Course, window: float = WINDOW) -> None:
         self.course = course
         self.closed, self.length = course.closed, course.length
         lane = course.lane
@@ -119,7 +121,7 @@ class Projector:
         lengths = np.linalg.norm(chords, axis=1)
         self._count = len(chords)
         self._step = self.length / self._count
-        self._reach = int(window / lengths[0]) + 1
+        self._window_count = int(window / lengths[0]) + 1
         low, high = np.zeros(self._count), np.ones(self._count)
         if not self.closed:
             low[0], high[-1] = -np.inf, np.inf
@@ -128,62 +130,64 @@ class Projector:
         rows = (*ends[:-1].T, *chords.T, *(chords / lengths[:, None] ** 2).T, low, high)
         self._rows = np.array([self._padded(row) for row in (*rows, along[:-1], lengths)])
         self._sides = self._padded_points(np.stack([lane.left, lane.right]))
-        even = not np.ptp(lane.left) and not np.ptp(lane.right)
-        self.even_sides = (float(lane.left[0]), float(lane.right[0])) if even else None
+        uniform = not np.ptp(lane.left) and not np.ptp(lane.right)
+        self.uniform_sides = (float(lane.left[0]), float(lane.right[0])) if uniform else None
         tangents = curves.tangents(lane.curve, self.closed)
         yaw = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
-        if self.closed:  # one more, a whole turn or none after the first
+        if self.closed:  # one more point, a full turn or none after the first
             turns = round((yaw[-1] - yaw[0]) / (2.0 * np.pi))
             yaw = np.append(yaw, yaw[0] + 2.0 * np.pi * turns)
-            self._turn = 2.0 * np.pi * turns
+            self._lap_angle = 2.0 * np.pi * turns
         self._yaw = yaw
         self._yaws = yaw.tolist()
         self._ends = ends
-        self._bends = self._curvatures()
-        self._bend_list = self._bends.tolist()
+        self._curvature = self._curvatures()
+        self._curvature_list = self._curvature.tolist()
         self._xs, self._ys = (self._padded(row) for row in ends[:-1].T)
         if not self.closed:
             self._xs, self._ys = ends.T
         columns = (*ends[:-1].T, *chords.T, lengths, low, high, along[:-1])
         self._chord_rows = list(zip(*(column.tolist() for column in columns)))
 
-    def _padded(self, row):
-        """A row of the chords, on a circuit continued by a window at both ends."""
+    def _padded(self, row: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """A row of the chords, on a circuit extended by a window at both ends."""
         if not self.closed:
             return row
-        return np.concatenate((row[-self._reach :], row, row[: self._reach]))
+        return np.concatenate((row[-self._window_count :], row, row[: self._window_count]))
 
-    def _padded_points(self, rows):
+    def _padded_points(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return np.concatenate((rows, rows[:, :1]), axis=1) if self.closed else rows
 
-    def project(self, points, near=None):
+    def project(
+        self, points: npt.ArrayLike, near: float | None = None
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Project points onto the centreline.
 
         Args:
             points: (N, 2) [m], track frame.
-            near: arc length [m] of which only the surroundings are searched, as Course.project
-                does; None: everywhere.
+            near: arc length [m]; only positions around it are searched, as in Course.project; None:
+                everywhere.
 
         Returns:
             arc lengths (N,) [m], distances to the left (N,) [m].
         """
         points = np.asarray(points, dtype=float)
-        begin, end = self._window(near)
-        x, y, cx, cy, ux, uy, low, high, along, lengths = self._rows[:, begin:end]
+        start, stop = self._window(near)
+        x, y, cx, cy, ux, uy, low, high, along, lengths = self._rows[:, start:stop]
         dx, dy = points[:, :1] - x, points[:, 1:] - y
-        share = np.minimum(np.maximum(dx * ux + dy * uy, low), high)
-        gap_x, gap_y = dx - share * cx, dy - share * cy
+        fraction = np.minimum(np.maximum(dx * ux + dy * uy, low), high)
+        gap_x, gap_y = dx - fraction * cx, dy - fraction * cy
         gap = gap_x * gap_x + gap_y * gap_y
         best = gap.argmin(axis=1)
         row = np.arange(len(points))
         side = cx[best] * dy[row, best] - cy[best] * dx[row, best]
         return (
-            along[best] + share[row, best] * lengths[best],
+            along[best] + fraction[row, best] * lengths[best],
             np.copysign(np.sqrt(gap[row, best]), side),
         )
 
-    def place(self, x, y, near):
-        """Project one point near a known arc length, as project() does; for every step of a drive.
+    def project_point(self, x: float, y: float, near: float) -> tuple[float, float]:
+        """Project one point near a known arc length, as project(), but faster for a single one.
 
         Args:
             x, y: [m], track frame.
@@ -192,40 +196,46 @@ class Projector:
         Returns:
             (arc length [m], distance to the left [m]).
         """
-        begin, end = self._window(near)
-        dx, dy = self._xs[begin:end] - x, self._ys[begin:end] - y
-        first = begin + int((dx * dx + dy * dy).argmin())
-        best = None
+        start, stop = self._window(near)
+        dx, dy = self._xs[start:stop] - x, self._ys[start:stop] - y
+        first = start + int((dx * dx + dy * dy).argmin())
+        best: Any = None
         for k in (first - 1, first):  # the chords that meet in the nearest point
             if not self.closed and not 0 <= k < self._count:
                 continue
-            k = (k - self._reach) % self._count if self.closed else k
+            k = (k - self._window_count) % self._count if self.closed else k
             ax, ay, cx, cy, length, low, high, along = self._chord_rows[k]
             ox, oy = x - ax, y - ay
-            share = min(max((ox * cx + oy * cy) / (length * length), low), high)
-            gx, gy = ox - share * cx, oy - share * cy
+            fraction = min(max((ox * cx + oy * cy) / (length * length), low), high)
+            gx, gy = ox - fraction * cx, oy - fraction * cy
             gap = gx * gx + gy * gy
             if best is None or gap < best[0]:
-                best = gap, along + share * length, cx * oy - cy * ox
+                best = gap, along + fraction * length, cx * oy - cy * ox
         gap, s, side = best
         return s, math.copysign(math.sqrt(gap), side)
 
-    def bend(self, s):
-        """Curvature [1/m] at an arc length [m], positive to the left; of the nearest point."""
+    def point_curvature(self, s: float) -> float:
+        """Curvature [1/m] of the point nearest to an arc length [m], positive to the left."""
         at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
-        return self._bend_list[int(at + 0.5)]
+        return self._curvature_list[int(at + 0.5)]
 
-    def _window(self, near):
+    def _window(self, near: float | None) -> tuple[int, int]:
         """First and last (excluded) column of the rows to search."""
         if near is None:
-            return (self._reach, self._reach + self._count) if self.closed else (0, self._count)
+            return (
+                (self._window_count, self._window_count + self._count)
+                if self.closed
+                else (0, self._count)
+            )
         if self.closed:
             centre = int(np.searchsorted(self._along, near % self.length))
-            return centre, centre + 2 * self._reach
+            return centre, centre + 2 * self._window_count
         centre = int(np.searchsorted(self._along, min(max(near, 0.0), self.length)))
-        return max(0, centre - self._reach), max(1, min(self._count, centre + self._reach))
+        return max(0, centre - self._window_count), max(
+            1, min(self._count, centre + self._window_count)
+        )
 
-    def sides(self, s):
+    def sides(self, s: Any) -> Any:
         """Distances (left, right) [m] from the centreline to the lane's edges at arc lengths.
 
         Args:
@@ -234,44 +244,46 @@ class Projector:
         Returns:
             (2,) or (2, N).
         """
-        if self.even_sides is not None and np.ndim(s) == 0:
-            return self.even_sides
-        k, share = self._place(s)
-        return self._sides[:, k] + share * (self._sides[:, k + 1] - self._sides[:, k])
+        if self.uniform_sides is not None and np.ndim(s) == 0:
+            return self.uniform_sides
+        k, fraction = self._chord_at(s)
+        return self._sides[:, k] + fraction * (self._sides[:, k + 1] - self._sides[:, k])
 
-    def heading(self, s):
+    def heading(self, s: float) -> float:
         """Direction [rad] of the centreline at an arc length [m], within -pi to pi."""
         at = (s % self.length if self.closed else min(max(s, 0.0), self.length)) / self._step
         k = min(int(at), self._count - 1)
         yaw = self._yaws[k]
         return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
 
-    def pose(self, s):
+    def pose(self, s: float) -> tuple[float, float, float]:
         """(x, y, yaw) of the centreline at an arc length [m], as Course.pose."""
-        k, share = self._place(s)
-        x, y = self._ends[k] + share * (self._ends[k + 1] - self._ends[k])
+        k, fraction = self._chord_at(s)
+        x, y = self._ends[k] + fraction * (self._ends[k + 1] - self._ends[k])
         return float(x), float(y), self.heading(s)
 
-    def curvature(self, s):
+    def curvature(self, s: Any) -> Any:
         """Curvatures [1/m], positive to the left, at arc lengths (N,) [m]."""
-        k, share = self._place(s)
-        return self._bends[k] + share * (self._bends[k + 1] - self._bends[k])
+        k, fraction = self._chord_at(s)
+        return self._curvature[k] + fraction * (self._curvature[k + 1] - self._curvature[k])
 
-    def _place(self, s):
-        """Number of the chord at arc lengths, and how far along it (0 to 1)."""
+    def _chord_at(self, s: Any) -> tuple[Any, Any]:
+        """Index of the chord at arc lengths, and the fraction along it (0 to 1)."""
         at = np.asarray(s) % self.length if self.closed else np.clip(s, 0.0, self.length)
         at = at / self._step
         k = np.minimum(at.astype(int), self._count - 1)
         return k, at - k
 
-    def _curvatures(self):
-        """Curvature at each point: the turn over BEND before to BEND after it."""
+    def _curvatures(self) -> npt.NDArray[Any]:
+        """Curvature at each point, from the directions HALF_SPAN before and after it."""
         at = np.arange(self._count + 1) * self._step
-        return (self._unwrapped(at + BEND) - self._unwrapped(at - BEND)) / (2.0 * BEND)
+        return (self._unwrapped(at + HALF_SPAN) - self._unwrapped(at - HALF_SPAN)) / (
+            2.0 * HALF_SPAN
+        )
 
-    def _unwrapped(self, s):
+    def _unwrapped(self, s: npt.NDArray[Any]) -> npt.NDArray[Any]:
         if not self.closed:
             return np.interp(s, np.arange(self._count + 1) * self._step, self._yaw)
         laps = np.floor(s / self.length)
         at = np.arange(self._count + 1) * self._step
-        return np.interp(s - laps * self.length, at, self._yaw) + laps * self._turn
+        return np.interp(s - laps * self.length, at, self._yaw) + laps * self._lap_angle

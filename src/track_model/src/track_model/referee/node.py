@@ -5,6 +5,8 @@ import csv
 import math
 import os
 import threading
+from collections.abc import Callable
+from typing import Any, TextIO
 
 import rospy
 from gazebo_msgs.msg import ModelState
@@ -14,21 +16,25 @@ from nav_msgs.msg import Odometry, Path
 from paddock_common.geometry import quaternion_of, yaw_of
 from paddock_common.nodes import run
 from paddock_common.settings import read
-from std_srvs.srv import Trigger, TriggerResponse
+from shapely.geometry import Polygon
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from visualization_msgs.msg import Marker
 
 from track_model.files import writer as files
+from track_model.geometry import Lane
 from track_model.msg import LapStatus
 from track_model.referee.course import Course
-from track_model.referee.referee import Car, Referee, Rules, wall_polygons
+from track_model.referee.referee import Car, Referee, Rules, Status, wall_polygons
 from track_model.track import load_track
 
 SPACING = 0.05  # of the driven path's poses [m]
-LONGEST = 4000  # length of the driven path [poses]
+MAX_POSES = 4000  # of the driven path
+Pose = tuple[float, float, float]  # x, y [m], yaw [rad]
 RATE = 5.0  # of path and text [Hz] of simulated time
 
 
-def pose_stamped(x, y, yaw):
+def pose_stamped(x: float, y: float, yaw: float) -> PoseStamped:
     """Return a PoseStamped on the ground without header."""
     pose = PoseStamped()
     pose.pose.position.x, pose.pose.position.y = x, y
@@ -36,8 +42,8 @@ def pose_stamped(x, y, yaw):
     return pose
 
 
-def lane_marker(lane, frame):
-    """The lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
+def lane_marker(lane: Lane, frame: str) -> Marker:
+    """Return the lane's surface as visualization_msgs/Marker: triangles, just below z = 0."""
     marker = Marker(type=Marker.TRIANGLE_LIST, action=Marker.ADD, ns="lane")
     marker.header.frame_id = frame
     marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
@@ -57,11 +63,10 @@ class Display:
     and `~text`.
 
     Args:
-        lane: geometry.Lane.
-        frame: of the track.
+        frame: frame of the track.
     """
 
-    def __init__(self, lane, frame):
+    def __init__(self, lane: Lane, frame: str) -> None:
         self._frame = frame
         self._lock = threading.Lock()
         self._driven = Path()
@@ -81,13 +86,13 @@ class Display:
             line.poses.append(pose_stamped(float(point[0]), float(point[1]), yaw))
         self._centreline.publish(line)
 
-    def clear(self):
-        """Begin a new driven path."""
+    def clear(self) -> None:
+        """Start a new driven path."""
         with self._lock:
             self._driven.poses = []
             self._due = 0.0
 
-    def update(self, stamp, pose, status):
+    def update(self, stamp: rospy.Time, pose: Pose, status: Status) -> None:
         """Update with the car's newest (x, y, yaw) and the referee's Status."""
         now = stamp.to_sec()
         with self._lock:
@@ -99,7 +104,7 @@ class Display:
                 poses.append(pose_stamped(*pose))
                 poses[-1].header.stamp = stamp
                 poses[-1].header.frame_id = self._frame
-                del poses[:-LONGEST]
+                del poses[:-MAX_POSES]
             if self._due - 2.0 / RATE < now < self._due:
                 return
             self._due = now + 1.0 / RATE
@@ -107,7 +112,7 @@ class Display:
             self._path.publish(self._driven)
         self._text.publish(self._marker(stamp, pose, status))
 
-    def _marker(self, stamp, pose, status):
+    def _marker(self, stamp: rospy.Time, pose: Pose, status: Status) -> Marker:
         marker = Marker(type=Marker.TEXT_VIEW_FACING, action=Marker.ADD, ns="referee")
         marker.header.stamp, marker.header.frame_id = stamp, self._frame
         marker.pose.position.x, marker.pose.position.y = pose[0], pose[1]
@@ -150,14 +155,15 @@ class Log:
     Args:
         path: the file; missing folders are created. Empty: nothing is written.
         on_error: called with one line of text if a later row cannot be written (the disk is full);
-            the log ends there.
+            the log stops there.
 
     Raises:
         OSError: it cannot be opened.
     """
 
-    def __init__(self, path, on_error=lambda text: None):
-        self._stream = self._writer = None
+    def __init__(self, path: str, on_error: Callable[[str], object] = lambda text: None) -> None:
+        self._stream: TextIO | None = None
+        self._writer: Any = None
         self._path, self._on_error = path, on_error
         if path:
             os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
@@ -165,18 +171,18 @@ class Log:
             self._writer = csv.writer(self._stream)
             self._writer.writerow(COLUMNS)
 
-    def add(self, pose, status, events):
+    def add(self, pose: Pose, status: Status, events: list[str]) -> None:
         """Write one row.
 
         Args:
             pose: (x, y, yaw) [m], [rad].
-            status: referee.Status; wheels_off becomes letters such as FL (front left).
-            events: list of words.
+            status: its wheels_off becomes letters such as FL (front left).
+            events: names of the events.
         """
         if self._writer is None:
             return
         names = ("FL", "FR", "RL", "RR")
-        off = " ".join(name for name, gone in zip(names, status.wheels_off) if gone)
+        off = " ".join(name for name, is_off in zip(names, status.wheels_off) if is_off)
         numbers = (
             status.time,
             *pose,
@@ -197,21 +203,22 @@ class Log:
             ],
         )
 
-    def close(self):
+    def close(self) -> None:
         """Finish the file."""
         if self._stream is not None:
             self._try(self._stream.close)
             self._stream = self._writer = None
 
-    def _try(self, write, *arguments):
-        """Write; an error ends the log and is said once."""
+    def _try(self, write: Callable[..., object], *arguments: Any) -> None:
+        """Write; an error stops the log and is reported once."""
         try:
             write(*arguments)
         except OSError as error:
-            stream, self._stream, self._writer = self._stream, None, None
+            stream: Any = self._stream
+            self._stream = self._writer = None
             with contextlib.suppress(OSError):
                 stream.close()  # what is buffered cannot be written either
-            self._on_error(f"{self._path} cannot be written: {error.strerror}; it ends here")
+            self._on_error(f"{self._path} cannot be written: {error.strerror}; it stops here")
 
 
 SERVICE_TIMEOUT = 5.0  # wall time to wait for the simulator's service [s]
@@ -225,10 +232,10 @@ class RefereeNode:
         OSError: the CSV file cannot be written.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         track = load_track(str(rospy.get_param("~track", "default")))
         rules, car = read(Rules, rospy.get_param), read(Car, rospy.get_param)
-        walls = ()
+        walls: list[Polygon] = []
         if track.spec.walls.enabled:
             walls = wall_polygons(
                 files.wall_boxes(track.lane, track.spec), track.spec.walls.thickness
@@ -241,16 +248,16 @@ class RefereeNode:
         self._status = rospy.Publisher("~status", LapStatus, queue_size=50)
         self._display = Display(track.lane, str(rospy.get_param("~frame", "odom")))
         self._move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
-        rospy.Service("~put_back", Trigger, self._put_back_asked)
-        rospy.Service("~restart", Trigger, self._restart_asked)
+        rospy.Service("~put_back", Trigger, self._on_put_back)
+        rospy.Service("~restart", Trigger, self._on_restart)
         rospy.on_shutdown(self._log.close)
         rospy.Subscriber("odom", Odometry, self._receive, queue_size=200)
 
-    def _receive(self, message):
+    def _receive(self, message: Odometry) -> None:
         position, twist = message.pose.pose.position, message.twist.twist
         pose = (position.x, position.y, yaw_of(message.pose.pose.orientation))
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
-            rospy.logerr_throttle(1.0, f"referee: odometry holds {pose!r}; it is ignored")
+            rospy.logerr_throttle(1.0, f"referee: odometry contains {pose!r}; it is ignored")
             return
         if message.header.stamp == self._last_stamp:
             return
@@ -267,7 +274,7 @@ class RefereeNode:
         if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
             threading.Thread(target=self._reset_car, daemon=True).start()
 
-    def _publish(self, header, status):
+    def _publish(self, header: Header, status: Status) -> None:
         message = LapStatus(
             **{name: getattr(status, name) for name in LapStatus.__slots__ if name != "header"}
         )
@@ -275,7 +282,7 @@ class RefereeNode:
         self._status.publish(message)
 
     @staticmethod
-    def _log_event(event, status):
+    def _log_event(event: str, status: Status) -> None:
         if event == "lap":
             rospy.loginfo(
                 "lap %d: %.3f s, penalties %g s", status.laps, status.last_lap_time, status.penalty
@@ -285,8 +292,8 @@ class RefereeNode:
         else:
             rospy.logwarn("%s at %.2f m", event.replace("_", " "), status.arc_length)
 
-    def _put_back(self):
-        """Place the car on the centreline, at rest; returns an error text or ''."""
+    def _put_back(self) -> str:
+        """Put the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
             x, y, yaw = self._referee.put_back_pose()
         state = ModelState(model_name=self._model, reference_frame="world")
@@ -294,27 +301,27 @@ class RefereeNode:
         state.pose.orientation = quaternion_of(yaw)
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
-            answer = self._move(state)
+            response = self._move(state)
         except (rospy.ROSException, rospy.ServiceException) as error:
-            return f"no answer from {self._move.resolved_name}: {error}"
-        return "" if answer.success else answer.status_message
+            return f"no response from {self._move.resolved_name}: {error}"
+        return "" if response.success else response.status_message
 
-    def _reset_car(self):
+    def _reset_car(self) -> None:
         error = self._put_back()
         if error:
             rospy.logerr("referee: the car is not put back: %s", error)
 
-    def _put_back_asked(self, _):
+    def _on_put_back(self, _: TriggerRequest) -> TriggerResponse:
         error = self._put_back()
         return TriggerResponse(success=not error, message=error or "put on the centreline")
 
-    def _restart_asked(self, _):
+    def _on_restart(self, _: TriggerRequest) -> TriggerResponse:
         with self._lock:
             self._referee.restart()
         self._display.clear()
         return TriggerResponse(success=True, message="laps and penalties are 0")
 
 
-def main():
+def main() -> None:
     """Run the node until ROS shuts down."""
     run("referee", RefereeNode, (ValueError, OSError))

@@ -1,13 +1,18 @@
 """The referee: rules, laps, penalties."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from paddock_common.settings import check, choice, flag, number
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 from shapely.prepared import prep
+
+from track_model.referee.course import Course
 
 
 @dataclass(frozen=True)
@@ -17,26 +22,26 @@ class Rules:
     Attributes:
         off_track: 'all': the car is off when all four wheels are outside the lane (the DeepRacer
             league's rule), 'one': when one is.
-        off_track_penalty, collision_penalty: added per excursion and per crash [s]; 5 s each is
-            what the DeepRacer community's evaluation template sets.
-        stuck_time: [s] without progress, once a lap runs.
-        stuck_distance: progress that ends being stuck [m].
-        wrong_way_distance: driving back by more is the wrong way [m].
-        standing_start: a car first seen up to this far behind the line [m] starts its first lap
-            when it first moves; any other starts it when it crosses the line.
-        auto_reset: put the car back on the track when it is off, crashed or stuck.
+        off_track_penalty, collision_penalty: added per excursion and per crash [s]; 5 s each, as in
+            the DeepRacer community's evaluation template.
+        stuck_time: time without progress during a lap after which the car is stuck [s].
+        stuck_distance: progress after which it is no longer stuck [m].
+        wrong_way_distance: distance driven backwards beyond which the direction is wrong [m].
+        standing_start: a car that is first up to this far behind the line [m] starts its first lap
+            when it first moves; any other one when it crosses the line.
+        auto_reset: put the car back on the track when it is off the track, crashed or stuck.
     """
 
     off_track: str = choice("all", ("all", "one"))
-    off_track_penalty: float = number(5.0, least=0.0, unit="s")
-    collision_penalty: float = number(5.0, least=0.0, unit="s")
-    stuck_time: float = number(5.0, least=0.0, unit="s")
-    stuck_distance: float = number(0.05, least=0.0, unit="m")
-    wrong_way_distance: float = number(0.3, least=0.0, unit="m")
-    standing_start: float = number(0.2, least=0.0, unit="m")
+    off_track_penalty: float = number(5.0, min=0.0, unit="s")
+    collision_penalty: float = number(5.0, min=0.0, unit="s")
+    stuck_time: float = number(5.0, min=0.0, unit="s")
+    stuck_distance: float = number(0.05, min=0.0, unit="m")
+    wrong_way_distance: float = number(0.3, min=0.0, unit="m")
+    standing_start: float = number(0.2, min=0.0, unit="m")
     auto_reset: bool = flag(False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
 
@@ -48,7 +53,7 @@ class Car:
         front, rear: x of the axles.
         front_half_track, rear_half_track: y of the wheels' centres.
         nose, tail: x of the outline's ends.
-        half_width: of the outline.
+        half_width: half the width of the outline.
     """
 
     front: float = number(0.082311, unit="m")
@@ -59,11 +64,11 @@ class Car:
     tail: float = number(-0.13, unit="m")
     half_width: float = number(0.0945, unit="m")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
 
     @property
-    def wheels(self):
+    def wheels(self) -> tuple[tuple[float, float], ...]:
         """((x, y), ...) of front left, front right, rear left, rear right."""
         return (
             (self.front, self.front_half_track),
@@ -73,7 +78,7 @@ class Car:
         )
 
     @property
-    def corners(self):
+    def corners(self) -> tuple[tuple[float, float], ...]:
         """((x, y), ...) of the outline, counter-clockwise."""
         return (
             (self.nose, self.half_width),
@@ -84,7 +89,7 @@ class Car:
 
 
 MOVING = 0.02  # speed that counts as moving [m/s]
-JUMP = 0.25  # distance between two poses beyond which the car was moved by a service [m]
+JUMP = 0.25  # distance between two poses beyond which a service has moved the car [m]
 
 
 @dataclass(frozen=True)
@@ -103,14 +108,16 @@ class Status:
     best_lap_time: float = 0.0
     penalty: float = 0.0
     running: bool = False
-    wheels_off: tuple = (False,) * 4
+    wheels_off: tuple[bool, ...] = (False,) * 4
     off_track: bool = False
     wrong_way: bool = False
     stuck: bool = False
     crashed: bool = False
 
 
-def wall_polygons(boxes, thickness):
+def wall_polygons(
+    boxes: Iterable[tuple[float, float, float, float]], thickness: float
+) -> list[Polygon]:
     """Return shapely polygons of wall boxes (x, y, yaw, length) [m], [rad]."""
     polygons = []
     for x, y, yaw, length in boxes:
@@ -125,47 +132,54 @@ def wall_polygons(boxes, thickness):
 
 
 class Referee:
-    """Judges one car on one course.
+    """Evaluates one car on one course.
 
     Args:
-        course: Course.
-        walls: shapely polygons of the obstacles.
-        rules, car: Rules and Car.
+        walls: polygons of the obstacles.
     """
 
-    def __init__(self, course, walls=(), rules=Rules(), car=Car()):
+    def __init__(
+        self,
+        course: Course,
+        walls: Iterable[Polygon] = (),
+        rules: Rules = Rules(),
+        car: Car = Car(),
+    ) -> None:
         self.course, self.rules, self.car = course, rules, car
-        walls = list(walls)
-        self._walls = prep(unary_union(walls)) if walls else None
+        obstacles = list(walls)
+        self._walls = prep(unary_union(obstacles)) if obstacles else None
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart the run, as after a reset of the simulation."""
         self.status = Status()
-        self._before = None  # (time, x, y, arc length)
-        self._standing = False
-        self._lap_start = None  # time [s]
-        self._way = self._best_way = 0.0  # along the course since the first start [m]
-        self._lap_way = 0.0  # of it, before this lap
-        self._stuck_since = self._stuck_way = None
+        self._previous: tuple[float, float, float, float] | None = None  # time, x, y, arc length
+        self._waiting_at_start = False
+        self._lap_start: float | None = None  # time [s]
+        self._distance = self._max_distance = 0.0  # along the course since the first start [m]
+        self._lap_offset = 0.0  # part of it before this lap
+        self._stuck_since: float | None = None
+        self._stuck_distance = 0.0
 
-    def update(self, time, x, y, yaw, speed):
+    def update(
+        self, time: float, x: float, y: float, yaw: float, speed: float
+    ) -> tuple[Status, list[str]]:
         """Update with the car's ground truth.
 
         Args:
-            time: [s], growing.
+            time: [s], increasing.
             x, y, yaw: reference point in the track's frame [m], [rad].
             speed: forward [m/s].
 
         Returns:
             (Status, list of events: 'start', 'lap', 'off_track', 'crash', 'wrong_way', 'stuck').
         """
-        events = []
+        events: list[str] = []
         s, lateral = self._locate(time, x, y, speed, events)
-        turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
-        wheels = ~self.course.contains(np.array(self.car.wheels) @ turn.T + (x, y))
+        rotation = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
+        wheels = ~self.course.contains(np.array(self.car.wheels) @ rotation.T + (x, y))
         off = bool(wheels.all() if self.rules.off_track == "all" else wheels.any())
-        crashed = self._touches(np.array(self.car.corners) @ turn.T + (x, y))
+        crashed = self._touches(np.array(self.car.corners) @ rotation.T + (x, y))
         old = self.status
         penalty = old.penalty
         for name, now, was, cost in (
@@ -175,7 +189,7 @@ class Referee:
             if now and not was:
                 events.append(name)
                 penalty += cost
-        wrong, stuck = self._judge_way(time)
+        wrong, stuck = self._check_progress(time)
         events += ["wrong_way"] * (wrong and not old.wrong_way) + ["stuck"] * (
             stuck and not old.stuck
         )
@@ -186,10 +200,10 @@ class Referee:
             arc_length=s,
             lateral_error=lateral,
             speed=speed,
-            distance=self._way,
+            distance=self._distance,
             progress=self._progress() if running else 0.0,
             running=running,
-            lap_time=time - self._lap_start if running else 0.0,
+            lap_time=0.0 if self._lap_start is None else time - self._lap_start,
             penalty=penalty,
             wheels_off=tuple(map(bool, wheels)),
             off_track=off,
@@ -199,36 +213,47 @@ class Referee:
         )
         return self.status, events
 
-    def _locate(self, time, x, y, speed, events):
-        """Project the car onto the course and count its way; starts and ends laps.
+    def _locate(
+        self, time: float, x: float, y: float, speed: float, events: list[str]
+    ) -> tuple[float, float]:
+        """Project the car onto the course and update its distance; starts and finishes laps.
 
         Returns:
             (arc length, distance to the left of the centreline) [m].
         """
-        if self._before is not None and time < self._before[0]:
+        if self._previous is not None and time < self._previous[0]:
             self.restart()
-        s, lateral = self.course.project(x, y, None if self._before is None else self._before[3])
-        if self._before is not None and math.dist((x, y), self._before[1:3]) > JUMP:
-            s, lateral = self.course.project(x, y)  # it was moved by a service
-            self._before = None
-        if self._before is None:
-            self._standing = not self.status.running and 0.0 <= s < self.rules.standing_start
+        s, lateral = self.course.project(
+            x, y, None if self._previous is None else self._previous[3]
+        )
+        if self._previous is not None and math.dist((x, y), self._previous[1:3]) > JUMP:
+            s, lateral = self.course.project(x, y)  # a service has moved it
+            self._previous = None
+        if self._previous is None:
+            self._waiting_at_start = (
+                not self.status.running and 0.0 <= s < self.rules.standing_start
+            )
         else:
             self._move(time, x, y, s, speed, events)
-        self._before = (time, x, y, s)
+        self._previous = (time, x, y, s)
         return s, lateral
 
-    def _progress(self):
-        return max(0.0, min(100.0, 100.0 * (self._way - self._lap_way) / self.course.length))
+    def _progress(self) -> float:
+        return max(
+            0.0, min(100.0, 100.0 * (self._distance - self._lap_offset) / self.course.length)
+        )
 
-    def _move(self, time, x, y, s, speed, events):
-        """Progress since the last pose; starts and ends laps."""
-        before_time, before_x, before_y, before = self._before
+    def _move(
+        self, time: float, x: float, y: float, s: float, speed: float, events: list[str]
+    ) -> None:
+        """Update the progress since the last pose; starts and finishes laps."""
+        assert self._previous is not None
+        before_time, before_x, before_y, before = self._previous
         step = self.course.difference(s, before)
-        self._standing &= 0.0 <= s < self.rules.standing_start
-        if self._standing and speed > MOVING:
+        self._waiting_at_start &= 0.0 <= s < self.rules.standing_start
+        if self._waiting_at_start and speed > MOVING:
             self._start(before_time, events)
-            self._lap_way = -before
+            self._lap_offset = -before
         crossing = self._crossing(0.0, before_time, before_x, before_y, time, x, y, step)
         if crossing is not None and self.course.closed:
             self._cross(crossing, events)
@@ -242,18 +267,28 @@ class Referee:
                 self._finish(finish, events)
                 self._lap_start = None
         if self._lap_start is not None:
-            self._way += step
+            self._distance += step
 
-    def _cross(self, time, events):
+    def _cross(self, time: float, events: list[str]) -> None:
         if self._lap_start is None:
             self._start(time, events)
-        # reversing over the line and crossing it again is no lap
-        elif self._way > self.course.length * (self.status.laps + 0.5):
+        # reversing over the line and crossing it again does not count
+        elif self._distance > self.course.length * (self.status.laps + 0.5):
             self._finish(time, events)
-            self._lap_start, self._lap_way = time, self._way
+            self._lap_start, self._lap_offset = time, self._distance
 
-    def _crossing(self, s, before_time, before_x, before_y, time, x, y, step):
-        """Time [s] at which the line at arc length s was crossed forwards, or None."""
+    def _crossing(
+        self,
+        s: float,
+        before_time: float,
+        before_x: float,
+        before_y: float,
+        time: float,
+        x: float,
+        y: float,
+        step: float,
+    ) -> float | None:
+        """Return the time [s] at which the line at arc length s was crossed forwards, or None."""
         if not 0.0 < step < 0.5:
             return None
         line_x, line_y, yaw = self.course.pose(s)
@@ -264,13 +299,14 @@ class Referee:
             return None
         return before_time + (time - before_time) * old / (old - new)
 
-    def _start(self, time, events):
+    def _start(self, time: float, events: list[str]) -> None:
         self._lap_start = time
-        self._way = self._best_way = self._lap_way = 0.0
-        self._standing = False
+        self._distance = self._max_distance = self._lap_offset = 0.0
+        self._waiting_at_start = False
         events.append("start")
 
-    def _finish(self, time, events):
+    def _finish(self, time: float, events: list[str]) -> None:
+        assert self._lap_start is not None
         lap = time - self._lap_start
         best = self.status.best_lap_time
         self.status = replace(
@@ -281,23 +317,23 @@ class Referee:
         )
         events.append("lap")
 
-    def _touches(self, corners):
+    def _touches(self, corners: npt.NDArray[Any]) -> bool:
         return self._walls is not None and self._walls.intersects(Polygon(corners))
 
-    def _judge_way(self, time):
-        """(wrong way, stuck) from the progress along the course."""
+    def _check_progress(self, time: float) -> tuple[bool, bool]:
+        """Return (wrong way, stuck) from the progress along the course."""
         if self._lap_start is None:
             self._stuck_since = None
             return False, False
-        self._best_way = max(self._best_way, self._way)
-        wrong = self._best_way - self._way > self.rules.wrong_way_distance
+        self._max_distance = max(self._max_distance, self._distance)
+        wrong = self._max_distance - self._distance > self.rules.wrong_way_distance
         if (
             self._stuck_since is None
-            or abs(self._way - self._stuck_way) > self.rules.stuck_distance
+            or abs(self._distance - self._stuck_distance) > self.rules.stuck_distance
         ):
-            self._stuck_since, self._stuck_way = time, self._way
+            self._stuck_since, self._stuck_distance = time, self._distance
         return bool(wrong), bool(time - self._stuck_since >= self.rules.stuck_time)
 
-    def put_back_pose(self):
-        """Return (x, y, yaw) on the centreline at the car's present arc length."""
+    def put_back_pose(self) -> tuple[float, float, float]:
+        """Return (x, y, yaw) on the centreline at the car's current arc length."""
         return self.course.pose(self.status.arc_length)

@@ -10,7 +10,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import SDF, read_surface
 from bullet_sim.formats.joints import read_joint
 from bullet_sim.formats.shapes import parse_shape
-from bullet_sim.plugins.dispatch import parse_plugin, parse_sensor
+from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import child_number, child_text, is_true, sdf_pose
 

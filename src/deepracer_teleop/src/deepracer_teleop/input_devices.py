@@ -1,4 +1,4 @@
-"""Input devices in the window: keys and gamepads, as one source of commands."""
+"""Input devices of the window: keys and gamepad, combined to one source of commands."""
 
 import math
 
@@ -23,9 +23,9 @@ BINDINGS = {
 }
 ARROWS = (Qt.Key_Up, Qt.Key_Down, Qt.Key_Left, Qt.Key_Right)
 STOP = Qt.Key_Space
-CLICK = (Qt.Key_Return, Qt.Key_Enter)  # what Space does to a focused button elsewhere
-# X servers repeat a held key as pairs of release and press, which Qt cannot always tell apart.
-RELEASE_MS = 30  # a key that is pressed again within this time was held [ms]
+CLICK = (Qt.Key_Return, Qt.Key_Enter)  # act on a focused button as Space does elsewhere
+# X servers repeat a held key as pairs of release and press, which Qt cannot always distinguish.
+RELEASE_MS = 30  # a key that is pressed again within this time was not released [ms]
 OTHERS = Qt.ControlModifier | Qt.AltModifier | Qt.MetaModifier  # with these a key is a shortcut
 
 
@@ -45,31 +45,31 @@ class Keys(QObject):
             window: QWidget with all its widgets.
         """
         super().__init__(window)
-        self._window, self._held, self._shares = window, set(), (0, 0)
-        self._going = {}  # held key -> QTimer that ends its release
+        self._window, self._held, self._deflections = window, set(), (0, 0)
+        self._releases = {}  # held key -> QTimer that completes its release
         for widget in (window, *window.findChildren(QWidget)):
             widget.installEventFilter(self)
 
     def clear(self):
-        """Forgets the held keys: each has to be pressed anew. Emits nothing."""
-        self._drop_all()
-        self._shares = (0, 0)
+        """Clears the held keys: each has to be pressed again. Emits nothing."""
+        self._clear_held()
+        self._deflections = (0, 0)
 
-    def _drop_all(self):
+    def _clear_held(self):
         self._held.clear()
-        for key in tuple(self._going):
-            self._keep(key)
+        for key in tuple(self._releases):
+            self._cancel_release(key)
 
     def eventFilter(self, widget, event):
-        """Takes the keys of the car; everything else goes on to its widget."""
-        kind = event.type()
-        if kind in (QEvent.WindowDeactivate, QEvent.Hide):
+        """Handles the keys of the car; other events are passed to their widget."""
+        event_type = event.type()
+        if event_type in (QEvent.WindowDeactivate, QEvent.Hide):
             if widget is self._window and self._held:
-                self._drop_all()
+                self._clear_held()
                 self._update()
-        elif kind == QEvent.KeyPress:
+        elif event_type == QEvent.KeyPress:
             return self._press(widget, event)
-        elif kind == QEvent.KeyRelease:
+        elif event_type == QEvent.KeyRelease:
             return self._release(event)
         return False
 
@@ -78,8 +78,8 @@ class Keys(QObject):
         if event.modifiers() & OTHERS or (isinstance(widget, QSlider) and key in ARROWS):
             return False
         if key in BINDINGS:
-            if key in self._going:
-                self._keep(key)
+            if key in self._releases:
+                self._cancel_release(key)
             elif not event.isAutoRepeat():
                 self._held.add(key)
                 self._update()
@@ -97,42 +97,43 @@ class Keys(QObject):
     def _release(self, event):
         key = event.key()
         if key in self._held:
-            if not event.isAutoRepeat() and key not in self._going:
+            if not event.isAutoRepeat() and key not in self._releases:
                 timer = QTimer(self, singleShot=True, timerType=Qt.PreciseTimer)
-                timer.timeout.connect(lambda: self._let_go(key))
+                timer.timeout.connect(lambda: self._complete_release(key))
                 timer.start(RELEASE_MS)
-                self._going[key] = timer
+                self._releases[key] = timer
             return True
         return key == STOP  # else it clicks the focused button
 
-    def _keep(self, key):
-        """Forgets the release of a key."""
-        timer = self._going.pop(key)
+    def _cancel_release(self, key):
+        """Cancels the release of a key."""
+        timer = self._releases.pop(key)
         timer.stop()
         timer.deleteLater()
 
-    def _let_go(self, key):
-        """Ends a release: the key was not pressed again."""
-        self._keep(key)
+    def _complete_release(self, key):
+        """Completes a release: the key was not pressed again."""
+        self._cancel_release(key)
         self._held.discard(key)
         self._update()
 
     def _update(self):
-        ways = {BINDINGS[key] for key in self._held}  # two keys of one way count once
-        shares = sum(way[0] for way in ways), sum(way[1] for way in ways)
-        if shares != self._shares:
-            self._shares = shares
-            self.moved.emit(*shares)
+        # two keys of one direction count once
+        directions = {BINDINGS[key] for key in self._held}
+        deflections = tuple(sum(values) for values in zip((0, 0), *directions))
+        if deflections != self._deflections:
+            self._deflections = deflections
+            self.moved.emit(*deflections)
 
 
 STEERING_AXIS, SPEED_AXIS = 0, 1  # left and up are positive
-DEAD_ZONE = 0.1  # of the stick's way that counts as its middle
+DEAD_ZONE = 0.1  # fraction of the stick's range that counts as its centre
 
 
 def deflection(value):
-    """Returns -1..1 from an axis, 0 in the middle; the rest of the way is stretched.
+    """Returns -1..1 from an axis, 0 in the dead zone; the rest of the range is scaled.
 
-    What is no finite number counts as the middle.
+    A value that is not a finite number counts as 0.
     """
     if not math.isfinite(value):
         return 0.0
@@ -141,10 +142,10 @@ def deflection(value):
 
 
 class Pad(QObject):
-    """Follows the pad, if there is one.
+    """Follows the gamepad, if there is one.
 
     Attributes:
-        present: Whether somebody publishes PAD_TOPIC.
+        present: Whether PAD_TOPIC has a publisher.
     """
 
     moved = pyqtSignal(float, float)  # speed, steering: -1..1, right is positive; on a change
@@ -152,7 +153,7 @@ class Pad(QObject):
     _arrived = pyqtSignal()  # from the subscriber's thread to Qt's
 
     def __init__(self, parent):
-        """Prepares; start() subscribes.
+        """Initializes; start() subscribes.
 
         Args:
             parent: Qt parent.
@@ -160,7 +161,7 @@ class Pad(QObject):
         super().__init__(parent)
         self.present = False
         self._latest, self._subscriber = LatestValue(), None
-        self._shares, self._pressed, self._latched = (0.0, 0.0), False, False
+        self._deflections, self._pressed, self._latched = (0.0, 0.0), False, False
         self._arrived.connect(self._follow, Qt.QueuedConnection)
 
     def start(self):
@@ -174,12 +175,12 @@ class Pad(QObject):
             self._subscriber = None
 
     def clear(self):
-        """Lets the stick count again only after it was in its middle. Emits nothing."""
-        self._latched = self._latched or self._shares != (0.0, 0.0)
-        self._shares = (0.0, 0.0)
+        """Ignores the stick until it was in its centre. Emits nothing."""
+        self._latched = self._latched or self._deflections != (0.0, 0.0)
+        self._deflections = (0.0, 0.0)
 
     def check(self):
-        """Lets go of the stick when nobody publishes any more."""
+        """Releases the stick when there is no publisher any more."""
         self.present = self._subscriber is not None and self._subscriber.get_num_connections() > 0
         if not self.present:
             self._move((0.0, 0.0))
@@ -200,16 +201,16 @@ class Pad(QObject):
         self._pressed = pressed
         self._move((deflection(message.axes[SPEED_AXIS]), deflection(-message.axes[STEERING_AXIS])))
 
-    def _move(self, shares):
+    def _move(self, deflections):
         if self._latched:
-            self._latched = shares != (0.0, 0.0)
-        elif shares != self._shares:
-            self._shares = shares
-            self.moved.emit(*shares)
+            self._latched = deflections != (0.0, 0.0)
+        elif deflections != self._deflections:
+            self._deflections = deflections
+            self.moved.emit(*deflections)
 
 
-class Hand(QObject):
-    """Adds up what keys and pad say.
+class InputDevices(QObject):
+    """Adds the deflections of keys and gamepad.
 
     Attributes:
         keys: Keys.
@@ -227,20 +228,20 @@ class Hand(QObject):
         """
         super().__init__(window)
         self.keys, self.pad = Keys(window), Pad(self)
-        self._shares = {}
+        self._deflections = {}
         for source in (self.keys, self.pad):
-            source.moved.connect(lambda *shares, source=source: self._move(source, shares))
+            source.moved.connect(lambda *pair, source=source: self._move(source, pair))
             source.stopped.connect(self._stop)
 
     def clear(self):
-        """Lets nothing that is held now count any more. Emits nothing."""
-        self._shares.clear()
+        """Ignores what is held now until it is released. Emits nothing."""
+        self._deflections.clear()
         self.keys.clear()
         self.pad.clear()
 
-    def _move(self, source, shares):
-        self._shares[source] = shares
-        sums = (sum(pair) for pair in zip(*self._shares.values()))
+    def _move(self, source, deflections):
+        self._deflections[source] = deflections
+        sums = (sum(pair) for pair in zip(*self._deflections.values()))
         self.moved.emit(*(max(-1.0, min(1.0, value)) for value in sums))
 
     def _stop(self):

@@ -1,0 +1,206 @@
+"""Controllers, plugins and sensors of users' own packages, found by <export> in their package.xml.
+
+    <export>
+      <bullet_bridge controller="my_robot/BangBang" class="my_robot.controllers:BangBang"/>
+      <bullet_bridge plugin="libconveyor.so" class="my_robot.simulation:Conveyor"/>
+      <bullet_bridge sensor="libgas.so" class="my_robot.simulation:GasSensor" type="gas"/>
+    </export>
+
+catkin writes no metadata of Python packages into the devel space, so that entry points would not be
+found where users work; manifests are found in devel and install spaces alike. They are read only
+when a type or a library is not built in.
+"""
+
+import functools
+import importlib
+import os
+from dataclasses import dataclass
+
+import rospkg
+import rospy
+from bullet_sim.controllers import CONTROLLERS, Controller
+from bullet_sim.errors import ControllerError, ModelError, SimError
+from bullet_sim.plugins.custom import custom_plugin, custom_sensor
+from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS
+from bullet_sim.plugins.xml import SensorXml
+from catkin_pkg.package import InvalidPackage
+
+from bullet_bridge.plugins.base import ModelPlugin, Sensor
+from bullet_bridge.resolve import is_in_manifest
+
+TAG = "bullet_bridge"
+BASES = {"controller": Controller, "plugin": ModelPlugin, "sensor": Sensor}
+
+
+@dataclass(frozen=True)
+class Extension:
+    """One line of a package.xml.
+
+    Attributes:
+        kind: controller, plugin or sensor.
+        name: of the controller type, or of the library without folder, 'lib' and '.so'.
+        target: MODULE:CLASS.
+        package, manifest: name of the package, path of its package.xml.
+        sensor_type: type="..." of the <sensor>s that it reads; empty: any that SDF knows.
+    """
+
+    kind: str
+    name: str
+    target: str
+    package: str
+    manifest: str
+    sensor_type: str = ""
+
+    def __str__(self):
+        return f"{self.kind} '{self.name}' is {self.target} of package {self.package}"
+
+    def load(self):
+        """The class.
+
+        Raises:
+            SimError: names package.xml, class and reason.
+        """
+        module, _, name = self.target.partition(":")
+        what = f"{self.manifest} names class '{self.target}' for {self.kind} '{self.name}'"
+        try:
+            found = getattr(importlib.import_module(module), name)
+        except Exception as error:  # whatever a user's module does
+            raise SimError(f"{what}, which cannot be imported: {_shown(error)}") from error
+        base = BASES[self.kind]
+        if not (isinstance(found, type) and issubclass(found, base)):
+            raise SimError(f"{what}, which is no subclass of {base.__module__}.{base.__name__}")
+        return found
+
+
+def _shown(error):
+    return f"{type(error).__name__}: {error}"
+
+
+class Extensions:
+    """The extensions of all packages on ROS_PACKAGE_PATH.
+
+    Args:
+        packages: rospkg.RosPack; None: a new one when it is needed.
+    """
+
+    def __init__(self, packages=None):
+        self._packages, self._found = packages, None
+
+    def enter(self):
+        """Have the simulator find them where nothing is built in."""
+        CONTROLLERS.add_source(self.controller, lambda: self.names("controller"))
+        PLUGINS.add_source(
+            lambda name: custom_plugin if self.get("plugin", name) else None,
+            lambda: self.names("plugin"),
+        )
+        SENSOR_PLUGINS.add_source(self._sensor_reader, lambda: self.names("sensor"))
+
+    def all(self):
+        """All Extensions by (kind, name); what is wrong with a line is logged, once."""
+        if self._found is None:
+            self._found = {}
+            for extension in self._read():
+                self._add(extension)
+        return self._found
+
+    def names(self, kind):
+        """Names of the extensions of a kind."""
+        return tuple(name for of_kind, name in self.all() if of_kind == kind)
+
+    def get(self, kind, name):
+        """The Extension, or None."""
+        return self.all().get((kind, name))
+
+    def controller(self, name):
+        """Class of a controller type, or None.
+
+        Raises:
+            ControllerError: its class cannot be had.
+        """
+        extension = self.get("controller", name)
+        if extension is None:
+            return None
+        try:
+            return extension.load()
+        except SimError as error:
+            raise ControllerError(str(error)) from error
+
+    def plugin(self, spec):
+        """Class of a CustomSpec.
+
+        Raises:
+            SimError: it cannot be had.
+        """
+        return self.of(spec).load()
+
+    def of(self, spec):
+        """The Extension of a CustomSpec."""
+        kind = "sensor" if isinstance(spec.xml, SensorXml) else "plugin"
+        return self.get(kind, spec.library)
+
+    def _sensor_reader(self, name):
+        extension = self.get("sensor", name)
+        if extension is None:
+            return None
+        reader = functools.partial(custom_sensor)
+        if extension.sensor_type:
+            reader.types = (extension.sensor_type,)
+        return reader
+
+    def _add(self, extension):
+        key = extension.kind, extension.name
+        other = self._found.get(key)
+        if other is not None:
+            rospy.logerr(
+                "%s '%s' is exported by the packages %s and %s, must be by one; that of %s is used",
+                *key,
+                other.package,
+                extension.package,
+                other.package,
+            )
+            return
+        self._found[key] = extension
+
+    def _read(self):
+        packages = self._packages or rospkg.RosPack()
+        for package in sorted(packages.list()):
+            folder = packages.get_path(package)
+            if not is_in_manifest(TAG, folder):
+                continue  # rospkg takes milliseconds for each, and few export anything
+            try:
+                exports = packages.get_manifest(package).exports
+            except (InvalidPackage, rospkg.InvalidManifest, rospkg.ResourceNotFound):
+                continue  # a broken package.xml has none
+            manifest = os.path.join(folder, "package.xml")
+            for export in exports:
+                if export.tag == TAG:
+                    try:
+                        yield _extension(export.attrs, package, manifest)
+                    except ModelError as error:
+                        rospy.logerr("%s", error)
+
+
+def _extension(attributes, package, manifest):
+    """Extension of an <export>'s line.
+
+    Raises:
+        ModelError: names what is wrong with it.
+    """
+    kinds = [kind for kind in BASES if kind in attributes]
+    target = attributes.get("class", "")
+    if len(kinds) != 1:
+        raise ModelError(
+            f"{manifest} has <{TAG}> with {', '.join(attributes) or 'no attributes'}, must have "
+            f"one of {', '.join(BASES)}, and class"
+        )
+    (kind,) = kinds
+    module, colon, name = target.partition(":")
+    if not (module and colon and name):
+        raise ModelError(
+            f"{manifest} has {kind} '{attributes[kind]}' with class '{target}', must be "
+            "MODULE:CLASS"
+        )
+    name = attributes[kind]
+    if kind != "controller":
+        name = os.path.basename(name).removesuffix(".so").removeprefix("lib")
+    return Extension(kind, name, target, package, manifest, attributes.get("type", ""))
