@@ -76,7 +76,7 @@ class Circling:
     def images(self):
         """Draw some images and nothing else; returns how many."""
         for _ in range(ACTIONS):
-            self.env.run.camera.picture()
+            self.env.run.camera.image()
         return ACTIONS
 
     def restart(self):
@@ -116,7 +116,7 @@ def measure(quick, _log):
                     pairs_of(quick),
                     monitor,
                 )[name].figures()
-                figures["renderer"] = circling.env.scene.painter.kind
+                figures["renderer"] = circling.env.scene.renderer.backend
             circling.env.close()
         figures["two_processes"] = alternate(
             lambda: together(1, track), {"two": lambda: together(2, track)}, pairs_of(quick)

@@ -1,6 +1,6 @@
 """Python half of the package: read by catkin_python_setup, and by `pip install ./src/paddock_gym`.
 
-With pip the wheel also holds the packages that paddock_gym needs, and the tracks and meshes.
+With pip the wheel also contains the packages that paddock_gym needs, and the tracks and meshes.
 """
 
 import glob
@@ -37,14 +37,14 @@ TRAINING = ("matplotlib", "onnx>=1.12", "stable-baselines3==2.4.1", "torch>=1.13
 
 def standalone():
     """Arguments of setup() for pip."""
-    packages, places = find_packages("src"), {"": "src"}
+    packages, folders = find_packages("src"), {"": "src"}
     for name in NEEDED:
         folder = os.path.join("..", name, "src")
-        packages += [found for found in find_packages(folder) if found.split(".")[0] == name]
-        places[name] = os.path.join(folder, name)
+        packages += [package for package in find_packages(folder) if package.split(".")[0] == name]
+        folders[name] = os.path.join(folder, name)
     data = []
-    for package, folders in SHARED.items():
-        for folder in folders:
+    for package, shared in SHARED.items():
+        for folder in shared:
             files = sorted(filter(os.path.isfile, glob.glob(f"../{package}/{folder}/*")))
             data.append((os.path.join("share", package, folder), files))
     temporary = tempfile.mkdtemp(prefix="paddock_gym_")  # nothing is left in the sources
@@ -55,7 +55,7 @@ def standalone():
         "license": "BSD-3-Clause",
         "python_requires": ">=3.11",
         "packages": packages,
-        "package_dir": places,
+        "package_dir": folders,
         "data_files": data,
         "install_requires": REQUIRES,
         "extras_require": {"training": TRAINING, "cluster": CLUSTER, "sweep": SWEEP},

@@ -6,7 +6,7 @@ import signal
 
 import psutil
 import pytest
-from paddock_gym.training.ray_actors import share_of
+from paddock_gym.training.ray_actors import cpus_per_actor
 
 LOOPBACK = ("127.0.0.1", "::1", "::ffff:127.0.0.1")
 LOST = "a worker died and was replaced; its run is lost"
@@ -97,6 +97,6 @@ def test_an_address_without_a_cluster_is_one_sentence(training):
     "nodes, count, share", [([2.0], 2, 1.0), ([2.0], 8, 0.25), ([3.0, 3.0], 7, 0.75)]
 )
 def test_every_actor_finds_a_place(nodes, count, share):
-    found = share_of(nodes, count)
+    found = cpus_per_actor(nodes, count)
     assert found == pytest.approx(share, rel=0.07)
     assert sum(int(processors / found) for processors in nodes) >= count

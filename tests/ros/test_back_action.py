@@ -145,7 +145,7 @@ class BackAction(unittest.TestCase):
         wait_until(lambda: self.truth.last.twist.twist.linear.x < -0.2, "motion", PATIENCE)
         status, _ = self.run_goal(BackUpGoal(shape="line", size=[1.0], speed=0.5))
         self.assertEqual(status, GoalStatus.SUCCEEDED)
-        self.assertEqual(ended, [(GoalStatus.PREEMPTED, "a newer goal came")])
+        self.assertEqual(ended, [(GoalStatus.PREEMPTED, "replaced by a newer goal")])
         self.assert_standing()
 
     def test_5_bad_goal_moves_nothing(self):

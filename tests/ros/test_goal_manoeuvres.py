@@ -83,7 +83,7 @@ class Manoeuvres(Rig):
         hand_on.unregister()
         status = relayed.wait_end()
         self.assertEqual(status.status, GoalStatus.ABORTED)
-        self.assertIn("silent for 0.5 s", status.text)
+        self.assertIn("no odometry for 0.5 s", status.text)
         self.wait_rest()
         self.assertFalse(relayed.send(5.0, 5.0))  # still silent
 

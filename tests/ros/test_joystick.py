@@ -136,7 +136,7 @@ class Joystick(unittest.TestCase):
         self.full_speed()
         self.pad.silence()
         self.assert_one_zero_then_silence()
-        self.assertGreaterEqual(self.warned("the pad is lost"), 1)
+        self.assertGreaterEqual(self.warned("the pad is disconnected"), 1)
         self.full_speed()  # it is plugged in again
 
     def test_nonsense_stops_and_is_reported_once(self):
@@ -170,7 +170,7 @@ class Joystick(unittest.TestCase):
         pad.hold({**REST}, [3])
         terminal.wait_screen("continuous")
         pad.silence()
-        terminal.wait_screen("The pad is lost", "standing", "no /joy for 0.5 s")
+        terminal.wait_screen("The pad is disconnected", "at rest", "no /joy for 0.5 s")
         terminal.keys("C-c")
         self.assertEqual(terminal.run("stty -a"), terminal.settings)
         self.assertEqual(terminal.state(), ("0", "1"))

@@ -33,7 +33,7 @@ class WithoutX(Rig):
             "no chords",
             "held",
             "+0.000 m/s",
-            "standing",
+            "at rest",
         )
         self.assertIn("| |  /_________\\  | |", text)
         self.hold_command(*STOP)
@@ -67,7 +67,7 @@ class WithoutX(Rig):
             ("Down", (-0.5, 0.0), "backward"),
             ("Left", (-0.5, -0.5), "backward, wheels left"),
             ("Right", (-0.5, 0.5), "backward, wheels right"),
-            ("s", STOP, "standing"),
+            ("s", STOP, "at rest"),
         ):
             terminal.keys(key)
             self.hold_command(*command)

@@ -91,7 +91,7 @@ class WithX(Rig):
         self.server.key("key", "Down")
         self.hold_command(-0.55, 0.0)
         self.server.key("key", "Caps_Lock")
-        self.terminal.wait_screen("held", "standing")
+        self.terminal.wait_screen("held", "at rest")
         self.hold_command(*STOP)
 
     def test_ends(self):
@@ -113,4 +113,4 @@ class WithX(Rig):
         guard = parent_of(self.pid)
         self.server.close()
         self.assert_ended(self.pid, guard)
-        self.terminal.wait_screen("the X server is gone; the truck was stopped")
+        self.terminal.wait_screen("the X server has exited; the truck was stopped")

@@ -131,7 +131,9 @@ class Spawner(unittest.TestCase):
         text, _ = process.communicate(timeout=START_LIMIT)
         self.assertEqual(process.returncode, 1)
         self.assertGreater(time.monotonic() - start, 2.0)
-        self.assertIn("/ghost/controller_manager/load_controller did not come within 2 s", text)
+        self.assertIn(
+            "/ghost/controller_manager/load_controller was not available within 2 s", text
+        )
 
     def test_unspawner_stops_and_starts_again(self):
         spawner = self.start("spawner", "--namespace", BOT, "arm_position")

@@ -260,7 +260,7 @@ class TruckDrive(unittest.TestCase):
         try:
             self.hold(0.5, 0.0, 1.5)
             self.assertLess(abs(self.truth.last.twist.twist.linear.x), STANDS)
-            self.wait_log("joint_states has been silent for 0.5 s")
+            self.wait_log("joint_states: no message for 0.5 s")
         finally:
             self.assertTrue(switch(start_controllers=name, strictness=strict).ok)
         self.reach(0.3)

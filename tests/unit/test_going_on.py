@@ -7,7 +7,7 @@ import pytest
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from paddock_gym.simulation import description, rig
+from paddock_gym.simulation import description, truck
 from paddock_gym.simulation.car import Car
 
 STEP, PERIOD = 0.002, 0.02  # [s] of physics, between commands
@@ -35,12 +35,12 @@ class Truck:
     """
 
     def __init__(self):
-        self.rig = rig.Rig()
-        self.world = self.rig.world
+        self.truck = truck.Truck()
+        self.world = self.truck.world
 
     def command(self, number, moves):
         """Command speed and steering for the period of a number."""
-        self.rig._write(0.2 * moves * math.sin(0.02 * number), 1.0 * moves)
+        self.truck._write(0.2 * moves * math.sin(0.02 * number), 1.0 * moves)
 
 
 def trace(robot, moves, start, periods=PERIODS):

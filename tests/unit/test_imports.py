@@ -240,8 +240,8 @@ SUITES = {
     "paddock_gym": (
         "errors",
         "ids",
-        "contract",
         "course",
+        "contract",
         "observations",
         "policy",
         "driver",

@@ -1,4 +1,4 @@
-"""Qt without a screen, and a bridge's end of the socket that serves a real world."""
+"""Qt without a screen, and a bridge's side of the socket that serves a real world."""
 
 import os
 import socket
@@ -13,7 +13,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.sensors.views import Observer
 from bullet_sim.world import World
 from bullet_viewer.feed import Feed
-from bullet_viewer.window import Painter, ViewerWindow
+from bullet_viewer.window import Renderer, ViewerWindow
 from PyQt5.QtWidgets import QApplication
 
 DEADLINE = 90.0  # [s] of wall time for anything the viewer does
@@ -30,8 +30,8 @@ def _application():
     return QApplication.instance() or QApplication(["test"])
 
 
-class Rig:
-    """A window, and the world it is shown: the bridge's part, on the test's own thread."""
+class Viewer:
+    """A window, and the world that it shows: the bridge's side, on the test's thread."""
 
     def __init__(self):
         self.world = World(gravity=(0.0, 0.0, 0.0))
@@ -39,44 +39,44 @@ class Rig:
         self.observer = Observer(self.world)
         self.paused = False
         self.views, self.requests = 0, []
-        mine, its = socket.socketpair()
-        self.connection = Connection(mine.detach())
-        self.painter = Painter("tiny")
-        self.window = ViewerWindow(Feed(its.detach()), self.painter)
+        bridge_end, viewer_end = socket.socketpair()
+        self.connection = Connection(bridge_end.detach())
+        self.renderer = Renderer("tiny")
+        self.window = ViewerWindow(Feed(viewer_end.detach()), self.renderer)
         self.frames = []
-        self.painter.drawn.connect(self.frames.append)
+        self.renderer.rendered.connect(self.frames.append)
         self.window.resize(480, 360)
         self.window.show()
-        self.painter.start()
+        self.renderer.start()
 
-    def box(self, name, place, rgba="1 0 0 1", more=""):
-        return self.world.spawn_urdf(name, BOX.format(rgba=rgba, more=more), Pose(place), str)
+    def box(self, name, position, rgba="1 0 0 1", more=""):
+        return self.world.spawn_urdf(name, BOX.format(rgba=rgba, more=more), Pose(position), str)
 
     def pump(self):
         """Serve messages of the viewer and let Qt work."""
         QApplication.processEvents()
         while not self.connection.closed and self.connection.poll(0.002):
-            word, *arguments = self.connection.recv()
-            if word == "view":
+            request, *arguments = self.connection.recv()
+            if request == "view":
                 self.views += 1
                 self.connection.send(("view", self.observer.view(self.paused)))
-            elif word == "show":
+            elif request == "show":
                 self.observer.show(*arguments)
             else:
-                self.requests.append((word, *arguments))
+                self.requests.append((request, *arguments))
 
-    def until(self, condition, what):
+    def until(self, condition, label):
         end = time.monotonic() + DEADLINE
         while not condition():
-            assert time.monotonic() < end, f"{what}: not within {DEADLINE} s"
+            assert time.monotonic() < end, f"{label}: not within {DEADLINE} s"
             self.pump()
 
-    def picture(self):
-        """The view as shown once a picture of the newest state of all is there: QImage."""
-        for _ in range(2):  # the one on its way may be older
+    def image(self):
+        """The displayed view after an image of the newest state: QImage."""
+        for _ in range(2):  # the one in progress may be older
             count = len(self.frames)
             self.world.step()
-            self.until(lambda: len(self.frames) > count, "a picture")
+            self.until(lambda: len(self.frames) > count, "an image")
         QApplication.processEvents()
         return self.window.view.grab().toImage()
 
@@ -88,7 +88,7 @@ class Rig:
 
 
 @pytest.fixture
-def rig(application):
-    rig = Rig()
-    yield rig
-    rig.close()
+def viewer(application):
+    viewer = Viewer()
+    yield viewer
+    viewer.close()

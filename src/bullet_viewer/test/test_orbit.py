@@ -1,10 +1,10 @@
-"""The circling camera and its projection, against hand-made cases."""
+"""The orbit camera and its projection, against hand-made cases."""
 
 import math
 
 import numpy as np
 import pytest
-from bullet_viewer.view import FARTHEST, NEAREST, OrbitCamera, project, project_rays
+from bullet_viewer.view import MAX_DISTANCE, MIN_DISTANCE, OrbitCamera, project, project_rays
 
 FOV = math.radians(90.0)  # focal length = half the width
 
@@ -14,13 +14,13 @@ def test_it_looks_at_its_target():
     forward = camera.rotation[:, 0]
     assert camera.position + 3.0 * forward == pytest.approx([1.0, 2.0, 0.5])
     assert camera.position[2] == pytest.approx(0.5 + 3.0 * math.sin(0.4))  # above: looks down
-    places, depth = project([camera.target], camera.pose, FOV, 640, 480)
-    assert places[0] == pytest.approx([320.0, 240.0])
+    pixels, depth = project([camera.target], camera.pose, FOV, 640, 480)
+    assert pixels[0] == pytest.approx([320.0, 240.0])
     assert depth[0] == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(
-    "point, place",
+    "point, position",
     [
         ((2.0, 0.0, 0.0), (320.0, 240.0)),
         ((2.0, 1.0, 0.0), (160.0, 240.0)),  # left is left: focal 320 px * 1 m / 2 m
@@ -28,13 +28,13 @@ def test_it_looks_at_its_target():
         ((2.0, -2.0, -1.0), (640.0, 400.0)),
     ],
 )
-def test_points_are_seen_where_a_pinhole_camera_sees_them(point, place):
-    places, _ = project([point], ((0, 0, 0), (0, 0, 0)), FOV, 640, 480)
-    assert places[0] == pytest.approx(place)
+def test_points_project_as_in_a_pinhole_camera(point, position):
+    pixels, _ = project([point], ((0, 0, 0), (0, 0, 0)), FOV, 640, 480)
+    assert pixels[0] == pytest.approx(position)
 
 
 @pytest.mark.parametrize("drag", [(100.0, 0.0), (0.0, 50.0), (-30.0, 20.0)])
-def test_circling_keeps_target_and_distance_in_view(drag):
+def test_orbiting_keeps_target_and_distance(drag):
     camera = OrbitCamera(target=(1.0, 0.0, 0.0), distance=2.0)
     before = camera.position
     camera.orbit(*drag)
@@ -62,18 +62,18 @@ def test_shifting_makes_the_target_follow_the_pointer():
     camera = OrbitCamera(target=(0.0, 0.0, 0.0), distance=2.0, horizontal_fov=FOV)
     point = camera.target.copy()
     camera.pan(30.0, -20.0, 640)
-    place = project([point], camera.pose, FOV, 640, 480)[0][0]
-    assert place == pytest.approx([350.0, 220.0])
+    position = project([point], camera.pose, FOV, 640, 480)[0][0]
+    assert position == pytest.approx([350.0, 220.0])
 
 
-def test_zoom_has_ends():
+def test_zoom_has_limits():
     camera = OrbitCamera(distance=2.0)
     camera.zoom(1)
-    assert NEAREST < camera.distance < 2.0
+    assert MIN_DISTANCE < camera.distance < 2.0
     camera.zoom(1000)
-    assert camera.distance == NEAREST
+    assert camera.distance == MIN_DISTANCE
     camera.zoom(-1000)
-    assert camera.distance == FARTHEST
+    assert camera.distance == MAX_DISTANCE
     near, far = camera.clip
     assert 0.0 < near < camera.distance < far
 
@@ -83,12 +83,12 @@ def test_rays_are_cut_where_they_pass_the_camera():
     ends = [(4.0, 1.0, 0.0), (-4.0, 0.0, 0.0), (-4.0, -1.0, 0.0)]
     lines = project_rays((2.0, 0.0, 0.0), ends, camera, FOV, 640, 480, near=0.5)
     assert lines[0] == pytest.approx([320.0, 240.0, 240.0, 240.0])
-    # the second runs through the camera itself; the third leaves the picture on the right:
-    # at depth 0.5 it is a quarter of its way out, 0.25 m to the right, 160 px of 320 px/unit
+    # the second runs through the camera itself; the third leaves the image on the right:
+    # at depth 0.5 it is at a quarter of its length, 0.25 m to the right, 160 px of 320 px/unit
     assert lines[1] == pytest.approx([320.0, 240.0, 320.0, 240.0])
     assert lines[2] == pytest.approx([320.0, 240.0, 480.0, 240.0])
 
 
-def test_rays_behind_the_camera_are_not_drawn():
+def test_rays_behind_the_camera_are_not_projected():
     camera = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert project_rays((-1.0, 0.0, 0.0), [(-2.0, 0.0, 0.0)], camera, FOV, 64, 48).shape == (0, 4)

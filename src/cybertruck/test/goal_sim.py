@@ -34,10 +34,10 @@ class Truck:
 
     def step(self, linear, angular):
         """Drives for PERIOD towards a commanded Twist."""
-        wanted = math.atan(angular / linear * self.wheelbase) if abs(linear) > 1e-9 else 0.0
-        wanted = min(max(wanted, -self.max_steering), self.max_steering)
+        target = math.atan(angular / linear * self.wheelbase) if abs(linear) > 1e-9 else 0.0
+        target = min(max(target, -self.max_steering), self.max_steering)
         most = self.steering_rate * PERIOD
-        self.steering += min(max(wanted - self.steering, -most), most)
+        self.steering += min(max(target - self.steering, -most), most)
         most = self.acceleration * PERIOD
         self.speed += min(max(linear - self.speed, -most), most)
         curvature = math.tan(self.steering) / self.wheelbase
@@ -82,9 +82,9 @@ def drive(controller, truck, goal, limit=120.0):
         Run.
     """
     controller.start(*goal)
-    begin, path_before = truck.time, truck.path
+    start_time, path_before = truck.time, truck.path
     sign, changes, state = 0, 0, "none"
-    while truck.time - begin < limit:
+    while truck.time - start_time < limit:
         update = controller.update(truck.x, truck.y, truck.heading, truck.time)
         state = update[0]
         error = math.remainder(
@@ -105,5 +105,5 @@ def drive(controller, truck, goal, limit=120.0):
         truck.path - path_before,
         controller.shortest,
         changes,
-        truck.time - begin,
+        truck.time - start_time,
     )

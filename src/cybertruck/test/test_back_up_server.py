@@ -40,7 +40,7 @@ def come_to_rest(monkeypatch, source):
     server._settings = SimpleNamespace(node=SimpleNamespace(state_timeout=0.5))
     monkeypatch.setattr(rospy, "get_time", lambda: source.now)
     monkeypatch.setattr(rospy, "is_shutdown", lambda: False)
-    server._come_to_rest()
+    server._stop_truck()
     return len(stops)
 
 
@@ -50,13 +50,13 @@ def test_a_truck_that_rolls_on_is_waited_for_no_longer_than_it_may(monkeypatch):
     assert source.now - 50.0 == pytest.approx(REST_TIME, abs=0.01)
 
 
-def test_a_truck_that_stands_ends_the_wait(monkeypatch):
+def test_the_wait_stops_when_the_truck_is_at_rest(monkeypatch):
     source = Source(0.008, speed=0.0)
     come_to_rest(monkeypatch, source)
     assert source.now - 50.0 == pytest.approx(0.2, abs=0.02)
 
 
-def test_a_reset_ends_the_wait(monkeypatch):
+def test_the_wait_stops_at_a_reset(monkeypatch):
     source = Source(-49.9)
     assert come_to_rest(monkeypatch, source) == 2
     assert source.waits == 1

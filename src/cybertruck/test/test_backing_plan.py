@@ -42,7 +42,7 @@ def test_points_and_speed_are_taken():
 def test_hold_is_a_shape_without_a_path():
     hold = make_tracker(make_goal(shape="hold", size=(0.4, 5.0)), TRAILER, SETTINGS)
     assert hold.path is None
-    assert (hold.wanted, hold.length) == (-0.4, 5.0)
+    assert (hold.target_curvature, hold.length) == (-0.4, 5.0)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The drive node without a master: bad and silent joint states, resets of time and of the world."""
+"""The drive node without a master: invalid and missing joint states, resets of time and world."""
 
 import math
 
@@ -120,7 +120,7 @@ def test_missing_joint_states_stop_the_wheels(rig):
     rig.watch()
     assert tuple(rig.ros.messages(AXLE)[-1].data) == (0.0, 0.0)
     rig.watch()
-    assert sum("silent for 0.5 s" in text for text in rig.ros.texts("err")) == 1
+    assert sum("no message for 0.5 s" in text for text in rig.ros.texts("err")) == 1
     rig.drive(1.0, 2 * PERIOD)  # they are back: from standstill, one step is 0.1 s at the most
     assert 0.0 < rig.axle() <= BRAKING * (0.1 + PERIOD) / RADIUS + 1e-9
 
@@ -158,7 +158,7 @@ def test_time_that_goes_back_restarts_odometry(rig):
 
 
 def test_wheels_that_jump_restart_odometry(rig):
-    """After /gazebo/reset_world time goes on, and the wheels are where they began."""
+    """After /gazebo/reset_world time continues, and the wheels are at their start."""
     rig.drive(1.0, 1.0)
     assert math.dist(rig.pose()[:2], (1.0, -2.0)) > 1.0
     rig.wheel = -rig.axle() * PERIOD

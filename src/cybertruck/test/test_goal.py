@@ -36,15 +36,17 @@ def search_shortest(forward, left, radius, count=20000):
             x, y = radius * math.sin(angle), side * radius * (1.0 - math.cos(angle))
             dx, dy = forward - x, left - y
             ahead = dx * math.cos(heading) + dy * math.sin(heading)
-            beside = dy * math.cos(heading) - dx * math.sin(heading)
-            other = math.hypot(ahead, beside + side * radius) - radius  # opposite turn's circle
+            sideways = dy * math.cos(heading) - dx * math.sin(heading)
+            other = math.hypot(ahead, sideways + side * radius) - radius  # opposite turn's circle
             if before is not None:
-                if before[0] * beside <= 0.0 and ahead >= -1e-3:
+                if before[0] * sideways <= 0.0 and ahead >= -1e-3:
                     best = min(best, radius * angle + max(ahead, 0.0))
                 if before[1] * other <= 0.0:
-                    turn = math.atan2(ahead, side * beside + radius)  # from the circle's near side
+                    turn = math.atan2(
+                        ahead, side * sideways + radius
+                    )  # from the circle's near side
                     best = min(best, radius * (angle + turn % (2.0 * math.pi)))
-            before = (beside, other)
+            before = (sideways, other)
     return best
 
 
@@ -116,7 +118,7 @@ def test_goals_off_the_heading(trailer, degrees, distance):
         (0.0, -1.5),
     ],
 )
-def test_goals_beside_the_truck_inside_its_turning_circle(trailer, x, y):
+def test_goals_to_the_side_inside_its_turning_circle(trailer, x, y):
     truck = Truck()
     check(drive(controller(trailer=trailer), truck, (x, y)), truck, trailer)
 

@@ -76,7 +76,7 @@ def test_a_reset_without_odometry_after_it_times_out(rig):
     rig.wall += 0.2
     rig.watch()
     status, text = rig.status()
-    assert (status, rig.speeds()[-1]) == (GoalStatus.ABORTED, 0.0) and "silent" in text
+    assert (status, rig.speeds()[-1]) == (GoalStatus.ABORTED, 0.0) and "no odometry" in text
 
 
 @pytest.mark.parametrize(

@@ -4,18 +4,18 @@ import curses
 
 import pytest
 from cybertruck.teleop.keyboard import KeyTeleop, TerminalKeys
-from cybertruck.teleop.limits import LEAST, Speeds
+from cybertruck.teleop.limits import MIN_SPEED, Speeds
 
 STOP = (0.0, 0.0)
 FORWARD, BACK = (0.5, 0.0), (-0.5, 0.0)
 
 
 def play(script, teleop=None):
-    """Does "+key" (press) and "-key" (release), separated by spaces; returns the wanted command."""
+    """Plays "+key" (press) and "-key" (release); returns the requested command."""
     teleop = teleop or KeyTeleop()
     for word in script.split():
         (teleop.press if word[0] == "+" else teleop.release)(word[1:])
-    return teleop.wanted
+    return teleop.target
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_held_mode(script, expected):
         ("+left -left +up -up", FORWARD),
         ("+up -up +left -left", (0.5, 0.5)),
         ("+up -up +left -left +right -right", (0.5, -0.5)),
-        ("+up -up +left -left +up -up", FORWARD),  # a drive arrow begins a new motion
+        ("+up -up +left -left +up -up", FORWARD),  # a drive arrow starts a new motion
         ("+up +left -left -up", (0.5, 0.5)),
         ("+left +up -up -left", (0.5, 0.5)),
         ("+up -up +down -down", BACK),
@@ -102,8 +102,8 @@ def test_mode_key_does_not_repeat():
         ("zzxxr", (0.5, 0.5)),
         ("q" * 100, (3.0, 0.5)),
         ("w" * 100, (0.5, 3.0)),
-        ("z" * 100, (LEAST, 0.5)),
-        ("x" * 100, (0.5, LEAST)),
+        ("z" * 100, (MIN_SPEED, 0.5)),
+        ("x" * 100, (0.5, MIN_SPEED)),
     ],
 )
 def test_speed_keys(keys, expected):
@@ -111,7 +111,7 @@ def test_speed_keys(keys, expected):
     for key in keys:
         play(f"+{key} -{key}", teleop)
     assert (teleop.speeds.linear, teleop.speeds.angular) == pytest.approx(expected)
-    assert teleop.wanted == STOP
+    assert teleop.target == STOP
     assert play("+up +left", teleop) == pytest.approx(expected)
 
 
@@ -119,7 +119,7 @@ def test_lost_source_releases_all():
     teleop = KeyTeleop()
     play("+up +left", teleop)
     teleop.release_all()
-    assert teleop.wanted == STOP
+    assert teleop.target == STOP
 
 
 @pytest.mark.parametrize(
@@ -176,4 +176,4 @@ def typed(events, until):
     ],
 )
 def test_terminal_keys(events, until, expected):
-    assert typed(events, until).wanted == pytest.approx(expected)
+    assert typed(events, until).target == pytest.approx(expected)

@@ -9,7 +9,7 @@ FREE = {"max_acceleration": 0.0, "max_steering_rate": 0.0}
 
 
 @pytest.mark.parametrize(
-    "wanted, expected",
+    "target, expected",
     [
         ((0.5, 0.5), (0.5, 0.5)),
         ((5.0, 0.0), (3.0, 0.0)),
@@ -20,8 +20,8 @@ FREE = {"max_acceleration": 0.0, "max_steering_rate": 0.0}
         ((0.0, 1.0), (0.0, 0.0)),
     ],
 )
-def test_clip(wanted, expected):
-    assert Limits().clip(*wanted) == pytest.approx(expected)
+def test_clip(target, expected):
+    assert Limits().clip(*target) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("angle", [30.0, 45.0, 60.0, 80.0])

@@ -105,13 +105,13 @@ ALTERNATE = [
 @pytest.mark.parametrize("pad", PADS)
 @pytest.mark.parametrize("texts, expected", TRADITIONAL)
 def test_traditional(pad, texts, expected):
-    assert play(pad, "traditional", texts).wanted == pytest.approx(expected)
+    assert play(pad, "traditional", texts).target == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("pad", PADS)
 @pytest.mark.parametrize("texts, expected", ALTERNATE)
 def test_alternate(pad, texts, expected):
-    assert play(pad, "alternate", texts).wanted == pytest.approx(expected)
+    assert play(pad, "alternate", texts).target == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_alternate(pad, texts, expected):
     ],
 )
 def test_triggers_until_first_moved(texts, expected):
-    assert play("ps4", "traditional", texts).wanted == pytest.approx(expected)
+    assert play("ps4", "traditional", texts).target == pytest.approx(expected)
 
 
 def test_triggers_from_zero_to_one():
@@ -139,21 +139,21 @@ def test_triggers_from_zero_to_one():
 
 
 @pytest.mark.parametrize(
-    "texts, lost",
+    "texts, unplugged",
     [
         (["l2=1 r2=-1"], True),
         (["l2=0 r2=-1"], True),
-        (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger on its way through the middle
+        (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger that moves through its centre
         (["l2=0 r2=0 y=-1"], False),
     ],
 )  # a stick that is let go of
-def test_all_zero_of_an_unplugged_pad(texts, lost):
+def test_all_zero_of_an_unplugged_pad(texts, unplugged):
     reader = PadReader(pad_map("ps4"))
     for text in texts:
         reader.read(*message("ps4", text))
     state = reader.read([0.0] * 8, [0] * 13)
-    assert state.unplugged == lost
-    if lost:
+    assert state.unplugged == unplugged
+    if unplugged:
         assert state.idle and state.triggers == {"l2": 0.0, "r2": 0.0}
 
 

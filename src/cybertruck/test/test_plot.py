@@ -1,4 +1,4 @@
-"""The pose plot: what is kept, CSV, picture, bags good and bad."""
+"""The pose plot: stored poses, CSV, plot, valid and invalid bags."""
 
 import csv
 import math
@@ -8,7 +8,7 @@ import pytest
 import rosbag
 import rospy
 from cybertruck.plot import command
-from cybertruck.plot.picture import Trajectory, draw, spaced
+from cybertruck.plot.trajectory import Trajectory, plot, select_spaced
 from geometry_msgs.msg import PoseStamped
 from matplotlib import image
 from nav_msgs.msg import Odometry
@@ -95,12 +95,12 @@ def test_csv(tmp_path):
 
 
 def test_arrows_are_evenly_spaced():
-    rows = spaced(filled().rows, 0.5)
+    rows = select_spaced(filled().rows, 0.5)
     assert len(rows) == 1 + int(math.pi / 0.5)
 
 
-def test_picture_shows_path_and_goal(tmp_path):
-    draw(filled(), tmp_path / "a.png", "title")
+def test_plot_shows_path_and_goal(tmp_path):
+    plot(filled(), tmp_path / "a.png", "title")
     pixels = image.imread(str(tmp_path / "a.png"))[:, :, :3]
     assert pixels.shape[:2] == (770, 770)
 
@@ -112,11 +112,11 @@ def test_picture_shows_path_and_goal(tmp_path):
     assert count((0x2E, 0x8B, 0x3D)) > 30  # the start
 
 
-def test_picture_of_one_pose(tmp_path):
+def test_plot_of_one_pose(tmp_path):
     trajectory = Trajectory()
     trajectory.add(0.0, 1.0, 1.0, 0.0)
     trajectory.finish()
-    draw(trajectory, tmp_path / "a.png")
+    plot(trajectory, tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 0
 
 

@@ -1,4 +1,4 @@
-"""The teleops' picture at every size: fits, shows what it must, moves."""
+"""The teleops' screen at every size: fits, shows its content, moves."""
 
 import pytest
 from cybertruck.teleop import screen

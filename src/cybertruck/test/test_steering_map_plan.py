@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from cybertruck.backing.steering_map import MapSettings, measure, write_picture
+from cybertruck.backing.steering_map import MapSettings, measure, write_figure
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.steering import MeasuredSteering
 
@@ -71,7 +71,7 @@ def test_check_angles_are_not_used_for_the_map():
     assert not set(settings.angles) & set(settings.check_angles)
 
 
-def test_picture(tmp_path):
+def test_figure(tmp_path):
     angles = np.radians(np.arange(-45.0, 46.0, 15.0))
     items = [
         measure(angle, circle_poses(math.tan(angle) / 0.508, 2.0))
@@ -80,5 +80,5 @@ def test_picture(tmp_path):
         for angle in angles
     ]
     steering = MeasuredSteering(angles, [item.curvature for item in items])
-    write_picture(tmp_path / "map.png", items, items[1:2], steering, 0.508)
+    write_figure(tmp_path / "map.png", items, items[1:2], steering, 0.508)
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")

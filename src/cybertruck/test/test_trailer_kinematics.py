@@ -72,8 +72,8 @@ def rigid_body_run(state, speed, steering_of, duration, steps, geometry):
     hitch = kin.hitch_position(state[0], state[1], state[2], geometry)
     poses = np.array((*state[:3], *hitch, state[2] + state[3]))
     step = duration / steps
-    for number in range(steps):
-        time = number * step
+    for index in range(steps):
+        time = index * step
 
         def rates(at, offset):
             return rigid_body_rates(at, speed, steering_of(time + offset), geometry)
@@ -98,13 +98,13 @@ def test_integration_equals_rigid_bodies_under_constraints(geometry, speed, hitc
         return amplitude * math.sin(1.3 * math.floor(time / step + 1e-9) * step)
 
     curvatures = [
-        math.tan(steering_of(number * step)) / geometry.wheelbase for number in range(steps)
+        math.tan(steering_of(index * step)) / geometry.wheelbase for index in range(steps)
     ]
     ours = kin.integrate(start, [speed] * steps, curvatures, step, geometry)[-1]
     poses, axle = start, None
-    for number in range(steps):
+    for index in range(steps):
         poses, axle = rigid_body_run(
-            poses, speed, lambda _, n=number: steering_of(n * step), step, 1, geometry
+            poses, speed, lambda _, n=index: steering_of(n * step), step, 1, geometry
         )
     np.testing.assert_allclose(ours, poses, atol=1e-6, rtol=0)
     np.testing.assert_allclose(kin.trailer_axle(*ours, geometry)[:2], axle, atol=1e-6, rtol=0)
@@ -226,23 +226,23 @@ def test_trailer_and_truck_places_are_inverse():
     assert kin.rear_axle(*place, 0.5, OFF_AXLE) == pytest.approx((0.4, -0.7, 2.0), abs=1e-14)
 
 
-def test_the_law_gives_the_wanted_trailer_curvature():
+def test_the_law_sets_the_target_trailer_curvature():
     random = np.random.default_rng(5)
-    wanted, hitch = random.uniform(-1.0, 1.0, 500), random.uniform(-0.9, 0.9, 500)
-    inside = np.abs(hitch + np.arctan(0.7 * wanted)) < 1.4
-    curvature = curvature_law(wanted, hitch, OFF_AXLE)
+    target, hitch = random.uniform(-1.0, 1.0, 500), random.uniform(-0.9, 0.9, 500)
+    inside = np.abs(hitch + np.arctan(0.7 * target)) < 1.4
+    curvature = curvature_law(target, hitch, OFF_AXLE)
     made = kin.trailer_curvature(hitch, curvature, OFF_AXLE)
     assert inside.sum() > 400
-    np.testing.assert_allclose(made[inside], wanted[inside], atol=1e-11, rtol=0)
-    fraction = (wanted * 0.7 * np.cos(hitch) + np.sin(hitch)) / (
-        wanted * 0.3 * 0.7 * np.sin(hitch) - 0.3 * np.cos(hitch)
+    np.testing.assert_allclose(made[inside], target[inside], atol=1e-11, rtol=0)
+    fraction = (target * 0.7 * np.cos(hitch) + np.sin(hitch)) / (
+        target * 0.3 * 0.7 * np.sin(hitch) - 0.3 * np.cos(hitch)
     )
     np.testing.assert_allclose(curvature[inside], fraction[inside], rtol=1e-9)
 
 
 def test_beyond_a_right_angle_the_law_unfolds():
-    for hitch, wanted in ((1.3, 0.8), (-1.3, -0.8)):
-        curvature = curvature_law(wanted, hitch, OFF_AXLE)
+    for hitch, target in ((1.3, 0.8), (-1.3, -0.8)):
+        curvature = curvature_law(target, hitch, OFF_AXLE)
         assert np.sign(curvature) == -np.sign(hitch)
 
 
@@ -306,11 +306,11 @@ def test_towing_limit_keeps_the_hitch_angle():
 
 @pytest.mark.parametrize("geometry", (OFF_AXLE, ON_AXLE))
 def test_steady_trailer_circle(geometry):
-    wanted = np.array((-0.8, -0.2, 0.0, 0.5))
-    curvature, angle = steady_trailer(wanted, geometry)
+    target = np.array((-0.8, -0.2, 0.0, 0.5))
+    curvature, angle = steady_trailer(target, geometry)
     np.testing.assert_allclose(kin.hitch_rate(1.0, angle, curvature, geometry), 0.0, atol=1e-12)
     np.testing.assert_allclose(
-        kin.trailer_curvature(angle, curvature, geometry), wanted, atol=1e-12
+        kin.trailer_curvature(angle, curvature, geometry), target, atol=1e-12
     )
     limit = trailer_curvature_limit(0.6, geometry)
     assert steady_trailer(limit, geometry)[1] == pytest.approx(-0.6, abs=1e-12)

@@ -11,7 +11,7 @@ from cybertruck.trailer.shapes import SHAPES, make_shape
 
 def test_line():
     path = make_shape("line", (4.0,))
-    x, y, heading, curvature = path.place(np.array((-1.0, 0.0, 2.5, 6.0)))
+    x, y, heading, curvature = path.sample(np.array((-1.0, 0.0, 2.5, 6.0)))
     np.testing.assert_allclose(x, (-1.0, 0.0, 2.5, 6.0), atol=1e-12)
     assert not np.any(y) and not np.any(heading) and not np.any(curvature)
 
@@ -19,7 +19,7 @@ def test_line():
 def test_circle_of_constant_curvature():
     path = from_curvature(lambda arc: np.full_like(arc, -0.5), 3.0)
     arc = np.linspace(0.0, 3.0, 97)
-    x, y, heading, curvature = path.place(arc)
+    x, y, heading, curvature = path.sample(arc)
     np.testing.assert_allclose(np.hypot(x, y + 2.0), 2.0, atol=1e-6)
     np.testing.assert_allclose(heading, -arc / 2.0, atol=1e-12)
     np.testing.assert_allclose(curvature, -0.5)
@@ -74,7 +74,7 @@ def test_projection_and_errors_are_inverse_to_laying_off():
     random = np.random.default_rng(2)
     arc = random.uniform(-1.0, path.length + 1.0, 200)
     left = random.uniform(-0.8, 0.8, 200)
-    x, y, heading, _ = path.place(arc)
+    x, y, heading, _ = path.sample(arc)
     x, y = x - left * np.sin(heading), y + left * np.cos(heading)
     found = path.nearest(x, y, arc + random.uniform(-0.2, 0.2, 200))
     np.testing.assert_allclose(found, arc, atol=1e-4)

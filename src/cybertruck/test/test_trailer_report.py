@@ -1,4 +1,4 @@
-"""Figures, CSV and picture of a drive, from a simulated one."""
+"""Figures, CSV and plot of a drive, from a simulated one."""
 
 import csv
 import math
@@ -17,7 +17,7 @@ GEOMETRY = Geometry()
 
 @pytest.fixture(scope="module")
 def drive():
-    """(path, table) of a line, begun 0.3 m beside it."""
+    """(path, table) of a line, started 0.3 m to its side."""
     path = make_shape("line", (6.0,))
     steering = IdealSteering(GEOMETRY.wheelbase, GEOMETRY.max_steering)
     start = start_state(path, 0.3, 0.0, 0.0, GEOMETRY)
@@ -43,7 +43,7 @@ def test_summary(drive):
     assert abs(figures["end_heading_error_deg"]) < 1.0
 
 
-def test_csv_and_picture(drive, tmp_path):
+def test_csv_and_figure(drive, tmp_path):
     path, rows, _ = drive
     report.write_csv(tmp_path / "drive.csv", rows)
     with open(tmp_path / "drive.csv") as stream:
@@ -51,7 +51,7 @@ def test_csv_and_picture(drive, tmp_path):
     assert lines[0][:3] == ["time [s]", "arc [m]", "lateral_error [m]"]
     assert len(lines) == len(rows) + 1
     assert float(lines[1][2]) == pytest.approx(0.3, abs=1e-4)
-    report.write_picture(tmp_path / "drive.png", rows, path, GEOMETRY, "line")
+    report.write_figure(tmp_path / "drive.png", rows, path, GEOMETRY, "line")
     assert (tmp_path / "drive.png").stat().st_size > 10000
 
 

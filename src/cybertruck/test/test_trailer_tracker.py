@@ -37,7 +37,7 @@ def back_up(path, geometry, lateral, heading, hitch, believed=None, tuning=Tunin
         path, believed or geometry, steering_of(geometry), tuning, shape=start.shape[:-1]
     )
     axle = trailer_axle(*np.moveaxis(start[..., :3], -1, 0), start[..., 3], geometry)
-    tracker.begin(*axle[:2], np.zeros(start.shape[:-1]))
+    tracker.start(*axle[:2], np.zeros(start.shape[:-1]))
     return simulate(tracker, start, steering_of(geometry), geometry, limit, 0.04), tracker
 
 
@@ -186,7 +186,7 @@ def test_hold_ends_at_the_guard():
 def test_speed_stays_below_the_limit_and_falls_towards_the_end():
     tracker = Tracker(LINE, DEFAULT, steering_of(DEFAULT), Tuning(speed=0.6))
     assert tracker.step(0.0, 0.0, math.pi, 0.0).speed == pytest.approx(-0.6)
-    tracker.begin(7.9, 0.0, 7.9)
+    tracker.start(7.9, 0.0, 7.9)
     assert tracker.step(7.9, 0.0, math.pi, 0.0).speed == pytest.approx(-math.sqrt(0.06), abs=1e-6)
     status = tracker.step(8.0, 0.0, math.pi, 0.0)
     assert status.mode == ARRIVED and status.speed == 0.0
@@ -205,8 +205,8 @@ def test_guard_before_the_hitch_stop(hitch, mode):
 def test_a_rig_that_cannot_be_unfolded_fails_after_the_longest_pull():
     tracker = Tracker(LINE, DEFAULT, steering_of(DEFAULT))
     modes = [
-        int(tracker.step(-0.1 * number, 0.0, math.pi, math.radians(78.0)).mode)
-        for number in range(80)
+        int(tracker.step(-0.1 * index, 0.0, math.pi, math.radians(78.0)).mode)
+        for index in range(80)
     ]
     assert modes[0] == PULLING and modes[-1] == FAILED
 

@@ -10,24 +10,24 @@ from paddock_common.settings import read
 SHAPE = TruckGeometry()
 
 
-def test_without_a_command_it_stands():
+def test_without_a_command_it_is_at_rest():
     assert Command(0.5).target(3.0) == (0.0, 0.0, False)
 
 
 def test_a_command_holds_for_its_time_and_ends_once():
     command = Command(0.5)
-    command.give(0.3, 1.0, 10.0)
+    command.set(0.3, 1.0, 10.0)
     assert command.target(10.0) == (0.3, 1.0, False)
     assert command.target(10.5) == (0.3, 1.0, False)
     assert command.target(10.508) == (0.3, 0.0, True)
     assert command.target(10.516) == (0.3, 0.0, False)  # the wheels stay where they stand
-    command.give(-0.1, -0.5, 11.0)
+    command.set(-0.1, -0.5, 11.0)
     assert command.target(11.1) == (-0.1, -0.5, False)
 
 
 def test_a_command_from_before_the_clock_went_back_ends():
     command = Command(0.5)
-    command.give(0.3, 1.0, 100.0)
+    command.set(0.3, 1.0, 100.0)
     assert command.target(99.6) == (0.3, 1.0, False)  # joint states lag behind the clock
     assert command.target(0.1) == (0.3, 0.0, True)
     assert command.target(100.1) == (0.3, 0.0, False)
@@ -35,7 +35,7 @@ def test_a_command_from_before_the_clock_went_back_ends():
 
 def test_stop_keeps_the_steering():
     command = Command(0.5)
-    command.give(0.3, 1.0, 10.0)
+    command.set(0.3, 1.0, 10.0)
     command.stop()
     assert command.target(10.1) == (0.3, 0.0, False)
 

@@ -140,7 +140,7 @@ def test_links_without_mass_are_on_fixed_joints(robot):
 
 
 def test_the_box_passes_the_truck_at_any_angle(robot):
-    """Its front stands farther behind the hitch than the truck's corners are away from it."""
+    """Its front is farther behind the hitch than the truck's corners are away from it."""
     box = robot.find("link[@name='trailer_link']/collision[@name='box']")
     front = (
         numbers(box.find("origin").get("xyz"))[0]

@@ -14,7 +14,7 @@ RADIUS = MODEL.geometry.wheel_radius
 
 
 def along(steering, distance, speed=0.0):
-    """Measured after a distance [m] at a steering angle [rad] held all the way."""
+    """Measured after a distance [m] at a steering angle [rad] held constant."""
     angles, rates = MODEL.wheels(steering, distance), MODEL.wheels(steering, speed)
     return Measured(
         angles.rear_left,
@@ -28,8 +28,8 @@ def along(steering, distance, speed=0.0):
 
 def run(steering, distance, steps, start=(0.0, 0.0, 0.0)):
     odometry = WheelOdometry(MODEL, start)
-    for way in np.linspace(0.0, distance, steps + 1):
-        odometry.update(along(steering, way, 0.5))
+    for driven in np.linspace(0.0, distance, steps + 1):
+        odometry.update(along(steering, driven, 0.5))
     return odometry
 
 
@@ -80,8 +80,8 @@ def test_covariance_on_a_straight_line():
     errors = Errors(distance_error=0.01, heading_error=0.0, heading_drift=0.002)
     odometry = WheelOdometry(MODEL, (0.0, 0.0, 0.0), errors)
     still = np.diag(odometry.covariance).copy()
-    for way in np.linspace(0.0, 9.0, 901):
-        odometry.update(along(0.0, way))
+    for driven in np.linspace(0.0, 9.0, 901):
+        odometry.update(along(0.0, driven))
     grown = np.diag(odometry.covariance) - still
     assert grown[0] == pytest.approx(9.0 * 0.01**2, rel=1e-6)
     assert grown[2] == pytest.approx(9.0 * 0.002**2, rel=1e-6)
@@ -89,7 +89,7 @@ def test_covariance_on_a_straight_line():
     assert np.linalg.eigvalsh(odometry.covariance).min() > 0.0
 
 
-def test_covariance_stands_still_with_the_truck():
+def test_covariance_is_constant_at_rest():
     odometry = run(0.3, 3.0, 10)
     before = odometry.covariance.copy()
     for _ in range(100):

@@ -5,11 +5,11 @@ FAST = 2.0  # [m/s]
 
 
 def reward_function(params):
-    """The nearer to the middle and the faster, the more."""
+    """The closer to the centerline and the faster, the more."""
     if not params["all_wheels_on_track"] or params["is_reversed"]:
         return 1e-3
-    share = params["distance_from_center"] / (0.5 * params["track_width"])
-    reward = max(0.0, 1.0 - share**2)
+    ratio = params["distance_from_center"] / (0.5 * params["track_width"])
+    reward = max(0.0, 1.0 - ratio**2)
     reward *= min(1.0, params["speed"] / FAST)
     if abs(params["steering_angle"]) > CALM:
         reward *= 0.8

@@ -1,10 +1,10 @@
-"""Reward: progress per action, and a bonus for a whole lap in few actions."""
+"""Reward: progress per action, and a bonus for a full lap in few actions."""
 
 EXPECTED = 200  # actions of a good lap
 
 
 def reward_function(params):
-    """Progress over actions, so that a fast car gets more for the same way."""
+    """Progress over actions, so that a fast car gets more for the same distance."""
     if params["is_offtrack"]:
         return 1e-3
     reward = params["progress"] / max(params["steps"], 1)

@@ -6,7 +6,7 @@ AHEAD = 4  # waypoints
 
 
 def reward_function(params):
-    """The cosine of the angle between the car's heading and the way ahead, times the speed."""
+    """The cosine of the angle between the car's heading and the path ahead, times the speed."""
     waypoints, ahead = params["waypoints"], params["closest_waypoints"][1]
     x, y = waypoints[(ahead + AHEAD) % (len(waypoints) - 1)]
     wanted = math.atan2(y - params["y"], x - params["x"])

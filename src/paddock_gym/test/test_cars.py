@@ -17,22 +17,22 @@ def cars(count, **options):
 
 
 def test_each_car_drives_as_alone():
-    """To the bit, until one of them starts anew; they all begin at the same place."""
+    """Bit-identical until one of them restarts; they all start at the same pose."""
     vector, count = cars(4), 4
     alone = gymnasium.make(ID).unwrapped
-    seen, _ = vector.reset(seed=[7] * count)
+    observation, _ = vector.reset(seed=[7] * count)
     rng = np.random.default_rng(1)
     actions = rng.uniform((-0.3, -1.0), (0.3, -0.3), (30, count, 2)).astype(np.float32)
-    together = [(seen, np.zeros(count), np.zeros(count, bool))]
+    together = [(observation, np.zeros(count), np.zeros(count, bool))]
     for row in actions:
-        seen, rewards, terminated, _, _ = vector.step(row)
-        together.append((seen, rewards, terminated))
+        observation, rewards, terminated, _, _ = vector.step(row)
+        together.append((observation, rewards, terminated))
     for number in range(count):
-        seen, _ = alone.reset(seed=7)
-        assert (together[0][0][number] == seen).all()
+        observation, _ = alone.reset(seed=7)
+        assert (together[0][0][number] == observation).all()
         for row, (observations, rewards, ends) in zip(actions, together[1:]):
-            seen, reward, terminated, _, _ = alone.step(row[number])
-            assert (observations[number] == seen).all()
+            observation, reward, terminated, _, _ = alone.step(row[number])
+            assert (observations[number] == observation).all()
             assert rewards[number] == reward and ends[number] == terminated
             if terminated:
                 break
@@ -46,12 +46,14 @@ def test_a_car_starts_anew_after_its_end():
     ends = 0
     for _ in range(120):
         before = over
-        seen, rewards, terminated, truncated, infos = vector.step(np.array([[1, 0], [0, -1]], "f"))
+        observation, rewards, terminated, truncated, infos = vector.step(
+            np.array([[1, 0], [0, -1]], "f")
+        )
         over = terminated | truncated
         for number in np.flatnonzero(before):
             assert rewards[number] == 0.0 and not over[number]
             assert infos["progress"][number] == 0.0 and infos["end"][number] == ""
-            assert abs(seen[number][3]) < 1e-6  # at rest
+            assert abs(observation[number][3]) < 1e-6  # at rest
         ends += np.count_nonzero(over)
     assert ends >= 3
     vector.close()
@@ -59,17 +61,17 @@ def test_a_car_starts_anew_after_its_end():
 
 def test_the_lidar_does_not_see_the_other_cars():
     vector = cars(3, observation="lidar", walls=True, randomize=())
-    seen, _ = vector.reset(seed=[5, 5, 5])
-    assert (seen[0] == seen[1]).all() and (seen[0] == seen[2]).all()
-    assert seen[0].min() > 0.02  # nothing as near as a car inside one's own
+    observation, _ = vector.reset(seed=[5, 5, 5])
+    assert (observation[0] == observation[1]).all() and (observation[0] == observation[2]).all()
+    assert observation[0].min() > 0.02  # no range as short as to a car at the same pose
     vector.close()
 
 
 @pytest.mark.parametrize(
     "options, words",
     [
-        ({"observation": "camera"}, "which would see the other cars"),
-        ({"render_mode": "rgb_array"}, "several cars have no picture"),
+        ({"observation": "camera"}, "in which the other cars would be visible"),
+        ({"render_mode": "rgb_array"}, "several cars render no image"),
     ],
 )
 def test_wrong_options(options, words):

@@ -62,7 +62,7 @@ def changed(table, **items):
 @pytest.mark.parametrize(
     "content, words",
     [
-        ("[1", "is no JSON"),
+        ("[1", "is not JSON"),
         ([1], "must be a table"),
         ({}, "action_space is missing"),
         (changed(DISCRETE, action_space=[]), "action_space is []"),

@@ -72,10 +72,10 @@ def test_noise_and_randomization_follow_the_seed():
 
 def test_reset_takes_a_start(env):
     env.reset(seed=1, options={"start": 0.25, "lateral": 0.1, "turn": math.radians(5.0)})
-    standing, length = env.run.standing, env.scene.projector.length
-    assert standing.s == pytest.approx(0.25 * length, abs=0.02)
-    assert standing.lateral == pytest.approx(0.1, abs=0.005)
-    assert math.degrees(standing.heading_error) == pytest.approx(5.0, abs=0.5)
+    state, length = env.run.state, env.scene.projector.length
+    assert state.s == pytest.approx(0.25 * length, abs=0.02)
+    assert state.lateral == pytest.approx(0.1, abs=0.005)
+    assert math.degrees(state.heading_error) == pytest.approx(5.0, abs=0.5)
     assert abs(env.run.motion.forward) < 1e-6
     with pytest.raises(GymError, match="reset has 'place'; there are start, lateral and turn"):
         env.reset(options={"place": 1})
@@ -91,22 +91,22 @@ def test_a_step_is_a_control_period(env):
     assert env.scene.world.time == pytest.approx(1.0)
     # 1.55 m/s is commanded: the tyres' mu of 0.5 bears 4.9 m/s^2, so 0.32 s and 0.25 m to get there
     assert env.run.motion.forward == pytest.approx(1.55, abs=0.02)
-    assert env.run.standing.way == pytest.approx(1.55 - 0.25, abs=0.15)
+    assert env.run.state.distance == pytest.approx(1.55 - 0.25, abs=0.15)
 
 
 def test_leaving_the_lane_terminates_with_a_penalty(env):
     env.reset(seed=1, options={"start": 0.0})
-    way = 0.0
+    distance = 0.0
     for _ in range(200):
         _, reward, terminated, truncated, info = env.step((1.0, 0.0))
         if terminated:
             break
-        assert reward == pytest.approx(env.run.standing.gain)
-        way += reward
+        assert reward == pytest.approx(env.run.state.gain)
+        distance += reward
     assert terminated and not truncated
     assert info["end"] == "off_track"
-    assert reward == pytest.approx(env.run.standing.gain - 3.0)
-    assert way + reward + 3.0 == pytest.approx(env.run.standing.way)
+    assert reward == pytest.approx(env.run.state.gain - 3.0)
+    assert distance + reward + 3.0 == pytest.approx(env.run.state.distance)
 
 
 def test_a_step_of_any_length_is_fitted_to_the_control_period():
@@ -179,7 +179,7 @@ def test_starts_go_round_where_they_are_not_random():
     starts = []
     for _ in range(3):
         env.reset(seed=5)
-        starts.append(env.run.standing.s / env.scene.projector.length)
+        starts.append(env.run.state.s / env.scene.projector.length)
     starts[0] -= round(starts[0])  # a lap's end is its start
     assert starts == pytest.approx([0.0, 0.05, 0.10], abs=1e-3)
     env.close()

@@ -5,19 +5,19 @@ import math
 import numpy as np
 import pytest
 from paddock_gym.contract.params import Waypoints, params
-from paddock_gym.course import Judge, Motion, Placed
+from paddock_gym.course import Motion, RunEvaluator, TrackObject
 from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
 
 def params_at(track, projector, pose, before=None, objects=(), crashed=False):
-    judge = Judge(projector)
+    evaluator = RunEvaluator(projector)
     motion = Motion(*pose, 1.0, 0.0, 0.0)
-    judge.start(Motion(*(before or pose), 0.0, 0.0, 0.0))
-    standing = judge.update(motion, crashed)
+    evaluator.start(Motion(*(before or pose), 0.0, 0.0, 0.0))
+    state = evaluator.update(motion, crashed)
     command = 1.5, math.radians(-20.0)
-    width = standing.left + standing.right
-    return params(standing, motion, command, Waypoints(track, projector), width, objects)
+    width = state.left + state.right
+    return params(state, motion, command, Waypoints(track, projector), width, objects)
 
 
 def test_every_key_on_a_straight(straight_track):
@@ -106,8 +106,8 @@ def test_a_route_keeps_the_points_of_its_file(tmp_path):
 
 def test_objects(straight_track):
     objects = (
-        Placed(3.0, 0.2, 0.0, 3.0, 0.2, 0.0),
-        Placed(1.0, -0.1, math.radians(5.0), 1.0, -0.1, 0.7),
+        TrackObject(3.0, 0.2, 0.0, 3.0, 0.2, 0.0),
+        TrackObject(1.0, -0.1, math.radians(5.0), 1.0, -0.1, 0.7),
     )
     found = params_at(*straight_track, (2.0, 0.0, 0.0), objects=objects)
     assert found["closest_objects"] == [1, 0]  # behind, ahead

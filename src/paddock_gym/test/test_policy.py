@@ -21,12 +21,12 @@ def test_a_network_of_known_numbers(tmp_path):
     rng = np.random.default_rng(1)
     weights, bias = rng.normal(size=(2, 14)), rng.normal(size=2)
     policy = OnnxPolicy(write(tmp_path / "policy.onnx", weights, bias, describe()))
-    seen = rng.normal(size=14).astype(np.float32)
-    expected = np.tanh(weights @ seen + bias)
-    assert policy.act(seen) == pytest.approx(expected, abs=1e-5)
-    assert policy.act({"state": seen}) == pytest.approx(expected, abs=1e-5)
+    observation = rng.normal(size=14).astype(np.float32)
+    expected = np.tanh(weights @ observation + bias)
+    assert policy.act(observation) == pytest.approx(expected, abs=1e-5)
+    assert policy.act({"state": observation}) == pytest.approx(expected, abs=1e-5)
     speed = 0.5 + 3.5 * (expected[1] + 1.0) / 2.0
-    assert policy.command(seen) == pytest.approx(
+    assert policy.command(observation) == pytest.approx(
         (speed, math.radians(30.0) * expected[0]), abs=1e-4
     )
 
@@ -37,12 +37,12 @@ def test_discrete_actions(tmp_path):
     weights[1, 0], weights[2, 1] = 1.0, 2.0
     path = write(tmp_path / "policy.onnx", weights, (0.0, 0.0, 0.0), describe(chosen=chosen))
     policy = OnnxPolicy(path)
-    seen = np.zeros(14, np.float32)
-    assert policy.act(seen) == 0
-    seen[0] = 1.0
-    assert policy.act(seen) == 1 and policy.command(seen) == (2.0, 0.0)
-    seen[1] = 1.0
-    assert policy.act(seen) == 2
+    observation = np.zeros(14, np.float32)
+    assert policy.act(observation) == 0
+    observation[0] = 1.0
+    assert policy.act(observation) == 1 and policy.command(observation) == (2.0, 0.0)
+    observation[1] = 1.0
+    assert policy.act(observation) == 2
 
 
 def test_a_description_survives_its_file():
@@ -54,7 +54,7 @@ def test_files_that_are_no_policies(tmp_path):
     with pytest.raises(GymError, match="there is no such file"):
         OnnxPolicy(str(tmp_path / "nothing.onnx"))
     (tmp_path / "text.onnx").write_text("hello")
-    with pytest.raises(GymError, match="is no ONNX file that can be run"):
+    with pytest.raises(GymError, match="is not an ONNX file that can be run"):
         OnnxPolicy(str(tmp_path / "text.onnx"))
     with pytest.raises(GymError, match="is not one of Paddock's"):
         PolicyDescription.of_text('{"observations": ["state"]}')
@@ -83,9 +83,9 @@ def test_a_driver_makes_its_lap(tmp_path, env, kind):
     lap = laps.drive(env, driver, laps.starts(2)[1])
     assert lap.end == "lap" and lap.is_lap and lap.progress == 100.0
     length = env.scene.projector.length
-    assert lap.time == pytest.approx(length / np.mean(lap.way[:, 2]), rel=0.05)
+    assert lap.time == pytest.approx(length / np.mean(lap.trajectory[:, 2]), rel=0.05)
     assert lap.rms_lateral < 0.2 and lap.max_lateral < 0.38
-    assert len(lap.way) == round(15 * lap.time)
+    assert len(lap.trajectory) == round(15 * lap.time)
 
 
 def test_starts_are_the_same_for_every_driver():

@@ -6,7 +6,7 @@ import json
 import pytest
 from paddock_gym.errors import GymError
 from paddock_gym.sweep import report, spec
-from paddock_gym.sweep.spec import KINDS, MISSED, Range
+from paddock_gym.sweep.spec import MISSED, TRIAL_TYPES, Range
 
 PURSUIT = """of: pursuit
 fixed: {starts: 2}
@@ -36,7 +36,7 @@ def test_a_grid_of_gains(tmp_path):
     found = spec.load(written(tmp_path, PURSUIT))
     assert (found.of, found.search, found.trials, found.seed) == ("pursuit", "grid", 6, 0)
     assert found.over == {"lookahead": (0.3, 0.5, 0.7), "max_speed": (1, 2.0)}
-    command = KINDS["pursuit"].command({"starts": 2, "lookahead": 0.3}, "out")
+    command = TRIAL_TYPES["pursuit"].command({"starts": 2, "lookahead": 0.3}, "out")
     assert json.loads(command[-1])["options"] == {"starts": 2, "lookahead": 0.3}
 
 
@@ -50,7 +50,7 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
     options = {**found.fixed, "lr": 0.001, "observation": "state,lidar"}
     folder = tmp_path / "0000" / "files"
     folder.parent.mkdir()
-    table = json.loads(KINDS["train"].command(options, str(folder))[-1])
+    table = json.loads(TRIAL_TYPES["train"].command(options, str(folder))[-1])
     assert table["observation"] == ["state", "lidar"] and table["steps"] == 1024
     assert table["track"] == str(tmp_path / "mine.csv")
     given = json.loads((tmp_path / "0000" / "hyperparameters.json").read_text())
@@ -67,7 +67,7 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
         ("[0.3, 0.5, 0.7]", "0.3", "lookahead is 0.3; it must be a list of values"),
         ("[0.3, 0.5, 0.7]", "{low: 3, high: 1}", "must have low and high, low the smaller"),
         ("[0.3, 0.5, 0.7]", "{low: 0, high: 1, log: true}", "with low above 0"),
-        ("of: pursuit", "of: pursuit\ntrials: 3", "trials is 3; a grid has 6, leave it out"),
+        ("of: pursuit", "of: pursuit\ntrials: 3", "trials is 3; a grid has 6, remove the key"),
         ("of: pursuit", "of: pursuit\nsearch: tpe\ntrials: 0", "trials is 0; it must be from 1"),
         ("of: pursuit", "of: pursuit\nat_once: 0", "at_once is 0; it must be from 1 to 1000"),
         ("{starts: 2}", "{starts: 2, lookahead: 1}", "lookahead is in fixed and in over"),
@@ -82,7 +82,7 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
         (PURSUIT, "of: train\nover: {race: [drag]}", "race is 'drag'; there are time_trial"),
         (PURSUIT, "of: train\nover: {reward: [gone.py]}", "reward is 'gone.py'; it must be"),
         (PURSUIT, "of: [", "is no YAML"),
-        (PURSUIT, "3", "holds 3; it must be a table"),
+        (PURSUIT, "3", "contains 3; it must be a table"),
     ],
 )
 def test_wrong_files_are_one_sentence(before, after, sentence, tmp_path):
@@ -116,11 +116,13 @@ def test_the_table_has_the_best_first(tmp_path):
         "good": "1",
         "starts": "2",
     }
-    assert all((tmp_path / name).stat().st_size > 1000 for name in (report.CURVE, report.PICTURE))
+    assert all(
+        (tmp_path / name).stat().st_size > 1000 for name in (report.CURVE, report.OPTIONS_PLOT)
+    )
     lines = report.text_table(rows, ["lookahead", "track"]).splitlines()
     assert lines[1].split() == ["1", "0.5", "0.5.csv", "7.00", "1", "of", "2"]
 
 
 def test_a_training_without_laps_counts_its_misses():
-    score = KINDS["train"].score
+    score = TRIAL_TYPES["train"].score
     assert score({"lap_times": [8.0, 10.0], "evaluated_starts": 4}) == (18.0 + 2 * MISSED) / 4

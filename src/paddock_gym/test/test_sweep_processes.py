@@ -1,4 +1,4 @@
-"""Trials end when their sweep ends, also those that are about to start."""
+"""Trials stop when their sweep stops, also those that are about to start."""
 
 import sys
 import threading
@@ -15,28 +15,28 @@ child.wait()
 """
 
 
-def test_a_process_gives_its_status_and_what_it_prints(tmp_path):
+def test_run_returns_the_status_and_logs_the_output(tmp_path):
     log = tmp_path / "log.txt"
     command = [sys.executable, "-c", "print('words'); raise SystemExit(3)"]
     assert Processes().run(command, log) == 3
     assert log.read_text() == "words\n"
 
 
-def test_the_end_takes_children_along(tmp_path):
-    processes, log, found = Processes(), tmp_path / "log.txt", []
+def test_stop_kills_children_too(tmp_path):
+    processes, log, results = Processes(), tmp_path / "log.txt", []
     command = [sys.executable, "-c", FAMILY]
-    thread = threading.Thread(target=lambda: found.append(processes.run(command, log)))
+    thread = threading.Thread(target=lambda: results.append(processes.run(command, log)))
     thread.start()
     while not log.exists() or not log.read_text().endswith("\n"):
         thread.join(0.01)
-    processes.end()
+    processes.stop()
     thread.join(LIMIT)
-    assert found == [None]
+    assert results == [None]
     wait_ended(int(log.read_text()), LIMIT)
 
 
-def test_after_the_end_nothing_starts(tmp_path):
+def test_nothing_starts_after_stop(tmp_path):
     processes, trace = Processes(), tmp_path / "trace"
-    processes.end()
+    processes.stop()
     assert processes.run(["touch", str(trace)], tmp_path / "log.txt") is None
     assert not trace.exists()

@@ -1,8 +1,8 @@
-"""The viewer's end of the socket to the bridge.
+"""The viewer's side of the socket to the bridge.
 
 Messages, pickled tuples through a multiprocessing Connection:
     to the bridge     ('view',), ('pause',), ('unpause',), ('step', count), ('reset',),
-                      ('show', selected model's name or '', whether contacts are wanted)
+                      ('show', selected model's name or '', whether contacts are requested)
     from the bridge   ('view', WorldView) for each 'view', ('error', text) for a failed request
 The bridge only responds to requests, so a slow or hidden window costs the simulation nothing.
 """
@@ -21,7 +21,7 @@ class Feed(QObject):
 
     viewed = pyqtSignal(object)  # WorldView
     failed = pyqtSignal(str)
-    ended = pyqtSignal()
+    disconnected = pyqtSignal()
 
     def __init__(self, descriptor):
         super().__init__()
@@ -30,26 +30,26 @@ class Feed(QObject):
         self._notifier.activated.connect(self._receive)
 
     def send(self, *message):
-        """Send a message; a broken connection ends the feed."""
+        """Send a message; a broken connection closes the feed."""
         try:
             self._connection.send(message)
         except OSError:
-            self._end()
+            self._disconnect()
 
     def close(self):
-        """Close the connection; the bridge takes it as the end of the viewer."""
+        """Close the connection; for the bridge the viewer has exited."""
         self._notifier.setEnabled(False)
         self._connection.close()
 
     def _receive(self, *_):
         try:
-            kind, content = self._connection.recv()
+            message_type, content = self._connection.recv()
         except (EOFError, OSError):
-            self._end()
+            self._disconnect()
             return
-        {"view": self.viewed, "error": self.failed}[kind].emit(content)
+        {"view": self.viewed, "error": self.failed}[message_type].emit(content)
 
-    def _end(self):
+    def _disconnect(self):
         if self._notifier.isEnabled():
             self._notifier.setEnabled(False)
-            self.ended.emit()
+            self.disconnected.emit()

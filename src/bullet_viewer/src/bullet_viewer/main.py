@@ -1,7 +1,7 @@
 """The viewer process: python -m bullet_viewer.main SOCKET_FD auto|gl|tiny SHADOWS ANTIALIAS.
 
-The bridge starts it with one end of a socket. When the bridge ends, also by a crash, the viewer
-ends; when the viewer ends, the bridge only logs it. SIGINT is left to the bridge.
+The bridge starts it with one end of a socket. When the bridge exits, also by a crash, the viewer
+exits; when the viewer exits, the bridge only logs it. SIGINT is left to the bridge.
 """
 
 import signal
@@ -11,21 +11,26 @@ from bullet_sim.render.request import Quality
 from PyQt5.QtWidgets import QApplication
 
 from bullet_viewer.feed import Feed
-from bullet_viewer.window import Painter, ViewerWindow
+from bullet_viewer.window import Renderer, ViewerWindow
 
 
 def main(arguments):
-    """Args: arguments: [socket file descriptor, renderer, Quality's values]. Returns the exit
-    code.
+    """Show the window until it is closed.
+
+    Args:
+        arguments: [socket file descriptor, renderer, Quality's values].
+
+    Returns:
+        The exit code.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     application = QApplication(["bullet_viewer"])
-    descriptor, renderer, *quality = arguments
-    feed, painter = Feed(int(descriptor)), Painter(renderer, Quality(*quality))
-    window = ViewerWindow(feed, painter)
-    feed.ended.connect(window.close)
+    descriptor, renderer_type, *quality = arguments
+    feed, renderer = Feed(int(descriptor)), Renderer(renderer_type, Quality(*quality))
+    window = ViewerWindow(feed, renderer)
+    feed.disconnected.connect(window.close)
     window.show()
-    painter.start()
+    renderer.start()
     return application.exec_()
 
 

@@ -1,4 +1,4 @@
-"""The view of a world: camera orbit, pictures, overlays."""
+"""The view of a world: camera orbit, images, overlays."""
 
 import math
 import time
@@ -12,10 +12,10 @@ from PyQt5.QtCore import QLineF, QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QImage, QPainter, QPen
 from PyQt5.QtWidgets import QSizePolicy, QWidget
 
-PACE_WINDOW = 1.0  # wall time over which it is taken [s]
+FACTOR_WINDOW = 1.0  # wall time over which it is taken [s]
 
 
-class Pace:
+class RealTimeFactor:
     """Simulated seconds per second of wall time, over the last PACE_WINDOW."""
 
     def __init__(self, clock=time.monotonic):
@@ -27,16 +27,16 @@ class Pace:
         if samples and simulated < samples[-1][1]:  # a reset
             samples.clear()
         samples.append((now, simulated))
-        while len(samples) > 2 and now - samples[1][0] >= PACE_WINDOW:
+        while len(samples) > 2 and now - samples[1][0] >= FACTOR_WINDOW:
             samples.popleft()
         span = now - samples[0][0]
-        return (simulated - samples[0][1]) / span if span >= 0.5 * PACE_WINDOW else None
+        return (simulated - samples[0][1]) / span if span >= 0.5 * FACTOR_WINDOW else None
 
 
 RADIANS_PER_PIXEL = 0.006
 ZOOM_PER_NOTCH = 0.85
-NEAREST, FARTHEST = 0.05, 500.0  # [m] from the target
-STEEPEST = math.radians(89.0)
+MIN_DISTANCE, MAX_DISTANCE = 0.05, 500.0  # [m] from the target
+MAX_PITCH = math.radians(89.0)
 
 
 class OrbitCamera:
@@ -83,47 +83,49 @@ class OrbitCamera:
         return max(0.01, 0.02 * self.distance), max(200.0, 20.0 * self.distance)
 
     def orbit(self, right, down):
-        """Turn around the target as if the pointer dragged the scene by so many pixels."""
+        """Orbit the target as if the pointer dragged the scene by so many pixels."""
         self.yaw = math.remainder(self.yaw - RADIANS_PER_PIXEL * right, 2.0 * math.pi)
         pitch = self.pitch + RADIANS_PER_PIXEL * down
-        self.pitch = min(STEEPEST, max(-STEEPEST, pitch))
+        self.pitch = min(MAX_PITCH, max(-MAX_PITCH, pitch))
 
     def pan(self, right, down, width):
-        """Shift so that what lies at the target's distance follows the pointer.
+        """Shift so that a point at the target's distance follows the pointer.
 
         Args:
             right, down: drag [px].
-            width: of the picture [px].
+            width: of the image [px].
         """
         metres = 2.0 * self.distance * math.tan(self.horizontal_fov / 2.0) / width
         _, left, up = self.rotation.T
         self.target = self.target + metres * (right * left + down * up)
 
     def zoom(self, notches):
-        """Move nearer by so many notches of the wheel."""
-        self.distance = min(FARTHEST, max(NEAREST, self.distance * ZOOM_PER_NOTCH**notches))
+        """Move closer by so many notches of the wheel."""
+        self.distance = min(
+            MAX_DISTANCE, max(MIN_DISTANCE, self.distance * ZOOM_PER_NOTCH**notches)
+        )
 
 
 def project(points, pose, horizontal_fov, width, height):
-    """Project points into a camera's picture.
+    """Project points into a camera's image.
 
     Args:
         points: (n, 3) [m], world frame.
         pose: (xyz [m], rpy [rad]) of the camera.
         horizontal_fov: [rad].
-        width, height: of the picture [px].
+        width, height: of the image [px].
 
     Returns:
         (n, 2) [px] right and down from the upper left corner, and (n,) depth along the view [m];
         pixels of points whose depth is not positive are meaningless.
     """
     xyz, rpy = pose
-    seen = (np.asarray(points, float) - xyz) @ matrix_from_rpy(rpy)
-    depth = seen[:, 0]
+    in_camera = (np.asarray(points, float) - xyz) @ matrix_from_rpy(rpy)
+    depth = in_camera[:, 0]
     focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
     scale = focal / np.where(depth > 0.0, depth, np.inf)
     return np.column_stack(
-        [width / 2.0 - scale * seen[:, 1], height / 2.0 - scale * seen[:, 2]]
+        [width / 2.0 - scale * in_camera[:, 1], height / 2.0 - scale * in_camera[:, 2]]
     ), depth
 
 
@@ -143,8 +145,8 @@ def project_rays(origin, ends, pose, horizontal_fov, width, height, near=0.01):
     starts = np.broadcast_to(np.asarray(origin, float), ends.shape)
     forward = matrix_from_rpy(pose[1])[:, 0]
     first, last = (starts - pose[0]) @ forward, (ends - pose[0]) @ forward
-    keep = (first > near) | (last > near)
-    starts, ends, first, last = starts[keep], ends[keep], first[keep], last[keep]
+    in_front = (first > near) | (last > near)
+    starts, ends, first, last = starts[in_front], ends[in_front], first[in_front], last[in_front]
     run = np.where(first == last, 1.0, last - first)
     cut = starts + ((near - first) / run)[:, None] * (ends - starts)
     starts = np.where((first < near)[:, None], cut, starts)
@@ -164,7 +166,7 @@ DOT = 3.0  # radius of a contact point [px]
 
 @dataclass(frozen=True)
 class Overlay:
-    """What to paint: Rays, Contacts or None, LinkFrames or None."""
+    """What to paint: tuple of Rays, Contacts or None, LinkFrames or None."""
 
     rays: tuple = ()
     contacts: Contacts | None = None
@@ -172,13 +174,13 @@ class Overlay:
 
 
 class OverlayPainter:
-    """Paints with a QPainter over the picture of a camera.
+    """Paints with a QPainter over the image of a camera.
 
     Args:
         painter: QPainter.
         pose: (xyz [m], rpy [rad]) of the camera.
         horizontal_fov: [rad].
-        width, height: of the painted picture [px].
+        width, height: of the painted image [px].
     """
 
     def __init__(self, painter, pose, horizontal_fov, width, height):
@@ -199,19 +201,19 @@ class OverlayPainter:
         lines = project_rays(origin, ends, *self._view)
         self._painter.drawLines([QLineF(*line) for line in lines.tolist()])
 
-    def _length(self, points, share):
-        """Lengths (n, 1) [m] that look alike at each of the points (n, 3)."""
-        return share * np.linalg.norm(points - self._eye, axis=1, keepdims=True)
+    def _length(self, points, fraction):
+        """Lengths (n, 1) [m] of equal size in the image at each of the points (n, 3)."""
+        return fraction * np.linalg.norm(points - self._eye, axis=1, keepdims=True)
 
     def _visible(self, points):
-        """Numbers and places [px] of the points (n, 3) that are in front of the camera."""
-        places, depth = project(points, *self._view)
-        return [(number, places[number]) for number in np.flatnonzero(depth > 0.0)]
+        """Indices and pixels of the points (n, 3) that are in front of the camera."""
+        pixels, depth = project(points, *self._view)
+        return [(index, pixels[index]) for index in np.flatnonzero(depth > 0.0)]
 
     def _paint_contacts(self, contacts):
         ends = contacts.places + contacts.normals * self._length(contacts.places, NORMAL_LENGTH)
-        for place, end in zip(contacts.places, ends):
-            self._lines(place, end[None], CONTACT_COLOR, 1.5)
+        for point, end in zip(contacts.places, ends):
+            self._lines(point, end[None], CONTACT_COLOR, 1.5)
         self._painter.setBrush(CONTACT_COLOR)
         for _, (x, y) in self._visible(contacts.places):
             self._painter.drawEllipse(QPointF(x, y), DOT, DOT)
@@ -223,8 +225,8 @@ class OverlayPainter:
             for origin, end in zip(frames.origins, ends):
                 self._lines(origin, end[None], color, 2.0)
         self._painter.setPen(NAME_COLOR)
-        for number, (x, y) in self._visible(frames.origins):
-            self._painter.drawText(QPointF(x + 6.0, y - 4.0), frames.names[number])
+        for index, (x, y) in self._visible(frames.origins):
+            self._painter.drawText(QPointF(x + 6.0, y - 4.0), frames.names[index])
 
 
 CLICK_SLACK = 4  # a press that moves less is a click [px]
@@ -232,9 +234,9 @@ WHEEL_NOTCH = 120.0  # Qt's angle of one notch of a mouse wheel
 
 
 class View(QWidget):
-    """Shows a picture and keeps the camera.
+    """Shows an image; has the camera.
 
-    Left drag: circle the target. Right or middle drag: shift. Wheel: nearer, farther. Left click:
+    Left drag: orbit the target. Right or middle drag: shift. Wheel: closer, farther. Left click:
     select.
 
     Attributes:
@@ -242,13 +244,13 @@ class View(QWidget):
     """
 
     moved = pyqtSignal()  # the user moved the camera
-    clicked = pyqtSignal(float, float)  # right and down, as shares of the width and the height
+    clicked = pyqtSignal(float, float)  # right and down, as fractions of the width and the height
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.camera = OrbitCamera()
         self.message = ""
-        self._picture = None
+        self._image = None
         self._bytes = None
         self._overlay, self._pose, self._fov = Overlay(), None, None
         self._last, self._pressed = None, None
@@ -259,17 +261,17 @@ class View(QWidget):
         """Preferred size."""
         return QSize(960, 600)
 
-    def show_picture(self, rgb, overlay, pose, horizontal_fov):
-        """Show a finished picture.
+    def show_image(self, rgb, overlay, pose, horizontal_fov):
+        """Show a rendered image.
 
         Args:
             rgb: (H, W, 3) uint8.
             overlay: Overlay to paint over it.
-            pose, horizontal_fov: of the camera it was drawn with.
+            pose, horizontal_fov: of the camera that rendered it.
         """
         height, width, _ = rgb.shape
-        self._bytes = rgb.tobytes()  # QImage does not keep them
-        self._picture = QImage(self._bytes, width, height, 3 * width, QImage.Format_RGB888)
+        self._bytes = rgb.tobytes()  # QImage does not copy them
+        self._image = QImage(self._bytes, width, height, 3 * width, QImage.Format_RGB888)
         self._overlay, self._pose, self._fov = overlay, pose, horizontal_fov
         self.update()
 
@@ -280,13 +282,13 @@ class View(QWidget):
             self.update()
 
     def paintEvent(self, _):
-        """Paint picture, overlay and message."""
+        """Paint image, overlay and message."""
         painter = QPainter(self)
-        if self._picture is None:
+        if self._image is None:
             painter.fillRect(self.rect(), QColor("#20242a"))
         else:
             painter.setRenderHint(QPainter.SmoothPixmapTransform)
-            painter.drawImage(QRectF(self.rect()), self._picture)
+            painter.drawImage(QRectF(self.rect()), self._image)
             view = self._pose, self._fov, self.width(), self.height()
             OverlayPainter(painter, *view).paint(self._overlay)
         if self.message:
@@ -297,13 +299,13 @@ class View(QWidget):
         painter.end()
 
     def mousePressEvent(self, event):
-        """A drag or a click begins."""
+        """A drag or a click starts."""
         self._last = event.localPos()
         alone = event.button() == Qt.LeftButton == event.buttons()
         self._pressed = event.localPos() if alone else None
 
     def mouseMoveEvent(self, event):
-        """A drag goes on."""
+        """A drag continues."""
         if self._last is None:
             return
         if self._is_click(event):
@@ -323,14 +325,14 @@ class View(QWidget):
     def mouseReleaseEvent(self, event):
         """A drag ends with the last button; a click selects."""
         if self._is_click(event):
-            place = event.localPos()
-            self.clicked.emit(place.x() / self.width(), place.y() / self.height())
+            pixel = event.localPos()
+            self.clicked.emit(pixel.x() / self.width(), pixel.y() / self.height())
         self._pressed = None
         if not event.buttons():
             self._last = None
 
     def _is_click(self, event):
-        """Whether the left button was pressed alone and has hardly moved since."""
+        """Whether the left button was pressed alone and the pointer has hardly moved since."""
         if self._pressed is None:
             return False
         return QPointF(event.localPos() - self._pressed).manhattanLength() < CLICK_SLACK

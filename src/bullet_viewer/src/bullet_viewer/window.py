@@ -10,50 +10,50 @@ from bullet_sim.render.request import DEFAULT, CameraRequest
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QMainWindow, QPushButton, QSpinBox
 
-from bullet_viewer.view import Overlay, Pace, View
+from bullet_viewer.view import Overlay, RealTimeFactor, View
 
 
-class Painter(QObject):
-    """Renders one picture at a time in its own render worker.
+class Renderer(QObject):
+    """Renders one image at a time in its render worker.
 
     Args:
-        kind: renderer: auto, gl or tiny.
+        renderer_type: auto, gl or tiny.
         quality: Quality of the OpenGL renderer.
     """
 
     started = pyqtSignal(str)  # which renderer
-    drawn = pyqtSignal(object)  # Frame
+    rendered = pyqtSignal(object)  # Frame
     failed = pyqtSignal(str)
 
-    def __init__(self, kind, quality=DEFAULT):
+    def __init__(self, renderer_type, quality=DEFAULT):
         super().__init__()
         self._client = RenderClient(
-            on_frame=self.drawn.emit, on_error=self.failed.emit, quality=quality
+            on_frame=self.rendered.emit, on_error=self.failed.emit, quality=quality
         )
-        self._starter = threading.Thread(target=self._start, args=(kind,), daemon=True)
+        self._starter = threading.Thread(target=self._start, args=(renderer_type,), daemon=True)
 
     def start(self):
         """Start the worker; the signal `started` or `failed` follows."""
         self._starter.start()
 
-    def _start(self, kind):
+    def _start(self, renderer_type):
         try:
-            self.started.emit(self._client.start(kind).kind)
+            self.started.emit(self._client.start(renderer_type).kind)
         except RenderError as error:
-            self.failed.emit(f"no pictures: {error}")
+            self.failed.emit(f"no images: {error}")
 
     def set_sources(self, sources, scene=None):
         """Set the bodies, and the Scene with the lights."""
         self._client.set_sources(sources, scene)
 
-    def draw(self, snapshot, camera, width, height, labels=False):
-        """Request a picture; the signal `drawn` or `failed` follows.
+    def render(self, snapshot, camera, width, height, labels=False):
+        """Request an image; the signal `rendered` or `failed` follows.
 
         Args:
             snapshot: Snapshot.
             camera: OrbitCamera.
             width, height: [px].
-            labels: whether the Frame also tells which body each pixel shows.
+            labels: whether the Frame also has the body of each pixel.
         """
         near, far = camera.clip
         self._client.submit(
@@ -75,43 +75,43 @@ class Painter(QObject):
         )
 
     def close(self):
-        """End the worker."""
+        """Stop the worker."""
         if self._starter.is_alive():
             self._starter.join(10.0)
         self._client.close()
 
 
 PERIOD = 60  # wall time between two views of the world [ms]: at most 17 a second
-MAX_PIXELS = 1280 * 800  # of a drawn picture; a larger window shows it enlarged
-TROUBLE_SHOWN = 10000  # [ms]
-DRAWING_LIMIT = 10.0  # wall time after which a requested picture counts as failed [s]
+MAX_PIXELS = 1280 * 800  # of an image; a larger window shows it enlarged
+ERROR_DURATION = 10000  # [ms]
+RENDER_TIMEOUT = 10.0  # wall time after which a requested image counts as failed [s]
 FREE = "free camera"
-FIRST_LOOK = 2.0  # distance of the camera from the first model that can move [m]
+FIRST_DISTANCE = 2.0  # distance of the camera from the first model that can move [m]
 
 
 class ViewerWindow(QMainWindow):
-    """Requests views of the world from the feed and shows their pictures.
+    """Requests views of the world from the feed and shows their images.
 
     Args:
         feed: Feed.
-        painter: Painter.
+        renderer: Renderer.
     """
 
-    def __init__(self, feed, painter):
+    def __init__(self, feed, renderer):
         super().__init__()
         self.setWindowTitle("Paddock viewer")
-        self._feed, self._painter = feed, painter
-        self._pace = Pace()
-        self._asked = False  # a view was requested and has not arrived
-        self._drawing = None  # Overlay, pose, field of view of the picture that is drawn
-        self._keys = {}  # of the bodies in the newest view -> names of their models
-        self._clicked = None  # where, until the picture that tells what is there
+        self._feed, self._renderer = feed, renderer
+        self._factor = RealTimeFactor()
+        self._view_requested = False  # a view was requested and has not arrived
+        self._rendering = None  # Overlay, pose, field of view of the image in progress
+        self._keys = {}  # body in the newest view -> name of its model
+        self._clicked = None  # where, until the image with labels
         self.selected = ""  # name of a model
-        self._ordered = 0.0  # when it was requested [s]
+        self._requested_at = 0.0  # when the image was requested [s]
         self._ready = False  # the render worker runs
-        self._shown = None  # state shown in the newest picture; the same state is not drawn again
-        self._followed = None  # where the followed model was (3,)
-        self._seen_moving = False
+        self._displayed = None  # state in the newest image; it is not rendered again
+        self._followed = None  # last position of the followed model (3,)
+        self._found_movable = False
         self.paused = None
         self.view = View(self)
         self.view.show_message("starting the renderer")
@@ -119,10 +119,10 @@ class ViewerWindow(QMainWindow):
         self.view.clicked.connect(self._click)
         self._add_tools()
         feed.viewed.connect(self._show_view)
-        feed.failed.connect(self._drawing_failed)
-        painter.started.connect(self._start)
-        painter.drawn.connect(self._show)
-        painter.failed.connect(self._drawing_failed)
+        feed.failed.connect(self._render_failed)
+        renderer.started.connect(self._start)
+        renderer.rendered.connect(self._show)
+        renderer.failed.connect(self._render_failed)
         self._ticker = QTimer(self, interval=PERIOD, timeout=self._tick)
         self._ticker.start()
 
@@ -139,7 +139,7 @@ class ViewerWindow(QMainWindow):
         self.follow.addItem(FREE)
         self.follow.activated.connect(self._start_following)
         self.rays_box = QCheckBox("Lidar rays", checked=True)
-        self.contacts_box = QCheckBox("Contacts", toggled=self._ask)
+        self.contacts_box = QCheckBox("Contacts", toggled=self._send_options)
         for widget in (
             self.pause_button,
             self.step_button,
@@ -159,10 +159,10 @@ class ViewerWindow(QMainWindow):
         self.statusBar().addPermanentWidget(self.renderer_label)
 
     def closeEvent(self, event):
-        """End with the window."""
+        """Close connection and renderer with the window."""
         self._ticker.stop()
         self._feed.close()
-        self._painter.close()
+        self._renderer.close()
         super().closeEvent(event)
 
     # time -------------------------------------------------------------------------------------
@@ -170,85 +170,96 @@ class ViewerWindow(QMainWindow):
         self._feed.send("unpause" if self.paused else "pause")
 
     def _tick(self):
-        if self._drawing is not None and time.monotonic() > self._ordered + DRAWING_LIMIT:
-            self._drawing_failed(f"no picture within {DRAWING_LIMIT:g} s, trying again")
+        if self._rendering is not None and time.monotonic() > self._requested_at + RENDER_TIMEOUT:
+            self._render_failed(f"no image within {RENDER_TIMEOUT:g} s, trying again")
         if (
             self._ready
-            and not self._asked
-            and self._drawing is None
+            and not self._view_requested
+            and self._rendering is None
             and self.isVisible()
             and not self.isMinimized()
         ):
-            self._asked = True
+            self._view_requested = True
             self._feed.send("view")
 
-    def _start(self, kind):
+    def _start(self, renderer_type):
         self._ready = True
-        self.renderer_label.setText(f"renderer: {kind}")
-        self.view.show_message("drawing the first picture")
+        self.renderer_label.setText(f"renderer: {renderer_type}")
+        self.view.show_message("rendering the first image")
 
     # the world --------------------------------------------------------------------------------
-    def _show_view(self, seen):
-        """Process a WorldView and request its picture."""
-        self._asked = False
-        if seen.sources is not None:
-            self._painter.set_sources(seen.sources, seen.scene)
-            self._shown = None
-        self._show_time(seen)
-        self._show_names([entry.name for entry in seen.models])
-        self._aim(seen)
-        self._show_selected(seen)
-        width, height = self._picture_size()
+    def _show_view(self, world_view):
+        """Process a WorldView and request its image."""
+        self._view_requested = False
+        if world_view.sources is not None:
+            self._renderer.set_sources(world_view.sources, world_view.scene)
+            self._displayed = None
+        self._show_time(world_view)
+        self._show_names([entry.name for entry in world_view.models])
+        self._aim(world_view)
+        self._show_selected(world_view)
+        width, height = self._image_size()
         overlay = Overlay(
-            seen.rays if self.rays_box.isChecked() else (), seen.contacts, seen.frames
+            world_view.rays if self.rays_box.isChecked() else (),
+            world_view.contacts,
+            world_view.frames,
         )
-        shown = bool(overlay.rays), seen.contacts is None, seen.frames and seen.frames.names
-        wanted = (seen.snapshot, self.view.camera.pose, width, height, *shown)
-        if wanted == self._shown and self._clicked is None:
+        options = (
+            bool(overlay.rays),
+            world_view.contacts is None,
+            world_view.frames and world_view.frames.names,
+        )
+        requested = (world_view.snapshot, self.view.camera.pose, width, height, *options)
+        if requested == self._displayed and self._clicked is None:
             return
-        self._shown = wanted
-        self._drawing = (overlay, self.view.camera.pose, self.view.camera.horizontal_fov)
-        self._ordered = time.monotonic()
-        self._painter.draw(
-            seen.snapshot, self.view.camera, width, height, labels=self._clicked is not None
+        self._displayed = requested
+        self._rendering = (overlay, self.view.camera.pose, self.view.camera.horizontal_fov)
+        self._requested_at = time.monotonic()
+        self._renderer.render(
+            world_view.snapshot, self.view.camera, width, height, labels=self._clicked is not None
         )
 
     def _show(self, frame):
         """Show a finished Frame."""
         if frame.labels is not None and self._clicked is not None:
             self._pick(frame.labels)
-        if self._drawing is not None:
-            drawing, self._drawing = self._drawing, None
+        if self._rendering is not None:
+            rendering, self._rendering = self._rendering, None
             self.view.show_message("")
-            self.view.show_picture(frame.rgb, *drawing)
+            self.view.show_image(frame.rgb, *rendering)
 
-    def _drawing_failed(self, text):
-        """Give up the requested picture and show the reason."""
-        self._drawing, self._shown, self._asked, self._clicked = None, None, False, None
+    def _render_failed(self, text):
+        """Cancel the requested image and show the reason."""
+        self._rendering = self._displayed = self._clicked = None
+        self._view_requested = False
         self.view.show_message(text)
-        self.statusBar().showMessage(text, TROUBLE_SHOWN)
+        self.statusBar().showMessage(text, ERROR_DURATION)
 
-    def _picture_size(self):
+    def _image_size(self):
         width, height = self.view.width(), self.view.height()
         shrink = min(1.0, (MAX_PIXELS / (width * height)) ** 0.5)
         return max(1, round(width * shrink)), max(1, round(height * shrink))
 
-    def _show_time(self, seen):
-        factor = self._pace.update(seen.snapshot.time)
-        if seen.paused != self.paused:
-            self.paused = seen.paused
-            self.pause_button.setText("Resume" if seen.paused else "Pause")
-        pace = (
-            "paused" if seen.paused else f"real time x {factor:.2f}" if factor is not None else ""
+    def _show_time(self, world_view):
+        factor = self._factor.update(world_view.snapshot.time)
+        if world_view.paused != self.paused:
+            self.paused = world_view.paused
+            self.pause_button.setText("Resume" if world_view.paused else "Pause")
+        text = (
+            "paused"
+            if world_view.paused
+            else f"real time x {factor:.2f}"
+            if factor is not None
+            else ""
         )
-        self.clock_label.setText(f"{seen.snapshot.time:.3f} s   {pace}")
+        self.clock_label.setText(f"{world_view.snapshot.time:.3f} s   {text}")
 
     # selection --------------------------------------------------------------------------------
     def _click(self, right, down):
         self._clicked = right, down
 
     def _pick(self, labels):
-        """Select the model that was clicked on, none beside all of them."""
+        """Select the model that was clicked on; none for the background."""
         (right, down), self._clicked = self._clicked, None
         height, width = labels.shape
         label = labels[min(int(down * height), height - 1), min(int(right * width), width - 1)]
@@ -256,19 +267,19 @@ class ViewerWindow(QMainWindow):
 
     def _select(self, name):
         self.selected = name
-        self._ask()
+        self._send_options()
 
-    def _ask(self, *_):
-        """Ask the bridge for what the views shall have."""
+    def _send_options(self, *_):
+        """Request the selected content of views from the bridge."""
         self._feed.send("show", self.selected, self.contacts_box.isChecked())
 
-    def _show_selected(self, seen):
-        """Show the name and the place of the selected model."""
-        self._keys = {entry.key: entry.name for entry in seen.models}
+    def _show_selected(self, world_view):
+        """Show the name and the position of the selected model."""
+        self._keys = {entry.key: entry.name for entry in world_view.models}
         if self.selected and self.selected not in self._keys.values():
             self._select("")  # it was deleted
         text = ""
-        for state in seen.snapshot.bodies:
+        for state in world_view.snapshot.bodies:
             if self.selected and self._keys.get(state.key) == self.selected:
                 x, y, z = state.position
                 text = f"{self.selected}: x {x:.3f}  y {y:.3f}  z {z:.3f} m  "
@@ -277,34 +288,36 @@ class ViewerWindow(QMainWindow):
     # camera -----------------------------------------------------------------------------------
     def _show_names(self, names):
         box = self.follow
-        wanted = [FREE, *names]
-        if wanted == [box.itemText(i) for i in range(box.count())]:
+        requested = [FREE, *names]
+        if requested == [box.itemText(i) for i in range(box.count())]:
             return
-        chosen = box.currentText()
+        selected = box.currentText()
         box.clear()
-        box.addItems(wanted)
-        box.setCurrentIndex(wanted.index(chosen) if chosen in wanted else 0)
+        box.addItems(requested)
+        box.setCurrentIndex(requested.index(selected) if selected in requested else 0)
 
     def _start_following(self, *_):
         self._followed = None
 
-    def _aim(self, seen):
-        """Move the target along with the followed model; at first to the first movable model."""
+    def _aim(self, world_view):
+        """Move the target with the followed model; at the start to the first movable model."""
         camera = self.view.camera
-        places = {state.key: np.array(state.position) for state in seen.snapshot.bodies}
-        by_name = {entry.name: places.get(entry.key) for entry in seen.models}
-        place = by_name.get(self.follow.currentText())
-        if place is not None:
+        positions = {state.key: np.array(state.position) for state in world_view.snapshot.bodies}
+        by_name = {entry.name: positions.get(entry.key) for entry in world_view.models}
+        position = by_name.get(self.follow.currentText())
+        if position is not None:
             camera.target = (
-                place if self._followed is None else camera.target + place - self._followed
+                position if self._followed is None else camera.target + position - self._followed
             )
-        self._followed = place
-        if self._seen_moving:
+        self._followed = position
+        if self._found_movable:
             return
-        moving = [
-            places[entry.key] for entry in seen.models if not entry.static and entry.key in places
+        movable = [
+            positions[entry.key]
+            for entry in world_view.models
+            if not entry.static and entry.key in positions
         ]
-        if moving:
-            self._seen_moving = True
-            camera.target = moving[0]
-            camera.distance = FIRST_LOOK
+        if movable:
+            self._found_movable = True
+            camera.target = movable[0]
+            camera.distance = FIRST_DISTANCE

@@ -1,6 +1,6 @@
 """Meshes of truck and trailer, generated.
 
-The truck's meshes in base_footprint: ground at z = 0, rear axle's middle at x = 0, in metres. A few
+The truck's meshes in base_footprint: ground at z = 0, rear axle's centre at x = 0, in metres. A few
 planes only: one line from the nose to the roof's ridge, one from there to the tail, sides that lean
 in above a shoulder crease, trapezoid arches.
 """
@@ -157,7 +157,7 @@ def glass():
 
 
 def _outward(points, thickness):
-    """Plate on a left-hand panel that grows away from the truck's middle."""
+    """Plate on a left-hand panel that grows away from the truck's centre."""
     solid = plate(points, thickness)
     if np.asarray(solid[-1])[:, 1].mean() < np.asarray(points)[:, 1].mean():
         solid = plate(points[::-1], thickness)
@@ -199,7 +199,7 @@ def tail_bar():
 
 
 def tyre():
-    """Tyre with bevelled shoulders; 48 flats reach the wheel's radius at their corners."""
+    """Tyre with bevelled shoulders; its 48 corners are at the wheel's radius."""
     half = WIDTH / 2.0
     side = [(0.068, half - 0.008), (0.074, half), (0.090, half), (RADIUS, half - 0.012)]
     mesh = Mesh(lathe(side + [(r, -y) for r, y in side[::-1]], 48))
@@ -331,9 +331,9 @@ MAKERS = {
     )
 }
 
-# RGB 0..1, as urdf/materials.xacro paints them.
+# RGB 0..1, as in urdf/materials.xacro.
 STEEL, TRIM, GLASS = (0.66, 0.68, 0.70), (0.10, 0.10, 0.11), (0.07, 0.09, 0.11)
-COLOURS = {
+COLORS = {
     "shell": STEEL,
     "sides": STEEL,
     "trim": TRIM,
@@ -346,7 +346,7 @@ COLOURS = {
     "trailer_trim": TRIM,
     "trailer_lights": (0.85, 0.05, 0.05),
 }
-MESHES = MeshSet("cybertruck", MAKERS, COLOURS, folded=True)
+MESHES = MeshSet("cybertruck", MAKERS, COLORS, folded=True)
 
 
 def main(argv=None):

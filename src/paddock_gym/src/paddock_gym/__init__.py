@@ -11,8 +11,8 @@ from paddock_gym.ids import IDS
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
 
-def register():
-    """Register the environments with Gymnasium; again is no error."""
+def register() -> None:
+    """Register the environments with Gymnasium; a second call has no effect."""
     import gymnasium
 
     if IDS[0] not in gymnasium.registry:

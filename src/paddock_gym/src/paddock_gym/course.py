@@ -1,16 +1,17 @@
-"""A drive along a course: motion, obstacles, what ends it.
+"""A run along a course: motion, obstacles, progress and why it ended.
 
-Judges a run: progress, wheels beside the lane, stuck, wrong way, its end. The rules are AWS
-DeepRacer's: a run ends when all four wheels are off the lane, after a crash, after a whole lap, and
-when the car makes no progress or drives back.
+The rules are AWS DeepRacer's: a run ends when all four wheels are off the lane, after a crash,
+after a full lap, and when the car makes no progress or reverses.
 """
 
 import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from track_model.referee.course import Projector
 from track_model.referee.referee import Car
 
 
@@ -20,7 +21,7 @@ class Motion(NamedTuple):
     Attributes:
         x, y: [m].
         yaw: [rad].
-        forward, leftward: velocity along the car's own axes [m/s].
+        forward, leftward: velocity along the car's axes [m/s].
         yaw_rate: [rad/s].
     """
 
@@ -32,7 +33,12 @@ class Motion(NamedTuple):
     yaw_rate: float
 
 
-def motion_from(position, quaternion, linear, angular):
+def motion_from(
+    position: Sequence[float],
+    quaternion: Sequence[float],
+    linear: Sequence[float],
+    angular: Sequence[float],
+) -> Motion:
     """Motion of a link from its state in the world.
 
     Args:
@@ -41,7 +47,7 @@ def motion_from(position, quaternion, linear, angular):
         linear, angular: (3,) [m/s], [rad/s], along the world's axes.
 
     Returns:
-        Motion, its velocities along the link's axes as in nav_msgs/Odometry.
+        Motion with velocities along the link's axes as in nav_msgs/Odometry.
     """
     x, y, z, w = quaternion
     u, v, up = linear
@@ -56,11 +62,11 @@ def motion_from(position, quaternion, linear, angular):
 
 
 RACES = {"time_trial": "", "object_avoidance": "boxes", "head_to_bot": "bots"}
-SEEN = 2  # objects ahead that the observation `state` tells of
-FARTHEST = 4.0  # [m] along the course at which they are told of
+OBSERVED_OBJECTS = 2  # objects ahead in the observation `state`
+MAX_OBJECT_DISTANCE = 4.0  # [m] along the course to an observed object
 
 
-class Placed(NamedTuple):
+class TrackObject(NamedTuple):
     """An object on the track.
 
     Attributes:
@@ -78,37 +84,35 @@ class Placed(NamedTuple):
     speed: float
 
 
-def seen(objects, s, projector):
+def next_objects(objects: Iterable[TrackObject], s: float, projector: Projector) -> np.ndarray:
     """The next objects ahead.
 
     Args:
-        objects: Placed ones.
         s: arc length of the car [m].
-        projector: Projector.
 
     Returns:
         (2 * SEEN,) float32: distance along the course / FARTHEST (1: none), distance to the left of
-        the centreline / half lane, nearest first.
+        the centreline / half lane, closest first.
     """
-    row = np.tile(np.array((1.0, 0.0), dtype=np.float32), SEEN)
-    ahead = sorted(((thing.s - s) % projector.length, thing.lateral) for thing in objects)
-    for number, (distance, lateral) in enumerate(ahead[:SEEN]):
-        if distance < FARTHEST:
+    row = np.tile(np.array((1.0, 0.0), dtype=np.float32), OBSERVED_OBJECTS)
+    ahead = sorted(((obj.s - s) % projector.length, obj.lateral) for obj in objects)
+    for index, (distance, lateral) in enumerate(ahead[:OBSERVED_OBJECTS]):
+        if distance < MAX_OBJECT_DISTANCE:
             half = sum(projector.sides(s)) / 2.0
-            row[2 * number : 2 * number + 2] = distance / FARTHEST, lateral / half
+            row[2 * index : 2 * index + 2] = distance / MAX_OBJECT_DISTANCE, lateral / half
     return np.clip(row, -1.0, 1.0)
 
 
 STUCK_STEPS = 15  # actions without progress
-STUCK_WAY = 0.03  # progress within them that is none [m]
-WRONG_WAY = 0.3  # way back that ends a run [m], as the referee's
+STUCK_DISTANCE = 0.03  # progress within them below which the car is stuck [m]
+MAX_REVERSE = 0.3  # distance driven backwards that ends a run [m], as the referee's
 LAP, OFF_TRACK, CRASHED, STUCK, REVERSED = "lap", "off_track", "crashed", "stuck", "reversed"
 RUNNING = ""
 
 
 @dataclass(slots=True)
-class Standing:
-    """Where a car is, and what became of its run.
+class RunState:
+    """Where a car is, and how its run goes.
 
     Attributes:
         s: arc length of base_link's projection [m].
@@ -116,10 +120,10 @@ class Standing:
         heading: direction of the centreline there [rad].
         heading_error: the car's heading against it, -pi to pi [rad].
         left, right: from the centreline to the lane's edges there [m].
-        wheels_off: of front left, front right, rear left, rear right: whether beside the lane.
-        way: driven along the course since the start [m].
+        wheels_off: of front left, front right, rear left, rear right: whether off the lane.
+        distance: driven along the course since the start [m].
         gain: of it, since the last action [m].
-        progress: share of the whole way [%].
+        progress: fraction of the full distance [%].
         steps: actions so far.
         end: why the run ended, "" while it runs.
     """
@@ -130,76 +134,64 @@ class Standing:
     heading_error: float
     left: float
     right: float
-    wheels_off: tuple
-    way: float
+    wheels_off: tuple[bool, ...]
+    distance: float
     gain: float
     progress: float
     steps: int
     end: str
 
     @property
-    def all_wheels_on(self):
-        """Whether no wheel is beside the lane."""
+    def all_wheels_on(self) -> bool:
+        """Whether no wheel is off the lane."""
         return not any(self.wheels_off)
 
     @property
-    def off_track(self):
-        """Whether all wheels are beside the lane."""
+    def off_track(self) -> bool:
+        """Whether all wheels are off the lane."""
         return all(self.wheels_off)
 
 
-class Judge:
-    """Judges one car, action by action.
+class RunEvaluator:
+    """Evaluates the run of one car, action by action."""
 
-    Args:
-        projector: track_model.referee.course.Projector.
-        car: track_model.referee.referee.Car.
-    """
-
-    def __init__(self, projector, car=Car()):
+    def __init__(self, projector: Projector, car: Car = Car()) -> None:
         self.projector = projector
         self._wheels = car.wheels  # from base_link
 
-    def start(self, motion):
-        """Start a run where the car is.
-
-        Returns:
-            Standing.
-        """
+    def start(self, motion: Motion) -> RunState:
+        """Start a run at the car's pose."""
         self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
         lateral = self.projector.project_point(motion.x, motion.y, self._s)[1]
-        self._way = self._best = 0.0
+        self._distance = self._best = 0.0
         self._steps = 0
         length = self.projector.length
         self._goal = length if self.projector.closed else max(length - self._s, 1e-6)
         self._past = deque([0.0], maxlen=STUCK_STEPS + 1)
-        return self._standing(motion, lateral, 0.0, False)
+        return self._state(motion, lateral, 0.0, False)
 
-    def update(self, motion, crashed=False):
-        """Judge after one more action.
+    def update(self, motion: Motion, crashed: bool = False) -> RunState:
+        """Evaluate after one more action.
 
         Args:
             motion: Motion now.
             crashed: whether the car touches an obstacle.
-
-        Returns:
-            Standing.
         """
         s, lateral = self.projector.project_point(motion.x, motion.y, self._s)
         gain = self.projector.course.difference(s, self._s)
         self._s = s
-        self._way += gain
-        self._best = max(self._best, self._way)
+        self._distance += gain
+        self._best = max(self._best, self._distance)
         self._past.append(self._best)
         self._steps += 1
-        return self._standing(motion, lateral, gain, crashed)
+        return self._state(motion, lateral, gain, crashed)
 
-    def _standing(self, motion, lateral, gain, crashed):
+    def _state(self, motion: Motion, lateral: float, gain: float, crashed: bool) -> RunState:
         heading = self.projector.heading(self._s)
         error = math.remainder(motion.yaw - heading, 2.0 * math.pi)
         wheels_off = self._wheels_off(lateral, error)
         left, right = self.projector.sides(self._s)
-        return Standing(
+        return RunState(
             self._s,
             lateral,
             heading,
@@ -207,36 +199,37 @@ class Judge:
             float(left),
             float(right),
             wheels_off,
-            self._way,
+            self._distance,
             gain,
-            min(100.0, max(0.0, 100.0 * self._way / self._goal)),
+            min(100.0, max(0.0, 100.0 * self._distance / self._goal)),
             self._steps,
-            self._end(all(wheels_off), crashed),
+            self._end_reason(all(wheels_off), crashed),
         )
 
-    def _wheels_off(self, lateral, error):
-        """Whether each wheel is off the lane, approximated by an arc over the length of a car."""
+    def _wheels_off(self, lateral: float, error: float) -> tuple[bool, ...]:
+        """Whether each wheel is off the lane, which is an arc over the length of a car."""
         curvature, projector = self.projector.point_curvature(self._s), self.projector
         c, s = math.cos(error), math.sin(error)
-        found = []
+        off = []
         for x, y in self._wheels:
             along, aside = c * x - s * y, lateral + s * x + c * y
             if abs(curvature) > 1e-6:
+                # in radii of the lane
                 radius = math.hypot(curvature * along, 1.0 - curvature * aside)
                 aside = (1.0 - radius) / curvature
             left, right = projector.uniform_sides or projector.sides(self._s + along)
-            found.append(not -right <= aside <= left)
-        return tuple(found)
+            off.append(not -right <= aside <= left)
+        return tuple(off)
 
-    def _end(self, off, crashed):
+    def _end_reason(self, off: bool, crashed: bool) -> str:
         if crashed:
             return CRASHED
         if off:
             return OFF_TRACK
-        if self._way >= self._goal - (0.0 if self.projector.closed else 0.02):
+        if self._distance >= self._goal - (0.0 if self.projector.closed else 0.02):
             return LAP
-        if self._best - self._way > WRONG_WAY:
+        if self._best - self._distance > MAX_REVERSE:
             return REVERSED
-        if len(self._past) > STUCK_STEPS and self._past[-1] - self._past[0] < STUCK_WAY:
+        if len(self._past) > STUCK_STEPS and self._past[-1] - self._past[0] < STUCK_DISTANCE:
             return STUCK
         return RUNNING

@@ -1,4 +1,4 @@
-"""What goes wrong in one sentence."""
+"""Errors of the gym."""
 
 
 class GymError(ValueError):

@@ -1,22 +1,27 @@
 """Observations: images, ranges, state, and dictionaries of them."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+from track_model.referee.course import Projector
+
+from paddock_gym.course import Motion, RunState
 
 WIDTH, HEIGHT = 160, 120  # [px]
-GREY_SHAPE = (HEIGHT, WIDTH, 1)
-COLOUR_SHAPE = (HEIGHT, WIDTH, 3)
+GRAY_SHAPE = (HEIGHT, WIDTH, 1)
+COLOR_SHAPE = (HEIGHT, WIDTH, 3)
 
 
-def picture(rgb, colour=False):
-    """Observe a camera picture.
+def image(rgb: np.ndarray, colour: bool = False) -> np.ndarray:
+    """Make the observation `camera` of an image.
 
     Args:
         rgb: (H, W, 3) uint8 of any size.
-        colour: False: grey (ITU-R BT.601 weights).
+        colour: False: gray (ITU-R BT.601 weights).
 
     Returns:
         (120, 160, 1) or (120, 160, 3) uint8.
@@ -30,27 +35,27 @@ def picture(rgb, colour=False):
 
 RAYS = 64
 HALF_ANGLE = math.radians(150.0)
-FARTHEST = 10.0  # [m]: from here on a ray counts as free
+MAX_RANGE = 10.0  # [m]: from here on a ray counts as free
 RANGES_SHAPE = (RAYS,)
 ANGLES = np.linspace(-HALF_ANGLE, HALF_ANGLE, RAYS)  # [rad], positive to the left
 
 
-def ranges(measured):
-    """Observe ranges.
+def ranges(measured: ArrayLike) -> np.ndarray:
+    """Make the observation `lidar` of ranges.
 
     Args:
-        measured: (64,) [m] along ANGLES; +inf: nothing there, -inf: too near (REP 117).
+        measured: (64,) [m] along ANGLES; +inf: no object, -inf: too close (REP 117).
 
     Returns:
-        (64,) float32, 0 to 1 of FARTHEST.
+        (64,) float32, 0 to 1 of MAX_RANGE.
     """
-    # np.clip and np.nan_to_num take several times as long; fmin turns NaN into FARTHEST
-    near = np.maximum(np.fmin(np.asarray(measured, dtype=float), FARTHEST), 0.0)
-    return (near / FARTHEST).astype(np.float32)
+    # np.clip and np.nan_to_num take several times as long; fmin turns NaN into MAX_RANGE
+    near = np.maximum(np.fmin(np.asarray(measured, dtype=float), MAX_RANGE), 0.0)
+    return (near / MAX_RANGE).astype(np.float32)
 
 
-def pick_rays(angle_min, angle_increment, count):
-    """Numbers of the rays of another scan that are nearest to ANGLES.
+def select_rays(angle_min: float, angle_increment: float, count: int) -> np.ndarray:
+    """Indices of the rays of another scan that are closest to ANGLES.
 
     Args:
         angle_min, angle_increment: of the scan [rad].
@@ -60,7 +65,7 @@ def pick_rays(angle_min, angle_increment, count):
         (64,) int.
 
     Raises:
-        ValueError: the scan does not reach from -150 to 150 degrees, or has too few rays.
+        ValueError: the scan does not extend from -150 to 150 degrees, or has too few rays.
     """
     end = angle_min + angle_increment * (count - 1)
     tolerance = abs(angle_increment) / 2.0 + 1e-3
@@ -72,8 +77,8 @@ def pick_rays(angle_min, angle_increment, count):
     return np.clip(np.rint((ANGLES - angle_min) / angle_increment).astype(int), 0, count - 1)
 
 
-AHEAD = np.array((0.2, 0.5, 0.8, 1.2, 1.6, 2.0))  # where curvatures are taken [m]
-LIMIT = 4.0  # of all numbers
+LOOKAHEADS = np.array((0.2, 0.5, 0.8, 1.2, 1.6, 2.0))  # where curvatures are sampled [m]
+LIMIT = 4.0  # of all values
 STEP = 0.02  # of the table of curvatures [m]
 SPEED_SCALE = 4.0  # [m/s]
 SIDEWAYS_SCALE = 1.0  # [m/s]
@@ -88,59 +93,55 @@ NAMES = (
     "yaw rate / 4 rad/s",
     "commanded steering / 30 degrees",
     "commanded speed / 4 m/s",
-    *(f"curvature {ahead:g} m ahead [1/m]" for ahead in AHEAD),
+    *(f"curvature {ahead:g} m ahead [1/m]" for ahead in LOOKAHEADS),
 )
 STATE_SHAPE = (len(NAMES),)
 
 
 class StateObserver:
-    """Observes the state on one course.
+    """Observes the state on one course."""
 
-    Args:
-        projector: track_model.referee.course.Projector.
-    """
-
-    def __init__(self, projector):
+    def __init__(self, projector: Projector) -> None:
         count = round(projector.length / STEP)
         self._step, self._count = projector.length / count, count
-        at = (np.arange(count) * self._step)[:, None] + AHEAD
-        bends = [projector.curvature(row) for row in at]
-        self._bends = np.clip(bends, -LIMIT, LIMIT).astype(np.float32)
+        at = (np.arange(count) * self._step)[:, None] + LOOKAHEADS
+        curvatures = [projector.curvature(row) for row in at]
+        self._curvatures = np.clip(curvatures, -LIMIT, LIMIT).astype(np.float32)
 
-    def observe(self, motion, place, last):
+    def observe(
+        self, motion: Motion, course_pose: "CoursePose | RunState", last: tuple[float, float]
+    ) -> np.ndarray:
         """Observe the state.
 
         Args:
-            motion: Motion of the car.
-            place: Standing, or anything with its s, lateral, heading_error, left and right.
             last: commanded (speed [m/s], steering [rad]).
 
         Returns:
-            (14,) float32, the numbers of NAMES, each from -LIMIT to LIMIT.
+            (14,) float32, the values of NAMES, each from -LIMIT to LIMIT.
         """
-        left, right, error = place.left, place.right, place.heading_error
+        left, right, error = course_pose.left, course_pose.right, course_pose.heading_error
         speed, steering = last
         row = np.empty(STATE_SHAPE, np.float32)
         row[:8] = (
-            _cut((place.lateral - (left - right) / 2.0) * 2.0 / (left + right)),
+            _clip((course_pose.lateral - (left - right) / 2.0) * 2.0 / (left + right)),
             math.sin(error),
             math.cos(error),
-            _cut(motion.forward / SPEED_SCALE),
-            _cut(motion.leftward / SIDEWAYS_SCALE),
-            _cut(motion.yaw_rate / YAW_RATE_SCALE),
+            _clip(motion.forward / SPEED_SCALE),
+            _clip(motion.leftward / SIDEWAYS_SCALE),
+            _clip(motion.yaw_rate / YAW_RATE_SCALE),
             steering / STEERING_SCALE,
             speed / SPEED_SCALE,
         )
-        row[8:] = self._bends[min(max(int(place.s / self._step), 0), self._count - 1)]
+        row[8:] = self._curvatures[min(max(int(course_pose.s / self._step), 0), self._count - 1)]
         return row
 
 
-def _cut(value):
+def _clip(value: float) -> float:
     return min(max(value, -LIMIT), LIMIT)
 
 
-class Place(NamedTuple):
-    """Where a car is on its course; names and units as those of course.judge.Standing."""
+class CoursePose(NamedTuple):
+    """Pose of a car on its course; names and units as those of course.RunState."""
 
     s: float
     lateral: float
@@ -149,63 +150,69 @@ class Place(NamedTuple):
     right: float
 
 
-def locate(projector, motion, near=None):
-    """Place of a car.
+def locate(projector: Projector, motion: Motion, near: float | None = None) -> CoursePose:
+    """Find the CoursePose of a car.
 
     Args:
-        projector: Projector.
-        motion: Motion.
-        near: its arc length before [m], or None.
+        near: its last arc length [m], or None.
     """
     arc, lateral = projector.project([(motion.x, motion.y)], near)
     s = float(arc[0])
     left, right = projector.sides(s)
     error = math.remainder(motion.yaw - projector.heading(s), 2.0 * math.pi)
-    return Place(s, float(lateral[0]), error, float(left), float(right))
+    return CoursePose(s, float(lateral[0]), error, float(left), float(right))
 
 
 class Assembler:
-    """Collects the newest measurements of each kind.
+    """Stores the newest measurement of each sensor.
 
     Args:
         names: of the observations.
-        colour: whether pictures keep their colours.
-        projector: Projector; needed for `state`.
+        colour: whether images have three channels.
+        projector: needed for `state`.
     """
 
-    def __init__(self, names, colour=False, projector=None):
+    def __init__(
+        self, names: Sequence[str], colour: bool = False, projector: Projector | None = None
+    ) -> None:
         self._names, self._colour, self._projector = names, colour, projector
-        self._observer = StateObserver(projector) if "state" in names else None
-        self._motion = self._place = self._ranges = self._picture = None
+        self._observer: StateObserver | None = None
+        if "state" in names:
+            if projector is None:
+                raise ValueError("projector is None; the observation state needs one")
+            self._observer = StateObserver(projector)
+        self._motion: Motion | None = None
+        self._course_pose: CoursePose | None = None
+        self._ranges: np.ndarray | None = None
+        self._image: np.ndarray | None = None
 
-    def set_motion(self, motion):
-        """A new Motion of the car."""
-        if self._observer is None:
+    def set_motion(self, motion: Motion) -> None:
+        """Set the car's Motion."""
+        if self._observer is None or self._projector is None:
             return
-        near = self._place and self._place.s
-        place = locate(self._projector, motion, near)
-        if near is not None and abs(place.lateral) > 1.0:
-            place = locate(self._projector, motion)  # a service has moved it
-        self._motion, self._place = motion, place
+        near = self._course_pose.s if self._course_pose else None
+        course_pose = locate(self._projector, motion, near)
+        if near is not None and abs(course_pose.lateral) > 1.0:
+            course_pose = locate(self._projector, motion)  # a service has moved the car
+        self._motion, self._course_pose = motion, course_pose
 
-    def set_ranges(self, measured):
-        """New ranges (64,) [m] along observations.ranges.ANGLES."""
+    def set_ranges(self, measured: ArrayLike) -> None:
+        """Set ranges (64,) [m] along observations.ranges.ANGLES."""
         self._ranges = ranges(measured)
 
-    def set_picture(self, rgb):
-        """A new picture (H, W, 3) uint8."""
-        self._picture = picture(rgb, self._colour)
+    def set_image(self, rgb: np.ndarray) -> None:
+        """Set an image (H, W, 3) uint8 RGB."""
+        self._image = image(rgb, self._colour)
 
-    def observe(self, last):
-        """The observation as a dict, or None while something is missing.
+    def observe(self, last: tuple[float, float]) -> dict[str, np.ndarray] | None:
+        """Return the observation, or None while a part of it is missing.
 
         Args:
             last: commanded (speed [m/s], steering [rad]).
         """
-        found = {
-            "state": self._motion and self._observer.observe(self._motion, self._place, last),
-            "lidar": self._ranges,
-            "camera": self._picture,
-        }
-        chosen = {name: found[name] for name in self._names}
-        return None if any(value is None for value in chosen.values()) else chosen
+        available = {"lidar": self._ranges, "camera": self._image}
+        if self._observer and self._motion and self._course_pose:
+            available["state"] = self._observer.observe(self._motion, self._course_pose, last)
+        selected = {name: available.get(name) for name in self._names}
+        complete = {name: value for name, value in selected.items() if value is not None}
+        return complete if len(complete) == len(selected) else None

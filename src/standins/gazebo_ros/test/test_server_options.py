@@ -44,7 +44,7 @@ def test_parameters(line, gui, expected):
     "line, notes",
     [
         ("-s libgazebo_ros_api_plugin.so -s /opt/lib/libgazebo_ros_paths_plugin.so", []),
-        ("-s libmine.so", ["server plugin 'libmine.so' cannot be loaded here and is left out"]),
+        ("-s libmine.so", ["server plugin 'libmine.so' cannot be loaded here and is skipped"]),
         (
             "-r --record_path /tmp/x",
             ["--record_path has no effect here", "--record has no effect here"],

@@ -20,8 +20,10 @@ def test_the_defaults_drive_ahead_and_turn():
     )
 
 
-@pytest.mark.parametrize("way, speed", [(2.0, 1.0), (-2.0, -0.5), (0.1, 0.2), (-0.1, -0.2)])
-def test_scale_and_limits(way, speed):
+@pytest.mark.parametrize(
+    "displacement, speed", [(2.0, 1.0), (-2.0, -0.5), (0.1, 0.2), (-0.1, -0.2)]
+)
+def test_scale_and_limits(displacement, speed):
     drag = read(
         {
             "linear_scale": 2,
@@ -29,7 +31,7 @@ def test_scale_and_limits(way, speed):
             "max_negative_linear_velocity": -0.5,
         }
     )
-    assert drag.velocity((way, 0.0, 0.0), AHEAD)[0][0] == pytest.approx(speed)
+    assert drag.velocity((displacement, 0.0, 0.0), AHEAD)[0][0] == pytest.approx(speed)
 
 
 @pytest.mark.parametrize("angle, rate", [(3.0, 1.5), (-3.0, -1.5), (0.2, 0.6)])

@@ -31,19 +31,19 @@ class Bench:
     """A driver with everything around it."""
 
     def __init__(self, pad, state=None, **sending):
-        self.pad, self.time, self.sent, self.said, self.looks = pad, 100.0, [], [], 0
+        self.pad, self.time, self.sent, self.logged, self.attempts = pad, 100.0, [], [], 0
         self.driver = Driver(
             self._open,
             state or PadState(),
             PublishTimer(**sending),
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
-            self.said.append,
+            self.logged.append,
             lambda: self.time,
             "the joystick js0",
         )
 
     def _open(self):
-        self.looks += 1
+        self.attempts += 1
         return self.pad
 
     def run(self, seconds, period=0.01):
@@ -150,30 +150,30 @@ def test_unplugged_sends_zeros_once_and_looks_again():
     bench.run(0.2)
     assert bench.sent[-1][1] == [1, 1]
     bench.sent.clear()
-    gone, bench.pad = bench.pad, None
-    gone.there = False
-    looks = bench.looks
+    removed, bench.pad = bench.pad, None
+    removed.there = False
+    attempts = bench.attempts
     assert bench.run(4.5 * RETRY_PERIOD) == 1
-    assert bench.sent == [([0.0] * 5, [0, 0])] and gone.closed == 1
-    assert bench.looks - looks == 4
+    assert bench.sent == [([0.0] * 5, [0, 0])] and removed.closed == 1
+    assert bench.attempts - attempts == 4
     bench.pad = FakePad()
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
-    assert bench.said == [
+    assert bench.logged == [
         "joystick 'fake pad'",
-        "joystick 'fake pad' is gone; sent zeros; waiting for the joystick js0, looking for it "
-        "every 1 s",
+        "joystick 'fake pad' is disconnected; sent zeros; waiting for the joystick js0, "
+        "checking every 1 s",
         "joystick 'fake pad'",
     ]
 
 
-def test_no_pad_is_said_once_and_looked_for_each_second_until_it_comes():
+def test_a_missing_pad_is_logged_once_and_checked_for_each_second():
     bench = Bench(None)
     assert bench.run(5.0) == 0
-    assert bench.said == ["waiting for the joystick js0; looking for it every 1 s"]
-    assert bench.looks == 5
+    assert bench.logged == ["waiting for the joystick js0, checking every 1 s"]
+    assert bench.attempts == 5
     bench.pad = FakePad()
     assert bench.run(1.5) == 1
-    assert bench.said[1:] == ["joystick 'fake pad'"]
+    assert bench.logged[1:] == ["joystick 'fake pad'"]
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_bad_parameters_are_named(make, reason):
 def test_device_names(device, number):
     from joy_node import sdl_pads
 
-    assert sdl_pads.number_of(device) == number
+    assert sdl_pads.index_of(device) == number
 
 
 @pytest.mark.parametrize("device", ["/dev/input/js99", "/dev/input/my_pad", "pad"])
@@ -204,15 +204,15 @@ def test_a_device_that_is_not_there_is_waited_for(device):
 
     pads = sdl_pads.SdlPads(device)
     assert pads.open() is None
-    assert pads.wanted == f"the joystick {device}"
+    assert pads.label == f"the joystick {device}"
     pads.close()
-    assert sdl_pads.SdlPads(device, "Wireless").wanted == "a joystick named 'Wireless'"
+    assert sdl_pads.SdlPads(device, "Wireless").label == "a joystick named 'Wireless'"
 
 
 def test_a_link_to_a_device_counts_as_the_device(tmp_path):
     from joy_node import sdl_pads
 
     link = tmp_path / "usb-pad-joystick"
-    assert sdl_pads.number_of(str(link)) is None  # its pad is not there yet
+    assert sdl_pads.index_of(str(link)) is None  # its pad is not there yet
     link.symlink_to("/dev/input/js4")
-    assert sdl_pads.number_of(str(link)) == 4
+    assert sdl_pads.index_of(str(link)) == 4

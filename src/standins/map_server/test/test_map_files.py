@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from occupancy_map.files import Map, from_picture, load, save
+from occupancy_map.files import Map, from_image, load, save
 
 GOOD = {
     "image": "room.pgm",
@@ -65,7 +65,7 @@ def test_negate_may_be_a_truth_value_and_windows_may_have_written_the_file(room)
         ({"origin": "[0, 0]"}, r"origin is \[0, 0\], must be \[x, y, yaw\]"),
         ({"mode": "grey"}, "mode is 'grey', must be one of trinary, scale, raw"),
         ({"image": "none.pgm"}, "none.pgm does not exist"),
-        ({"image": "room.yaml"}, "room.yaml is no picture"),
+        ({"image": "room.yaml"}, "room.yaml is not an image"),
         ({"free_thresh": ".nan"}, "free_thresh is nan, must be finite"),
     ],
 )
@@ -88,8 +88,8 @@ def test_wrong_files_are_named(room):
 
 def test_what_was_saved_is_loaded_again(tmp_path):
     cells = np.random.default_rng(1).choice(np.array([-1, 0, 100], np.int8), size=(20, 30))
-    picture, path = save(str(tmp_path / "m"), Map(cells, 0.025, (1.0, -2.0, 0.5)))
+    image, path = save(str(tmp_path / "m"), Map(cells, 0.025, (1.0, -2.0, 0.5)))
     grid = load(path)
     assert (grid.cells == cells).all()
     assert (grid.resolution, grid.origin) == (0.025, (1.0, -2.0, 0.5))
-    assert (from_picture(picture, 0.1).cells == cells).all()
+    assert (from_image(image, 0.1).cells == cells).all()

@@ -11,11 +11,11 @@ X, Y, YAW, VX, VY, VYAW, AX, AY = 0, 1, 5, 6, 7, 11, 12, 13
 PLANE = [X, Y, YAW, VX, VY, VYAW, AX, AY]
 
 
-def measured(time, numbers, variance=1e-4, threshold=math.inf):
+def measured(time, values, variance=1e-4, threshold=math.inf):
     """Measurement of a dict place -> value; variance one number, or one each."""
-    index = np.array(sorted(numbers))
+    index = np.array(sorted(values))
     covariance = np.diag(np.broadcast_to(np.asarray(variance, float), len(index)))
-    values = np.array([numbers[i] for i in index], float)
+    values = np.array([values[i] for i in index], float)
     return Measurement("test", time, index, values, covariance, threshold)
 
 

@@ -83,9 +83,9 @@ def world(x, y, yaw):
 
 def aligned(pose, yaw, antenna=None, **options):
     item = Alignment(local=True, **options)
-    item.take_fix(48.0, 11.5, 500.0)
-    item.take_attitude(matrix(0.0, 0.0, yaw))
-    item.take_pose(pose)
+    item.set_fix(48.0, 11.5, 500.0)
+    item.set_attitude(matrix(0.0, 0.0, yaw))
+    item.set_pose(pose)
     assert item.align(antenna)
     return item
 
@@ -108,8 +108,8 @@ def test_a_world_that_looks_north():
 def test_a_robot_that_has_driven_already():
     item = aligned(world(7.0, -3.0, 1.0), math.pi / 2)
     assert item.to_world(48.0, 11.5, 500.0)[:2] == pytest.approx((7.0, -3.0))
-    way = item.to_world(north_of(100.0), 11.5, 500.0)[:2] - (7.0, -3.0)
-    assert way == pytest.approx((100 * math.cos(1.0), 100 * math.sin(1.0)), rel=0.01)
+    displacement = item.to_world(north_of(100.0), 11.5, 500.0)[:2] - (7.0, -3.0)
+    assert displacement == pytest.approx((100 * math.cos(1.0), 100 * math.sin(1.0)), rel=0.01)
 
 
 def test_offset_and_declination_add_to_the_heading():
@@ -126,9 +126,9 @@ def test_an_antenna_off_the_centre():
 def test_utm_heading_is_corrected_by_the_convergence():
     """True north seen from the world: without the convergence it would be 1.9 degrees off."""
     item = Alignment()
-    item.take_fix(48.0, 11.5, 0.0)
-    item.take_attitude(np.eye(3))
-    item.take_pose(world(0, 0, 0))
+    item.set_fix(48.0, 11.5, 0.0)
+    item.set_attitude(np.eye(3))
+    item.set_pose(world(0, 0, 0))
     assert item.align()
     east, north, _ = item.to_world(48.001, 11.5, 0.0)
     assert abs(math.atan2(east, north)) < 1e-4
@@ -141,27 +141,27 @@ def test_flat_worlds_have_no_altitude():
 
 def test_places_of_positions():
     item = aligned(world(7.0, -3.0, 1.0), 0.4)
-    place = item.to_place(np.array((20.0, 30.0, 1.0)))
+    place = item.to_geodetic(np.array((20.0, 30.0, 1.0)))
     assert item.to_world(*place) == pytest.approx((20.0, 30.0, 1.0), abs=1e-6)
 
 
 def test_nothing_is_known_before_everything_came():
     item = Alignment()
     assert not item.align()
-    item.take_pose(world(0, 0, 0))
-    item.take_attitude(np.eye(3))
+    item.set_pose(world(0, 0, 0))
+    item.set_attitude(np.eye(3))
     assert not item.align()
     with pytest.raises(NotAligned):
         item.to_world(48.0, 11.5, 0.0)
-    item.take_fix(48.0, 11.5, 0.0)
+    item.set_fix(48.0, 11.5, 0.0)
     assert item.align()
 
 
 def test_a_datum_by_hand_is_the_origin():
     item = aligned(world(5.0, 5.0, 1.0), 0.3)
     item.set_datum(48.1, 11.6, 0.0, np.eye(3))
-    item.take_fix(10.0, 10.0, 0.0)  # counts no more
-    item.take_pose(world(9.0, 9.0, 9.0))
+    item.set_fix(10.0, 10.0, 0.0)  # counts no more
+    item.set_pose(world(9.0, 9.0, 9.0))
     assert item.align(np.array((1.0, 1.0, 1.0)))
     assert item.to_world(48.1, 11.6, 0.0) == pytest.approx((0, 0, 0), abs=1e-6)
 
@@ -169,9 +169,9 @@ def test_a_datum_by_hand_is_the_origin():
 def test_a_zone_by_hand_aligns_anew():
     item = Alignment()
     for _ in range(2):
-        item.take_fix(48.0, 12.1, 0.0)
-        item.take_attitude(np.eye(3))
-        item.take_pose(world(0, 0, 0))
+        item.set_fix(48.0, 12.1, 0.0)
+        item.set_attitude(np.eye(3))
+        item.set_pose(world(0, 0, 0))
         assert item.align()
         zone = item.grid.zone
         assert item.to_world(48.0, 12.1, 0.0) == pytest.approx((0, 0, 0), abs=1e-6)

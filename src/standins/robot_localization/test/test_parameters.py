@@ -7,7 +7,7 @@ import pytest
 import yaml
 from robot_localization.ekf import PROCESS_NOISE
 from robot_localization.options import read, read_arrays
-from robot_localization.sensors import doubts
+from robot_localization.sensors import configuration_warnings
 from robot_localization.sensors import read as read_sensors
 
 NO, YES = [False] * 15, [True] * 15
@@ -43,7 +43,7 @@ def test_sensors_of_all_kinds():
         }
     )
     assert notes == []
-    assert [(s.name, s.kind, s.topic) for s in sensors] == [
+    assert [(s.name, s.input_type, s.topic) for s in sensors] == [
         ("odom0", "odom", "wheel/odom"),
         ("odom1", "odom", "visual/odom"),
         ("pose0", "pose", "amcl_pose"),
@@ -63,7 +63,7 @@ def test_sensors_of_all_kinds():
 
 
 @pytest.mark.parametrize(
-    "parameters, words",
+    "parameters, text",
     [
         ({"odom0": "odom"}, "odom0_config is None, must be a list of 15"),
         ({"odom0": "", "odom0_config": YES}, "odom0 is '', must be a topic"),
@@ -75,15 +75,15 @@ def test_sensors_of_all_kinds():
         ),
     ],
 )
-def test_a_wrong_sensor_costs_itself_alone(parameters, words):
-    good = {"imu0": "imu", "imu0_config": config(5)}
-    sensors, notes = read_sensors({**parameters, **good})
+def test_a_wrong_sensor_costs_itself_alone(parameters, text):
+    finite = {"imu0": "imu", "imu0_config": config(5)}
+    sensors, notes = read_sensors({**parameters, **finite})
     assert [sensor.name for sensor in sensors] == ["imu0"]
-    assert len(notes) == 1 and words in notes[0] and "odom0 is left out" in notes[0]
+    assert len(notes) == 1 and text in notes[0] and "odom0 is skipped" in notes[0]
 
 
 @pytest.mark.parametrize(
-    "parameters, words",
+    "parameters, text",
     [
         ({"odom0": "o", "odom0_config": [True] * 13}, "odom0_config has 13 values, must have 15"),
         (
@@ -99,9 +99,9 @@ def test_a_wrong_sensor_costs_itself_alone(parameters, words):
         ({"odom0": "o", "odom0_config": YES, "odom2": "p"}, "odom2: not read"),
     ],
 )
-def test_what_is_odd_is_noted(parameters, words):
+def test_what_is_odd_is_noted(parameters, text):
     sensors, notes = read_sensors(parameters)
-    assert len(sensors) == 1 and len(notes) == 1 and words in notes[0]
+    assert len(sensors) == 1 and len(notes) == 1 and text in notes[0]
     assert not (sensors[0].differential and sensors[0].relative)
 
 
@@ -111,10 +111,15 @@ def test_doubts_about_the_choice_of_sensors():
         {"odom1": "b", "odom1_config": config(0)},
         {"imu0": "c", "imu0_config": config(5), "imu0_differential": True},
     )
-    assert doubts(read_sensors(wheel)[0], True) == []
-    assert [d[:2] for d in doubts(read_sensors({**wheel, **other})[0], True)] == [(False, "x")]
-    assert [d[:2] for d in doubts(read_sensors(imu)[0], True)] == [(True, "x"), (True, "y")]
-    names = [d[1] for d in doubts(read_sensors(wheel)[0], False)]
+    assert configuration_warnings(read_sensors(wheel)[0], True) == []
+    assert [d[:2] for d in configuration_warnings(read_sensors({**wheel, **other})[0], True)] == [
+        (False, "x")
+    ]
+    assert [d[:2] for d in configuration_warnings(read_sensors(imu)[0], True)] == [
+        (True, "x"),
+        (True, "y"),
+    ]
+    names = [d[1] for d in configuration_warnings(read_sensors(wheel)[0], False)]
     assert names == ["z", "roll", "pitch"]
 
 
@@ -165,7 +170,7 @@ def test_a_wrong_option_keeps_its_default():
 
 
 @pytest.mark.parametrize(
-    "parameters, words",
+    "parameters, text",
     [
         ({"frequency": 0}, "frequency is 0 Hz"),
         ({"map_frame": "odom"}, "must all be different"),
@@ -173,8 +178,8 @@ def test_a_wrong_option_keeps_its_default():
         ({"world_frame": "earth"}, "world_frame is 'earth'"),
     ],
 )
-def test_what_cannot_be_run(parameters, words):
-    with pytest.raises(ValueError, match=words):
+def test_what_cannot_be_run(parameters, text):
+    with pytest.raises(ValueError, match=text):
         read(parameters)
 
 

@@ -12,7 +12,7 @@ AXES = [0.3, 0.4, 0.5, -0.6, 0.7, -0.8]
 
 
 def pressed(*numbers):
-    return [int(number in numbers) for number in range(16)]
+    return [int(index in numbers) for index in range(16)]
 
 
 def test_the_defaults():

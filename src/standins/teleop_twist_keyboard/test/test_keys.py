@@ -47,9 +47,9 @@ def test_keys(keys, velocity):
 
 
 def test_the_limits_hold():
-    state = Keys(speed=0.5, turn=1.0, speed_limit=0.52, turn_limit=3.0)
+    state = Keys(speed=0.5, yaw_rate=1.0, speed_limit=0.52, yaw_rate_limit=3.0)
     state.press("q")
-    assert (state.speed, state.turn) == pytest.approx((0.52, 1.1))
+    assert (state.speed, state.yaw_rate) == pytest.approx((0.52, 1.1))
     assert "speed is at its limit" in state.status() and "turn is" not in state.status()
 
 
@@ -88,7 +88,7 @@ def test_a_terminal_gives_keys_at_once_and_is_left_as_it_was():
 def test_what_is_no_terminal_is_named():
     reading, writing = os.pipe()
     try:
-        with pytest.raises(ValueError, match="standard input is no terminal"):
+        with pytest.raises(ValueError, match="standard input is not a terminal"):
             Terminal(reading)
     finally:
         os.close(reading)

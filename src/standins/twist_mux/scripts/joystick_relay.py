@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Scale a joystick's velocity commands and say whether they count."""
+"""Scale a joystick's velocity commands and publish their priority."""
 
 import sys
 

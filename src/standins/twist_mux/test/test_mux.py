@@ -29,7 +29,7 @@ def test_the_higher_priority_passes_until_it_is_silent(mux):
 
 
 def test_nobody_drives_before_the_first_command(mux):
-    assert mux.driving(0.1) is None  # simulated time starts at 0, too
+    assert mux.active_source(0.1) is None  # simulated time starts at 0, too
 
 
 def test_of_equal_priorities_the_first_passes():

@@ -1,4 +1,4 @@
-"""The node `back_demo`: backs along a shape by the action, and writes picture, CSV and figures.
+"""The node `back_demo`: backs along a shape by the action, and writes plot, CSV and key figures.
 
 The drive is measured on /ground_truth/odom, not on the controller's odometry.
 """
@@ -22,7 +22,7 @@ from cybertruck.backing.state import StateSource
 from cybertruck.msg import BackUpAction, BackUpGoal
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import from_points
-from cybertruck.trailer.report import summary, table, write_csv, write_picture
+from cybertruck.trailer.report import summary, table, write_csv, write_figure
 from cybertruck.trailer.shapes import SHAPES, make_shape
 from paddock_common import nodes
 
@@ -46,7 +46,7 @@ class Demo:
         self._shape = str(rospy.get_param("~shape", "line"))
         if self._shape not in SHAPES:
             raise TrailerError(f"shape '{self._shape}': there are {', '.join(SHAPES)}")
-        self._size = [float(word) for word in str(rospy.get_param("~size", "")).split()]
+        self._size = [float(text) for text in str(rospy.get_param("~size", "")).split()]
         make_shape(self._shape, tuple(self._size))
         self._speed = float(rospy.get_param("~speed", 0.0))
         self._out = str(rospy.get_param("~out_dir"))
@@ -71,12 +71,12 @@ class Demo:
         rospy.sleep(SETTLE)
         start = self._wait(None).trailer(self._settings.geometry)
         goal = self._goal(start)
-        done, rows = threading.Event(), []
-        self._client.send_goal(goal, done_cb=lambda *_: done.set())
+        finished, rows = threading.Event(), []
+        self._client.send_goal(goal, done_cb=lambda *_: finished.set())
         state = None
-        while not done.is_set():
+        while not finished.is_set():
             state = self._wait(None if state is None else state.stamp + 0.019)
-            if state is None and not done.is_set():
+            if state is None and not finished.is_set():
                 raise TrailerError(f"no new state for {STEP_LIMIT:g} s")
             if state is not None:
                 rows.append(state)
@@ -91,15 +91,15 @@ class Demo:
         return self._truth.wait(after, START_LIMIT if after is None else STEP_LIMIT)
 
     def _goal(self, start):
-        """Makes the goal; for a line the truck first drives away from it."""
+        """Makes the goal; for a line the truck first swerves away from it."""
         goal = BackUpGoal(speed=self._speed)
         if self._shape != "line":
             goal.shape, goal.size = self._shape, self._size
             return goal
         steering, speed, distance = SWERVE
-        begin = self._wait(None)
-        state = begin
-        while math.hypot(state.x - begin.x, state.y - begin.y) < distance:
+        start_state = self._wait(None)
+        state = start_state
+        while math.hypot(state.x - start_state.x, state.y - start_state.y) < distance:
             self._driver.send(steering, speed)
             state = self._wait(state.stamp + 0.019)
             if state is None:
@@ -108,14 +108,14 @@ class Demo:
         path = self._line(start)
         goal.path.header.frame_id = self._settings.node.odom_frame
         for arc in np.arange(0.0, path.length + 0.05, 0.1):
-            x, y, _, _ = path.place(min(arc, path.length))
+            x, y, _, _ = path.sample(min(arc, path.length))
             item = PoseStamped()
             item.pose.position.x, item.pose.position.y, item.pose.orientation.w = x, y, 1.0
             goal.path.poses.append(item)
         return goal
 
     def _line(self, start):
-        """The line, beside the pose from which the truck began."""
+        """The line, to the left of the truck's start pose."""
         x, y, heading = start
         length = self._size[0] if self._size else 12.0
         x, y = x - OFFSET * math.sin(heading), y + OFFSET * math.cos(heading)
@@ -144,7 +144,7 @@ class Demo:
         name = os.path.join(self._out, f"back_{self._shape}")
         os.makedirs(self._out, exist_ok=True)
         write_csv(name + ".csv", rows)
-        write_picture(
+        write_figure(
             name + ".png",
             rows,
             path,
@@ -173,8 +173,8 @@ def main():
     """Runs the demonstration; exit status 0 if the trailer arrived."""
     nodes.init_interruptible("back_demo")
     try:
-        good = Demo().run()
+        success = Demo().run()
     except (TrailerError, ValueError, KeyError, OSError, rospy.ROSException) as error:
         rospy.logfatal("back_demo: %s", error)
         sys.exit(1)
-    sys.exit(0 if good else 1)
+    sys.exit(0 if success else 1)

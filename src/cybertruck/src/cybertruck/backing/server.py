@@ -1,4 +1,4 @@
-"""The back_up action: settings, plan, commands, feedback, faults."""
+"""The back_up action: settings, plan, commands, feedback, errors."""
 
 import dataclasses
 import math
@@ -40,8 +40,8 @@ class Driver:
             "/cmd_cyberdrive", CyberDriveStamped, queue_size=1, tcp_nodelay=True
         )
         self._steering = 0.0
-        self._lock, self._ended = threading.RLock(), False
-        rospy.on_shutdown(self._end)
+        self._lock, self._is_shut_down = threading.RLock(), False
+        rospy.on_shutdown(self._shut_down)
 
     def send(self, steering, speed):
         """Sends a steering angle [rad] and a speed [m/s]."""
@@ -50,18 +50,18 @@ class Driver:
         message.drive.steering_angle, message.drive.speed = float(steering), float(speed)
         self._steering = float(steering)
         with self._lock:
-            if not self._ended:
+            if not self._is_shut_down:
                 self._publisher.publish(message)
 
     def stop(self):
-        """Sends speed 0; the steering stays where it is."""
+        """Sends speed 0; the steering angle stays."""
         self.send(self._steering, 0.0)
 
-    def _end(self):
+    def _shut_down(self):
         """Stops the truck at shutdown; nothing follows, rospy closes the topic next."""
         with self._lock:
             self.stop()
-            self._ended = True
+            self._is_shut_down = True
         flush(self._publisher)
 
     @property
@@ -81,7 +81,7 @@ class NodeSettings:
     Attributes:
         control_period: Simulated time between two commands [s].
         state_timeout: Time without odometry or joint states after which the truck stops [s].
-        stuck_time: A goal ends when nothing moved for this time [s].
+        stuck_time: A goal is aborted when nothing moved for this time [s].
         odom_frame: Frame of goals' paths.
         hitch_joint: Name in /joint_states.
         steering_map: File of a measured map, or "" for the ideal tan φ / L.
@@ -136,7 +136,7 @@ def make_tracker(goal, trailer, settings):
     """Checks a goal and makes its tracker, starting at the trailer's pose.
 
     Args:
-        goal: What has the fields of cybertruck/BackUpGoal.
+        goal: Has the fields of cybertruck/BackUpGoal.
         trailer: (x, y [m], θ2 [rad]) of the trailer's axle now, in the odometry frame.
         settings: Settings.
 
@@ -157,27 +157,27 @@ def make_tracker(goal, trailer, settings):
     if goal.shape == HOLD and not goal.path.poses:
         if len(goal.size) != 2:
             raise TrailerError(
-                f"hold: {len(goal.size)} numbers; it takes curvature [1/m], left "
+                f"hold: {len(goal.size)} numbers; it must be curvature [1/m], left "
                 "positive as driven, and length [m]"
             )
         return CurvatureHold(*goal.size, settings.geometry, settings.steering, tuning)
     path = goal_path(goal, trailer, settings.node.odom_frame)
     tracker = Tracker(path, settings.geometry, settings.steering, tuning)
-    tracker.begin(trailer[0], trailer[1])
+    tracker.start(trailer[0], trailer[1])
     _, heading = path.errors(trailer[0], trailer[1], trailer[2] + math.pi, tracker.arc)
-    x, y, _, _ = path.place(np.clip(tracker.arc, 0.0, path.length))
+    x, y, _, _ = path.sample(np.clip(tracker.arc, 0.0, path.length))
     distance = math.hypot(trailer[0] - x, trailer[1] - y)
     if distance > MAX_START_DISTANCE:
         raise TrailerError(
-            f"path: it begins {distance:.1f} m from the trailer; it must be within "
+            f"path: it starts {distance:.1f} m from the trailer; it must be within "
             f"{MAX_START_DISTANCE:g} m"
         )
     if tracker.arc >= path.length:
-        raise TrailerError("path: the trailer stands at or behind its end already")
+        raise TrailerError("path: the trailer is at or beyond its end already")
     if abs(heading) > MAX_START_HEADING:
         raise TrailerError(
-            f"path: it leads {math.degrees(abs(heading)):.0f} degrees away from where the "
-            f"trailer backs to; at most {math.degrees(MAX_START_HEADING):.0f} are taken"
+            f"path: its direction differs by {math.degrees(abs(heading)):.0f} degrees from the "
+            f"trailer's backwards; it must be at most {math.degrees(MAX_START_HEADING):.0f}"
         )
     return tracker
 
@@ -186,8 +186,8 @@ def goal_path(goal, trailer, frame):
     """Makes the Path of a goal.
 
     Args:
-        goal: What has the fields of cybertruck/BackUpGoal.
-        trailer: (x, y, θ2) as above.
+        goal: Has the fields of cybertruck/BackUpGoal.
+        trailer: (x, y, θ2) as of make_tracker.
         frame: The odometry frame's name.
     """
     poses = goal.path.poses
@@ -199,26 +199,26 @@ def goal_path(goal, trailer, frame):
     if not poses:
         x, y, heading = trailer
         return make_shape(goal.shape, tuple(goal.size)).moved(x, y, heading + math.pi)
-    given = goal.path.header.frame_id or frame
-    if given.lstrip("/") != frame:
-        raise TrailerError(f"path: its frame is '{given}'; it must be '{frame}'")
+    frame_id = goal.path.header.frame_id or frame
+    if frame_id.lstrip("/") != frame:
+        raise TrailerError(f"path: its frame is '{frame_id}'; it must be '{frame}'")
     return from_points([(item.pose.position.x, item.pose.position.y) for item in poses])
 
 
 POLL = 0.1  # wall time between checks for cancel and shutdown when no message arrives [s]
 FEEDBACK_PERIOD = 0.1  # simulated time [s]
-REST_SPEED = 0.005  # the truck counts as standing below [m/s]
-REST_TIME = 3.0  # longest simulated wait for that [s]
-SHOWN = 10  # every so many samples of a path are published, and the last one
+REST_SPEED = 0.005  # the truck counts as at rest below [m/s]
+REST_TIME = 3.0  # maximum simulated wait for that [s]
+PATH_STEP = 10  # samples between published points of a path; the last one is added
 MOVED = 0.02  # a truck that moved less in stuck_time is stuck [m]
 
 
 class Stopped(Exception):
-    """Ends a goal before its path's end; the text says why."""
+    """A goal is aborted; the text is the reason."""
 
 
 class Cancelled(Exception):
-    """The client or a newer goal ended the goal."""
+    """The client or a newer goal cancelled the goal."""
 
 
 @dataclass
@@ -245,7 +245,7 @@ class BackUpServer:
         self._source = StateSource("/odom", self._settings.node.hitch_joint)
         self._driver = Driver()
         self._path_out = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._waiting = self._current = None
         self._server = ActionServer(
             "back_up", BackUpAction, self._on_goal, self._on_cancel, auto_start=False
@@ -264,18 +264,18 @@ class BackUpServer:
             handle.set_rejected(BackUpResult(message=str(error)), str(error))
             return
         handle.set_accepted()
-        with self._news:
+        with self._changed:
             older = [job for job in (self._waiting, self._current) if job is not None]
             for job in older:
-                job.reason = "a newer goal came"
+                job.reason = "replaced by a newer goal"
                 job.cancelled.set()
             if self._waiting is not None:
                 self._waiting.handle.set_canceled(BackUpResult(message=self._waiting.reason))
             self._waiting = Job(handle, tracker)
-            self._news.notify_all()
+            self._changed.notify_all()
 
     def _on_cancel(self, handle):
-        with self._news:
+        with self._changed:
             for job in (self._waiting, self._current):
                 if job is not None and job.handle == handle:
                     job.cancelled.set()
@@ -283,14 +283,14 @@ class BackUpServer:
     def run(self):
         """Executes goals until ROS shuts down."""
         while not rospy.is_shutdown():
-            with self._news:
+            with self._changed:
                 self._current = None
-                self._news.wait_for(lambda: self._waiting is not None, POLL)
+                self._changed.wait_for(lambda: self._waiting is not None, POLL)
                 self._current, self._waiting = self._waiting, None
             if self._current is not None:
-                self._work(self._current)
+                self._execute(self._current)
 
-    def _work(self, job):
+    def _execute(self, job):
         """Executes a goal and sets its result."""
         if job.tracker.path is not None:
             self._show(job.tracker.path)
@@ -299,14 +299,14 @@ class BackUpServer:
         except Cancelled:
             if rospy.is_shutdown():
                 return
-            self._come_to_rest()
+            self._stop_truck()
             job.handle.set_canceled(self._result(job, False, job.reason), job.reason)
         except Stopped as reason:
-            self._come_to_rest()
-            rospy.logerr("backing ended: %s", reason)
+            self._stop_truck()
+            rospy.logerr("backing aborted: %s", reason)
             job.handle.set_aborted(self._result(job, False, str(reason)), str(reason))
         else:
-            self._come_to_rest()
+            self._stop_truck()
             job.handle.set_succeeded(self._result(job, True, "arrived"), "arrived")
 
     def _follow(self, job):
@@ -316,8 +316,8 @@ class BackUpServer:
             Cancelled: By the client, a newer goal, or shutdown.
             Stopped: The state is stale, the truck is stuck, or the trailer cannot be unfolded.
         """
-        node, stamp, shown, mode = self._settings.node, None, -math.inf, BACKING
-        still, self._resets = None, self._source.resets
+        node, stamp, feedback_stamp, mode = self._settings.node, None, -math.inf, BACKING
+        moved_at, self._resets = None, self._source.resets
         while True:
             state = self._next_state(job, stamp)
             stamp = state.stamp
@@ -338,19 +338,19 @@ class BackUpServer:
                 )
             if mode == BACKING:
                 job.errors.append(float(status.lateral))
-            if stamp - shown >= FEEDBACK_PERIOD:
-                shown = stamp
-                share = float(np.clip(status.arc / job.tracker.length, 0.0, 1.0))
+            if stamp - feedback_stamp >= FEEDBACK_PERIOD:
+                feedback_stamp = stamp
+                progress = float(np.clip(status.arc / job.tracker.length, 0.0, 1.0))
                 job.handle.publish_feedback(
                     BackUpFeedback(
-                        float(status.lateral), float(status.heading), state.hitch_angle, share
+                        float(status.lateral), float(status.heading), state.hitch_angle, progress
                     )
                 )
             if mode == ARRIVED:
                 return
-            if still is None or math.hypot(state.x - still[1], state.y - still[2]) > MOVED:
-                still = stamp, state.x, state.y
-            elif stamp - still[0] > node.stuck_time:
+            if moved_at is None or math.hypot(state.x - moved_at[1], state.y - moved_at[2]) > MOVED:
+                moved_at = stamp, state.x, state.y
+            elif stamp - moved_at[0] > node.stuck_time:
                 raise Stopped(f"the truck has not moved for {node.stuck_time:g} s")
             self._driver.send(status.steering, status.speed)
 
@@ -378,8 +378,8 @@ class BackUpServer:
             if state is not None:
                 return state
 
-    def _come_to_rest(self):
-        """Stops the truck and waits until it stands, as long as states arrive and no reset."""
+    def _stop_truck(self):
+        """Stops the truck and waits for rest, while states arrive and without a reset."""
         self._driver.stop()
         start = rospy.get_time()
         while not rospy.is_shutdown() and 0.0 <= rospy.get_time() - start < REST_TIME:
@@ -403,7 +403,7 @@ class BackUpServer:
         if path is None:
             return result
         x, y, heading = state.trailer(self._settings.geometry)
-        end_x, end_y, _, _ = path.place(path.length)
+        end_x, end_y, _, _ = path.sample(path.length)
         result.end_distance = float(np.hypot(x - end_x, y - end_y))
         result.end_heading_error = float(path.errors(x, y, heading + math.pi, path.length)[1])
         return result
@@ -414,7 +414,7 @@ class BackUpServer:
         message.header.stamp = rospy.Time.now()
         message.header.frame_id = self._settings.node.odom_frame
         last = len(path.points) - 1
-        for index in np.unique(np.append(np.arange(0, last - 5, SHOWN), last)):
+        for index in np.unique(np.append(np.arange(0, last - 5, PATH_STEP), last)):
             (x, y), heading = path.points[index], path.headings[index]
             item = PoseStamped(header=message.header)
             item.pose.position.x, item.pose.position.y = x, y

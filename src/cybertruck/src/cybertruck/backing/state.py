@@ -16,7 +16,7 @@ HISTORY = 60  # messages stored for pairing, about half a second
 
 
 @dataclass(frozen=True)
-class RigState:
+class TruckState:
     """One odometry message and the hitch angle at its stamp.
 
     Attributes:
@@ -43,7 +43,7 @@ class RigState:
 
 
 class StateSource:
-    """Subscribes odometry and, if a joint is named, joint states.
+    """Subscribes to odometry and, if a joint is named, joint states.
 
     Attributes:
         resets: Number of times the odometry's stamps went back: resets of the simulation.
@@ -54,9 +54,9 @@ class StateSource:
 
         Args:
             odom_topic: nav_msgs/Odometry of the rear axle's centre, twist in the child frame.
-            hitch_joint: Name of the hitch in /joint_states, or None for a truck alone.
+            hitch_joint: Name of the hitch in /joint_states, or None without a trailer.
         """
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._state = None
         self.resets = 0
         self._odometry = deque(maxlen=HISTORY)
@@ -81,38 +81,38 @@ class StateSource:
     def _on_joints(self, message):
         if self._joint in message.name:
             angle = message.position[message.name.index(self._joint)]
-            self._keep(self._hitch, message.header.stamp.to_sec(), angle)
+            self._store(self._hitch, message.header.stamp.to_sec(), angle)
 
     def _on_odometry(self, message):
         pose, heading = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
-        self._keep(
+        self._store(
             self._odometry,
             message.header.stamp.to_sec(),
             (pose.x, pose.y, heading, message.twist.twist.linear.x),
         )
 
-    def _keep(self, kept, stamp, value):
-        """Stores a message and makes the newest state for which both messages are there."""
-        with self._news:
-            if kept and stamp < kept[-1][0]:  # the simulation was reset
-                kept.clear()
-                self.resets += kept is self._odometry
-            kept.append((stamp, value))
+    def _store(self, messages, stamp, value):
+        """Stores a message and makes the newest state for which both messages have arrived."""
+        with self._changed:
+            if messages and stamp < messages[-1][0]:  # the simulation was reset
+                messages.clear()
+                self.resets += messages is self._odometry
+            messages.append((stamp, value))
             state = self._paired()
             if state is not None and (self._state is None or state.stamp != self._state.stamp):
                 self._state = state
-                self._news.notify_all()
+                self._changed.notify_all()
 
     def _paired(self):
         """The newest odometry with hitch angles before and after it, or None."""
         if self._joint is None:
             stamp, values = self._odometry[-1]
-            return RigState(stamp, *values, 0.0)
+            return TruckState(stamp, *values, 0.0)
         if not self._hitch:
             return None
         for stamp, values in reversed(self._odometry):
             if stamp <= self._hitch[-1][0]:
-                return RigState(stamp, *values, self._hitch_at(stamp))
+                return TruckState(stamp, *values, self._hitch_at(stamp))
         return None
 
     def _hitch_at(self, stamp):
@@ -120,27 +120,27 @@ class StateSource:
         later = self._hitch[-1]
         for earlier in reversed(self._hitch):
             if earlier[0] <= stamp:
-                share = (
+                ratio = (
                     0.0
                     if later[0] == earlier[0]
                     else ((stamp - earlier[0]) / (later[0] - earlier[0]))
                 )
-                return earlier[1] + share * (later[1] - earlier[1])
+                return earlier[1] + ratio * (later[1] - earlier[1])
             later = earlier
         return later[1]
 
     @property
     def state(self):
         """The newest RigState, or None."""
-        with self._news:
+        with self._changed:
             return self._state
 
     def wait(self, after, wall_time):
-        """Waits for a state that is newer than a stamp, or older, when time was reset.
+        """Waits for a state that is newer than a stamp, or older after a reset of time.
 
         Args:
-            after: Stamp [s]; None takes the newest there is.
-            wall_time: Longest wait [s].
+            after: Stamp [s]; None: the newest one.
+            wall_time: Maximum wait [s].
 
         Returns:
             RigState, or None after a time-out.
@@ -156,20 +156,20 @@ class StateSource:
                 self._state is not None and after is not None and (self._state.stamp < after - 1.0)
             )
 
-        with self._news:
-            self._news.wait_for(lambda: is_new() or is_reset(), wall_time)
+        with self._changed:
+            self._changed.wait_for(lambda: is_new() or is_reset(), wall_time)
             return self._state if is_new() or is_reset() else None
 
     def staleness(self, timeout):
         """Returns what is missing.
 
         Args:
-            timeout: Age in simulated time above which something counts as stale [s].
+            timeout: Age in simulated time above which a message is stale [s].
 
         Returns:
             A reason, or "" when all is fresh.
         """
-        with self._news:
+        with self._changed:
             state = self._state
             odometry = self._odometry[-1][0] if self._odometry else None
             hitch = self._hitch[-1][0] if self._hitch else None
@@ -183,7 +183,7 @@ class StateSource:
         if self._joint is not None and now - hitch > timeout:
             return f"no joint '{self._joint}' in /joint_states for {now - hitch:.2f} s"
         if state is None:
-            return "odometry and joint states are not of the same time yet"
+            return "odometry and joint states do not overlap in time yet"
         if not state.is_finite():
             return "odometry or hitch angle is not finite"
         return ""

@@ -1,4 +1,4 @@
-"""Measures the steering map: which curvature each steering angle gives."""
+"""Measures the steering map: the curvature of each steering angle."""
 
 import math
 import os
@@ -17,8 +17,8 @@ from cybertruck.trailer.steering import MeasuredSteering, write_map
 from cybertruck.trailer.tracker import TOP_SPEED
 from paddock_common import nodes
 
-NEARLY_STRAIGHT = math.radians(1.0)  # below, turn per distance is taken, there is no circle
-LEAST_POINTS = 20
+NEARLY_STRAIGHT = math.radians(1.0)  # below, rotation per distance instead of a circle
+MIN_POINTS = 20
 
 
 def fit_circle(points):
@@ -32,13 +32,13 @@ def fit_circle(points):
         points from the circle [m]).
 
     Raises:
-        TrailerError: Too few points, or they lie on no circle.
+        TrailerError: Too few points, or they do not lie on a circle.
     """
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3:
-        raise TrailerError(f"circle: points of shape {points.shape}; it takes (n, 2), n >= 3")
-    middle = points.mean(axis=0)
-    local = points - middle
+        raise TrailerError(f"circle: points of shape {points.shape}; it must be (n, 2), n >= 3")
+    centre = points.mean(axis=0)
+    local = points - centre
     matrix = np.column_stack((2.0 * local, np.ones(len(local))))
     solution, _, rank, _ = np.linalg.lstsq(matrix, (local**2).sum(axis=1), rcond=1e-10)
     if rank < 3:
@@ -51,8 +51,12 @@ def fit_circle(points):
     fit = least_squares(distances, start, x_scale=max(start[2], 1e-6))
     radius = float(fit.x[2])
     arms = local - fit.x[:2]
-    turning = np.sum(arms[:-1, 0] * arms[1:, 1] - arms[:-1, 1] * arms[1:, 0])
-    return middle + fit.x[:2], float(np.sign(turning) / radius), float(np.sqrt(np.mean(fit.fun**2)))
+    signed_area = np.sum(arms[:-1, 0] * arms[1:, 1] - arms[:-1, 1] * arms[1:, 0])
+    return (
+        centre + fit.x[:2],
+        float(np.sign(signed_area) / radius),
+        float(np.sqrt(np.mean(fit.fun**2))),
+    )
 
 
 @dataclass(frozen=True)
@@ -61,10 +65,10 @@ class MapSettings:
 
     Attributes:
         angles: Steering angles that are measured [rad].
-        check_angles: Others, measured to check the map, not to make it [rad].
+        check_angles: Others, to check the map [rad].
         speed: [m/s].
-        settle_distance: Driven before points are taken [m].
-        circle: Share of a full circle that is then driven, ...
+        settle_distance: Driven before points are measured [m].
+        circle: Fraction of a full circle that is then driven, ...
         longest: ... but no more than this [m].
         odom_topic: Odometry to measure with; not wheel odometry, computed from the steering.
     """
@@ -90,9 +94,9 @@ class MapSettings:
             raise TrailerError("angles: there must be 3 or more, each above the one before")
 
     def distance(self, angle, wheelbase):
-        """Distance [m] over which points are taken, by steering angle [rad] and wheelbase [m]."""
-        bend = abs(math.tan(angle)) / wheelbase
-        return min(self.longest, 2.0 * math.pi * self.circle / max(bend, 1e-9))
+        """Measured distance [m] by steering angle [rad] and wheelbase [m]."""
+        curvature = abs(math.tan(angle)) / wheelbase
+        return min(self.longest, 2.0 * math.pi * self.circle / max(curvature, 1e-9))
 
 
 @dataclass(frozen=True)
@@ -118,15 +122,15 @@ def measure(angle, poses):
         TrailerError: Too few poses, or they do not lie on a circle.
     """
     poses = np.asarray(poses, dtype=float).reshape(-1, 3)
-    if len(poses) < LEAST_POINTS:
+    if len(poses) < MIN_POINTS:
         raise TrailerError(
             f"{math.degrees(angle):.1f} degrees: {len(poses)} points were "
-            f"measured, {LEAST_POINTS} are needed"
+            f"measured, {MIN_POINTS} are needed"
         )
     if abs(angle) < NEARLY_STRAIGHT:
-        turned = np.unwrap(poses[:, 2])
+        headings = np.unwrap(poses[:, 2])
         distance = np.sum(np.hypot(*np.diff(poses[:, :2], axis=0).T))
-        return Measured(angle, float((turned[-1] - turned[0]) / distance), 0.0)
+        return Measured(angle, float((headings[-1] - headings[0]) / distance), 0.0)
     _, curvature, rms = fit_circle(poses[:, :2])
     if rms > 0.05 / abs(curvature):
         raise TrailerError(
@@ -136,8 +140,8 @@ def measure(angle, poses):
     return Measured(angle, curvature, rms)
 
 
-def write_picture(file, measured, checked, steering, wheelbase):
-    """Draws measured curvatures, the map and tan φ / L, with residuals, into a PNG.
+def write_figure(file, measured, checked, steering, wheelbase):
+    """Plots measured curvatures, the map and tan φ / L, with residuals, into a PNG.
 
     Args:
         file: PNG file to write.
@@ -165,12 +169,12 @@ def write_picture(file, measured, checked, steering, wheelbase):
         color="#2f5d8a",
         label="map - tan φ / L",
     )
-    for group, mark, label in ((measured, "o", "measured"), (checked, "x", "check, not used")):
+    for group, marker, label in ((measured, "o", "measured"), (checked, "x", "check, not used")):
         angles = np.array([item.angle for item in group])
         curvatures = np.array([item.curvature for item in group])
-        above.plot(np.degrees(angles), curvatures, mark, color="#b5651d", label=label)
+        above.plot(np.degrees(angles), curvatures, marker, color="#b5651d", label=label)
         below.plot(
-            np.degrees(angles), curvatures - np.tan(angles) / wheelbase, mark, color="#b5651d"
+            np.degrees(angles), curvatures - np.tan(angles) / wheelbase, marker, color="#b5651d"
         )
     above.set(ylabel="curvature [1/m]", title="Steering map Fκ of the simulated truck")
     below.set(xlabel="steering angle φ [°]", ylabel="residual [1/m]")
@@ -184,7 +188,7 @@ def write_picture(file, measured, checked, steering, wheelbase):
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]
 STEP_LIMIT = 20.0  # wall time without a new state after which the drive fails [s]
-STUCK_FACTOR = 3.0  # limit of a stretch's time, in times of its planned time
+STUCK_FACTOR = 3.0  # maximum duration of a stretch / planned duration
 PERIOD = 0.02  # simulated time between commands [s]
 
 
@@ -198,15 +202,15 @@ class MapDrive:
             TrailerError: A parameter is wrong.
         """
         parameters = rospy.get_param("~", {})
-        given = {
+        values = {
             name: value for name, value in parameters.get("map", {}).items() if value != []
         }  # an empty list stands for the default
-        self._settings = from_table(MapSettings, given, "map", TrailerError)
+        self._settings = from_table(MapSettings, values, "map", TrailerError)
         self._geometry = read(Geometry, parameters.get, prefix="")
         if rospy.get_param("~trailer", False):
             self._refuse_folding()
         self._file = str(rospy.get_param("~file"))
-        self._picture = str(rospy.get_param("~picture", ""))
+        self._figure_file = str(rospy.get_param("~picture", ""))
         self._source = StateSource(self._settings.odom_topic)
         self._driver = Driver()
 
@@ -223,7 +227,7 @@ class MapDrive:
         """Drives, writes the map and prints the result.
 
         Raises:
-            TrailerError: The truck does not answer, or a circle cannot be fitted.
+            TrailerError: The truck does not respond, or a circle cannot be fitted.
         """
         if self._source.wait(None, START_LIMIT) is None:
             raise TrailerError(f"no odometry on {self._settings.odom_topic}")
@@ -254,9 +258,9 @@ class MapDrive:
                 item.curvature,
                 100.0 * error,
             )
-        if self._picture:
-            write_picture(self._picture, measured, checked, steering, self._geometry.wheelbase)
-        rospy.loginfo("written: %s %s", self._file, self._picture)
+        if self._figure_file:
+            write_figure(self._figure_file, measured, checked, steering, self._geometry.wheelbase)
+        rospy.loginfo("written: %s %s", self._file, self._figure_file)
 
     def _drive(self, angle):
         """Drives at one steering angle and returns its Measured."""
@@ -274,7 +278,7 @@ class MapDrive:
         return item
 
     def _stretch(self, angle, distance):
-        """Drives a distance [m] and returns the poses on the way."""
+        """Drives a distance [m] and returns the poses along it."""
         state = self._next(None)
         start, last, driven, poses = state.stamp, state, 0.0, []
         limit = STUCK_FACTOR * distance / self._settings.speed + 5.0

@@ -1,1 +1,1 @@
-"""The drive node: /cmd_vel to wheels, odometry, joint states in plain numbers."""
+"""The drive node: /cmd_vel to wheels, odometry, joint states."""

@@ -35,7 +35,7 @@ def measured(message):
     if len(message.position) != count or len(message.velocity) != count:
         raise ValueError(
             f"{len(message.position)} positions and {len(message.velocity)} "
-            f"velocities for {count} joints, must be as many"
+            f"velocities for {count} joints; the numbers must be equal"
         )
     values = [message.position[index[name]] for name in WHEELS + HINGES]
     values += [message.velocity[index[name]] for name in WHEELS]
@@ -81,8 +81,8 @@ class JoyDrive:
 
     Attributes:
         speed_axis, steering_axis: indices into sensor_msgs/Joy.axes.
-        speed: [m/s] at axis value +1; negative turns the axis round.
-        steering: [rad] at axis value +1; negative turns the axis round.
+        speed: [m/s] at axis value +1; negative inverts the axis.
+        steering: [rad] at axis value +1; negative inverts the axis.
     """
 
     speed_axis: int = number(1, min=0, integer=True)
@@ -101,7 +101,7 @@ class JoyDrive:
         """
         for axis in (self.speed_axis, self.steering_axis):
             if axis >= len(axes):
-                raise ValueError(f"axis {axis} is asked for, the pad has {len(axes)} axes")
+                raise ValueError(f"axis {axis} is requested, the pad has {len(axes)} axes")
             if not math.isfinite(axes[axis]):
                 raise ValueError(f"axis {axis} is {axes[axis]}, must be a finite number")
         return self.steering * axes[self.steering_axis], self.speed * axes[self.speed_axis]
@@ -131,13 +131,13 @@ class Command:
         self._steering = self._speed = 0.0
         self._time = None
 
-    def give(self, steering, speed, time):
-        """Set a checked command given at a time [s]."""
+    def set(self, steering, speed, time):
+        """Set a checked command with its stamp [s]."""
         with self._lock:
             self._steering, self._speed, self._time = steering, speed, time
 
     def stop(self):
-        """Speed 0 until the next command; the steering angle stays."""
+        """Set speed 0 until the next command; the steering angle stays."""
         with self._lock:
             self._speed, self._time = 0.0, None
 
@@ -151,7 +151,7 @@ class Command:
         with self._lock:
             if self._time is None:
                 return self._steering, 0.0, False
-            # joint states lag a little behind the clock; further ahead, the clock went back
+            # joint states lag a little behind the clock; a larger difference: the clock went back
             if -self.timeout <= now - self._time <= self.timeout:
                 return self._steering, self._speed, False
             self._speed, self._time = 0.0, None

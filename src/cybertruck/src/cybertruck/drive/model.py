@@ -2,7 +2,7 @@
 
 CyberModel: from the bicycle's steering angle and speed to four wheels, and back. No ROS. Frames
 follow REP-103: x forward, y left, angles positive to the left. Curvature is that of the rear axle's
-middle; the turning centre lies on the rear axle's line at y = 1 / curvature.
+centre; the centre of rotation lies on the rear axle's line at y = 1 / curvature.
 """
 
 import math
@@ -17,15 +17,15 @@ class TruckGeometry:
 
     Attributes:
         wheelbase: rear axle to front axle [m].
-        track_width: between the middles of left and right wheel [m].
+        track_width: between the centres of left and right wheel [m].
         wheel_radius: of all wheels [m].
         wheel_width: of all wheels [m].
         hitch_offset: L1, rear axle back to the hitch [m].
         tongue_length: L2, hitch back to the trailer's axle [m].
-        max_steering: largest angle of the bicycle's front wheel [rad].
-        max_speed: of the rear axle's middle, either way [m/s].
+        max_steering: maximum angle of the bicycle's front wheel [rad].
+        max_speed: of the rear axle's centre, forward and backward [m/s].
         max_steering_rate: of the bicycle's angle [rad/s].
-        max_acceleration: pulling away and braking [m/s^2].
+        max_acceleration: speeding up and braking [m/s^2].
     """
 
     wheelbase: float = number(0.508, above=0.0, unit="m")
@@ -45,7 +45,7 @@ class TruckGeometry:
         if self.max_steering >= limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r}; it must be below {limit:.4f} "
-                "rad, where the turning centre would lie under a rear wheel"
+                "rad, where the centre of rotation would lie under a rear wheel"
             )
 
 
@@ -71,7 +71,7 @@ class RateLimiter:
         self.reset()
 
     def reset(self):
-        """Stand still, wheels straight."""
+        """Reset to rest, wheels straight."""
         self.steering = self.speed = 0.0
 
     def advance(self, steering, speed, period):
@@ -113,18 +113,21 @@ class CyberModel:
 
     def limit(self, steering, speed):
         """Steering angle [rad] and speed [m/s] within the limits."""
-        most, fastest = self.geometry.max_steering, self.geometry.max_speed
-        return max(-most, min(most, steering)), max(-fastest, min(fastest, speed))
+        shape = self.geometry
+        return (
+            max(-shape.max_steering, min(shape.max_steering, steering)),
+            max(-shape.max_speed, min(shape.max_speed, speed)),
+        )
 
     def from_twist(self, linear, angular):
         """Steering angle and speed for a twist: curvature = angular / linear.
 
         Args:
-            linear: forward speed of the rear axle's middle [m/s].
-            angular: turning rate [rad/s], left positive.
+            linear: forward speed of the rear axle's centre [m/s].
+            angular: yaw rate [rad/s], left positive.
 
         Returns:
-            (steering [rad], speed [m/s]), within the limits. No speed: no steering angle turns
+            (steering [rad], speed [m/s]), within the limits. Without speed no steering angle turns
             the truck, so it is 0. The speed limit does not change the curvature.
         """
         if linear == 0.0:
@@ -134,23 +137,23 @@ class CyberModel:
         return self.limit(math.atan2(across, abs(linear)), linear)
 
     def rear_curvature(self, steering):
-        """Curvature of the rear axle's middle, tan(steering) / wheelbase [1/m]."""
+        """Curvature of the rear axle's centre, tan(steering) / wheelbase [1/m]."""
         return math.tan(steering) / self.geometry.wheelbase
 
     def front_curvature(self, steering):
-        """Curvature of the front axle's middle, sin(steering) / wheelbase [1/m]."""
+        """Curvature of the front axle's centre, sin(steering) / wheelbase [1/m]."""
         return math.sin(steering) / self.geometry.wheelbase
 
     def wheels(self, steering, speed):
         """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
 
-        A hinge at (wheelbase, y) is perpendicular to the line to the turning centre:
+        A hinge at (wheelbase, y) is perpendicular to the line to the centre of rotation:
         tan(angle) = wheelbase / (1 / curvature - y). A wheel's speed is proportional to its
         distance from the centre.
 
         Args:
             steering: bicycle's angle [rad], within the limits.
-            speed: of the rear axle's middle [m/s].
+            speed: of the rear axle's centre [m/s].
 
         Returns:
             WheelTargets.
@@ -173,8 +176,8 @@ class CyberModel:
     def curvature_of_hinges(self, left, right):
         """Curvature [1/m] of two measured hinge angles [rad].
 
-        Each hinge gives 1 / (wheelbase / tan(angle) + y), written without the division by a
-        tangent of zero; the mean of both counts.
+        Each hinge implies 1 / (wheelbase / tan(angle) + y), written without the division by a
+        tangent of zero; the result is the mean of both.
         """
         half = self.geometry.track_width / 2.0
         return 0.5 * sum(

@@ -54,8 +54,8 @@ class Settings:
 
 
 ROBOT = "/cybertruck"
-LONGEST_STEP = 0.1  # [s] that rate limits make of a longer gap between joint states
-WATCH_PERIOD = 0.1  # [s] between looks for silent joint states, at the most
+LONGEST_STEP = 0.1  # [s] for the rate limits, also after a longer gap between joint states
+CHECK_PERIOD = 0.1  # maximum time between checks of the joint states' age [s]
 
 
 class Drive:
@@ -74,20 +74,22 @@ class Drive:
         self._odometry = WheelOdometry(self._model, start, read(Errors, rospy.get_param))
         self._source = settings.odom_source
         self._frames = settings.odom_frame, settings.base_frame
-        self._time = self._measured = None  # stamps of the last and the last good joint states [s]
-        self._received, self._silent = None, False  # ROS time of their arrival [s]
+        self._time = self._measured = None  # stamps of the last and the last valid joint states [s]
+        self._received, self._timed_out = None, False  # ROS time of their arrival [s]
         self._lock = threading.Lock()  # joint states and timer have different threads
-        self._ended = False  # at shutdown: zero was sent, and nothing may follow it
+        self._is_shut_down = False  # zero was sent, and nothing may follow it
         self._publish_to()
         self._subscribe(read(JoyDrive, rospy.get_param, "~joy_") if settings.joy else None)
-        rospy.on_shutdown(self._end)
+        rospy.on_shutdown(self._shut_down)
         rospy.Timer(
-            rospy.Duration(min(WATCH_PERIOD, self._command.timeout)), self._watch, reset=True
+            rospy.Duration(min(CHECK_PERIOD, self._command.timeout)),
+            self._check_joint_states,
+            reset=True,
         )
 
     def _publish_to(self):
-        def publisher(topic, kind):
-            return rospy.Publisher(topic, kind, queue_size=10, tcp_nodelay=True)
+        def publisher(topic, message_type):
+            return rospy.Publisher(topic, message_type, queue_size=10, tcp_nodelay=True)
 
         self._steering_out = publisher(f"{ROBOT}/steering_controller/command", Float64MultiArray)
         self._axle_out = publisher(f"{ROBOT}/axle_controller/command", Float64MultiArray)
@@ -101,8 +103,8 @@ class Drive:
         self._broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, joy):
-        # Commands: only the newest is used. Measurements: a short queue, so that none is lost.
-        for topic, kind, callback, waiting in (
+        # Commands: only the newest is used. Measurements: a short queue, so that none is dropped.
+        for topic, message_type, callback, queue_size in (
             ("/cmd_vel", Twist, self._twist, 1),
             ("/cmd_cyberdrive", CyberDriveStamped, self._cyberdrive, 1),
             ("/joy", Joy, lambda message: self._joy(joy, message), joy is not None and 1),
@@ -114,14 +116,16 @@ class Drive:
                 self._source == "ground_truth" and 5,
             ),
         ):
-            if waiting:
-                rospy.Subscriber(topic, kind, callback, queue_size=waiting, tcp_nodelay=True)
+            if queue_size:
+                rospy.Subscriber(
+                    topic, message_type, callback, queue_size=queue_size, tcp_nodelay=True
+                )
 
     # commands ---------------------------------------------------------------------------------
     def _twist(self, message):
         linear, angular = message.linear.x, message.angular.z
         if not self._refused("/cmd_vel", refusal(**{"linear.x": linear, "angular.z": angular})):
-            self._command.give(*self._model.from_twist(linear, angular), rospy.get_time())
+            self._command.set(*self._model.from_twist(linear, angular), rospy.get_time())
 
     def _cyberdrive(self, message):
         drive = message.drive
@@ -130,8 +134,8 @@ class Drive:
         ):
             return
         now = rospy.get_time()
-        given = min(message.header.stamp.to_sec() or now, now)
-        self._command.give(*self._model.limit(drive.steering_angle, drive.speed), given)
+        stamp = min(message.header.stamp.to_sec() or now, now)
+        self._command.set(*self._model.limit(drive.steering_angle, drive.speed), stamp)
 
     def _joy(self, joy, message):
         try:
@@ -139,24 +143,24 @@ class Drive:
         except ValueError as error:
             self._refused("/joy", str(error))
         else:
-            self._command.give(*self._model.limit(steering, speed), rospy.get_time())
+            self._command.set(*self._model.limit(steering, speed), rospy.get_time())
 
     def _refused(self, topic, reason):
         if reason:
             self._command.stop()
             rospy.logerr_throttle(
-                1.0, f"{topic} refused: {reason}. The truck stops until the next good command."
+                1.0, f"{topic} refused: {reason}. The truck stops until the next valid command."
             )
         return bool(reason)
 
     # joint states -----------------------------------------------------------------------------
     def _joints(self, message):
         with self._lock:
-            if not self._ended:
+            if not self._is_shut_down:
                 self._follow(message)
 
     def _follow(self, message):
-        """Drive and measure by a message of joint states; called with the lock held."""
+        """Update commands and odometry by a message of joint states; the caller holds the lock."""
         measured = wheels = None
         try:
             measured, wheels = commands.measured(message)
@@ -165,10 +169,10 @@ class Drive:
                 1.0, f"{ROBOT}/joint_states cannot be used: {error}. The truck brakes."
             )
         now = message.header.stamp.to_sec()
-        self._received, self._silent = rospy.get_time(), False
+        self._received, self._timed_out = rospy.get_time(), False
         reset = self._reset_reason(now, measured)
         if reset:
-            rospy.loginfo(f"{reset}: odometry starts afresh")
+            rospy.loginfo(f"{reset}: odometry restarts")
             self._odometry.reset()
             self._limiter.reset()
             self._time = None
@@ -190,7 +194,7 @@ class Drive:
             )
 
     def _reset_reason(self, now, measured):
-        """Why joint states stamped `now` [s] indicate a reset of the simulation, or ''."""
+        """Reason why joint states stamped `now` [s] indicate a reset of the simulation, or ''."""
         if self._time is not None and now < self._time:
             return f"time went back from {self._time:g} s to {now:g} s"
         if (
@@ -198,31 +202,31 @@ class Drive:
             and self._measured is not None
             and self._odometry.jumped(measured, now - self._measured)
         ):
-            return "the rear wheels jumped, the truck was put back"
+            return "the rear wheels jumped, the truck was reset"
         return ""
 
-    def _watch(self, _event):
+    def _check_joint_states(self, _event):
         """Stop the wheels when there were no joint states for command_timeout."""
         with self._lock:
             now = rospy.get_time()
-            if self._received is None or self._ended:  # no command was published yet
+            if self._received is None or self._is_shut_down:  # no command was published yet
                 return
             self._received = min(self._received, now)  # time may have gone back
             if now - self._received <= self._command.timeout:
                 return
-            if not self._silent:
+            if not self._timed_out:
                 rospy.logerr(
-                    f"{ROBOT}/joint_states has been silent for "
+                    f"{ROBOT}/joint_states: no message for "
                     f"{self._command.timeout:g} s: the truck stops"
                 )
-            self._silent = True
+            self._timed_out = True
             self._limiter.speed = 0.0  # with new joint states it starts from standstill
             self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
 
-    def _end(self):
+    def _shut_down(self):
         """Stop the wheels at shutdown; nothing follows, rospy closes the topics next."""
         with self._lock:
-            self._ended = True
+            self._is_shut_down = True
             if self._time is not None:
                 self._axle_out.publish(Float64MultiArray(data=(0.0, 0.0)))
         flush(self._axle_out)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from paddock_common.settings import check, number
 
-TICKS_PER_TURN = 42  # of a front wheel's encoder
-SMALL_TURN = 1e-6  # [rad] below which an arc counts as a line
-JUMP_PERIOD = 0.1  # [s] least time between measurements
+TICKS_PER_REVOLUTION = 42  # of a front wheel's encoder
+SMALL_ROTATION = 1e-6  # [rad] below which an arc counts as a line
+JUMP_PERIOD = 0.1  # [s] minimum time between measurements
 RATE_FLOOR = 1e-6  # variance of speed and yaw rate at standstill
 STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
@@ -21,7 +21,7 @@ class Errors:
 
     Attributes:
         distance_error: of the distance [m], per root of the metres driven.
-        heading_error: of the heading [rad], per root of the radians turned.
+        heading_error: of the heading [rad], per root of the radians rotated.
         heading_drift: of the heading [rad], per root of the metres driven.
     """
 
@@ -35,10 +35,10 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurements of a real truck.
+    """Measurements of a truck.
 
     Attributes:
-        rear_left, rear_right: angles the rear wheels have turned [rad].
+        rear_left, rear_right: rotation of the rear wheels [rad].
         left_steering, right_steering: hinge angles [rad].
         rear_left_speed, rear_right_speed: [rad/s].
     """
@@ -52,10 +52,10 @@ class Measured:
 
 
 class WheelOdometry:
-    """Dead reckoning of the rear axle's middle: distance from wheels, curvature from hinges.
+    """Dead reckoning of the rear axle's centre: distance from wheels, curvature from hinges.
 
-    It works with wheel angles, not speeds, so a lost measurement costs no distance. The
-    covariance grows as that of a unicycle driven by distance and turn with independent errors.
+    It works with wheel angles, not speeds, so a dropped measurement loses no distance. The
+    covariance grows as that of a unicycle driven by distance and rotation with independent errors.
 
     Args:
         model: CyberModel.
@@ -64,7 +64,7 @@ class WheelOdometry:
 
     Attributes:
         x, y, yaw: pose of base_footprint in the frame of the start.
-        speed, yaw_rate: in the truck's own axes [m/s], [rad/s].
+        speed, yaw_rate: in the truck's frame [m/s], [rad/s].
         covariance: (3, 3) of (x, y, yaw).
     """
 
@@ -73,14 +73,14 @@ class WheelOdometry:
         self.reset()
 
     def reset(self):
-        """Back to the start pose."""
+        """Reset to the start pose."""
         self.x, self.y, self.yaw = self._start
         self.speed = self.yaw_rate = 0.0
         self.covariance = np.diag((STILL[0], STILL[0], STILL[1]))
         self._last = None
 
     def jumped(self, measured, period):
-        """Whether a rear wheel has turned further than it can: the simulator was reset.
+        """Whether a rear wheel has rotated further than it can: the simulator was reset.
 
         Args:
             measured: Measured.
@@ -117,17 +117,19 @@ class WheelOdometry:
         self.speed = radius * 0.5 * (measured.rear_left_speed + measured.rear_right_speed)
         self.yaw_rate = curvature * self.speed
 
-    def _move(self, distance, turn):
-        """Advance along an arc: distance [m], turn [rad]."""
+    def _move(self, distance, rotation):
+        """Advance along an arc: distance [m], rotation [rad]."""
         chord = (
-            distance if abs(turn) < SMALL_TURN else distance * math.sin(turn / 2.0) / (turn / 2.0)
+            distance
+            if abs(rotation) < SMALL_ROTATION
+            else distance * math.sin(rotation / 2.0) / (rotation / 2.0)
         )
-        ahead = self.yaw + turn / 2.0
-        cos, sin = math.cos(ahead), math.sin(ahead)
+        direction = self.yaw + rotation / 2.0
+        cos, sin = math.cos(direction), math.sin(direction)
         self.x += chord * cos
         self.y += chord * sin
-        self.yaw = math.remainder(self.yaw + turn, 2.0 * math.pi)
-        if distance == 0.0 and turn == 0.0:
+        self.yaw = math.remainder(self.yaw + rotation, 2.0 * math.pi)
+        if distance == 0.0 and rotation == 0.0:
             return
         # P <- F P F' + G Q G', F and G the derivatives by pose and by (distance, turn).
         pose = np.array([[1.0, 0.0, -chord * sin], [0.0, 1.0, chord * cos], [0.0, 0.0, 1.0]])
@@ -136,7 +138,7 @@ class WheelOdometry:
         noise = np.diag(
             (
                 errors.distance_error**2 * abs(distance),
-                errors.heading_error**2 * abs(turn) + errors.heading_drift**2 * abs(distance),
+                errors.heading_error**2 * abs(rotation) + errors.heading_drift**2 * abs(distance),
             )
         )
         self.covariance = pose @ self.covariance @ pose.T + drive @ noise @ drive.T
@@ -156,5 +158,5 @@ class WheelOdometry:
 
 
 def ticks(angle):
-    """Encoder count of a wheel angle [rad]: 42 a turn, counted down when it turns back."""
-    return math.floor(angle * TICKS_PER_TURN / (2.0 * math.pi))
+    """Encoder count of a wheel angle [rad]: 42 per revolution, decreasing backwards."""
+    return math.floor(angle * TICKS_PER_REVOLUTION / (2.0 * math.pi))

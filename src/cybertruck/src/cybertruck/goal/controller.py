@@ -1,4 +1,4 @@
-"""Go to goal: the control laws, the shorter way round, their controller."""
+"""Go to goal: the control laws, the shortest path, the controller."""
 
 import math
 from collections import deque
@@ -9,8 +9,10 @@ ORIGINAL_ANGULAR = {COARSE: 2.4, FINE: 1.0}
 ORIGINAL_TIME = 2.5  # expected time by which the original divides its gains [s]
 ORIGINAL_BOX = 0.5  # reached when both coordinates are within this [m]
 ORIGINAL_COARSE = 6.0  # coarse gains beyond this many boxes
-BEHIND = math.radians(165.0)  # a goal further off the heading is behind: keep the side of the turn
-AWAY_SPEED = 0.4  # greatest speed while driving away from a goal inside the turning circle [m/s]
+BEHIND = math.radians(
+    165.0
+)  # a goal further off the heading is behind: do not change the side of the turn
+AWAY_SPEED = 0.4  # maximum speed while driving away from a goal inside the turning circle [m/s]
 
 
 def circle_distance(forward, left, radius, side):
@@ -56,15 +58,17 @@ class ShortestLaw:
         self._fresh = True
 
     def reached(self, forward, left, _error):
-        """Returns whether the truck has arrived: about half the tolerance, or nearest within it.
+        """Returns whether the truck has arrived.
+
+        It has within about half the tolerance, or at the minimum distance within the tolerance.
 
         Args:
             forward: Goal along the heading [m].
             left: Goal to the left [m].
         """
         distance = math.hypot(forward, left)
-        near = 0.8 * self._settings.tolerance  # it still rolls a little
-        return distance <= 0.6 * near or (distance <= near and forward <= 0.0)
+        tolerance = 0.8 * self._settings.tolerance  # it still rolls a little
+        return distance <= 0.6 * tolerance or (distance <= tolerance and forward <= 0.0)
 
     def command(self, forward, left, period):
         """Returns the next command.
@@ -92,14 +96,14 @@ class ShortestLaw:
         """Returns the curvature to drive now [1/m]."""
         settings = self._settings
         side = 1 if left >= 0.0 else -1
-        planned, least = settings.radius, settings.least_radius
+        planned, min_radius = settings.radius, settings.min_turning_radius
         if self._away:
-            # between the two radii: the path grows while the wheels turn over
-            radius = 0.5 * (planned + least)
+            # between the two radii: the path grows while the steering reverses
+            radius = 0.5 * (planned + min_radius)
             if circle_distance(forward, left, radius, self._away) >= radius:
                 self._away = 0
-        elif circle_distance(forward, left, planned if self._fresh else least, side) < (
-            0.98 * planned if self._fresh else 0.98 * least
+        elif circle_distance(forward, left, planned if self._fresh else min_radius, side) < (
+            0.98 * planned if self._fresh else 0.98 * min_radius
         ):
             self._away = side
         self._fresh = False
@@ -113,12 +117,12 @@ class ShortestLaw:
         self._side = 0
         arc = abs(2.0 * left) / (distance * distance)  # of the circle to the goal, tangent here
         gain = min(settings.turn_gain, settings.turn_rate / max(self._speed, 0.1))
-        wanted = min(max(gain * abs(error), arc), max(1.0 / planned, min(arc, 1.0 / least)))
-        return math.copysign(wanted, error)
+        magnitude = min(max(gain * abs(error), arc), max(1.0 / planned, min(arc, 1.0 / min_radius)))
+        return math.copysign(magnitude, error)
 
 
 class OriginalLaw:
-    """The original's proportional control: speed from distance, turning from heading error."""
+    """The original's proportional control: speed from distance, yaw rate from heading error."""
 
     def __init__(self, settings):
         """Stores the limits.
@@ -153,11 +157,11 @@ class OriginalLaw:
         """
         settings = self._settings
         distance = math.hypot(forward, left)
-        kind = COARSE if distance > ORIGINAL_COARSE * ORIGINAL_BOX else FINE
-        linear = min(ORIGINAL_LINEAR[kind] / ORIGINAL_TIME * distance, settings.max_linear)
-        angular = ORIGINAL_ANGULAR[kind] / ORIGINAL_TIME * math.atan2(left, forward)
-        most = min(settings.max_angular, linear / settings.least_radius)
-        return linear, min(max(angular, -most), most)
+        gains = COARSE if distance > ORIGINAL_COARSE * ORIGINAL_BOX else FINE
+        linear = min(ORIGINAL_LINEAR[gains] / ORIGINAL_TIME * distance, settings.max_linear)
+        angular = ORIGINAL_ANGULAR[gains] / ORIGINAL_TIME * math.atan2(left, forward)
+        limit = min(settings.max_angular, linear / settings.min_turning_radius)
+        return linear, min(max(angular, -limit), limit)
 
 
 LAWS = {"default": ShortestLaw, "original": OriginalLaw}
@@ -172,7 +176,7 @@ def shortest_length(forward, left, radius):
     Args:
         forward: The point along the heading at the start [m].
         left: The point to the left [m].
-        radius: Least turning radius [m].
+        radius: Minimum turning radius [m].
 
     Returns:
         The length [m].
@@ -245,7 +249,7 @@ class GoalController:
             pose: (x, y, heading) of the truck, or None when nothing is known.
 
         Returns:
-            The reason, or "" for a good goal.
+            The reason, or "" for a valid goal.
         """
         for name, value in zip("xyz", position):
             if not math.isfinite(value):
@@ -253,9 +257,9 @@ class GoalController:
         if pose is None:
             return "there is no odometry yet"
         distance = math.hypot(position[0] - pose[0], position[1] - pose[1])
-        most = self._settings.max_distance
-        if distance > most:
-            return f"the goal is {distance:.1f} m away; it must be within {most:g} m"
+        limit = self._settings.max_distance
+        if distance > limit:
+            return f"the goal is {distance:.1f} m away; it must be within {limit:g} m"
         if abs(position[2]) > self._settings.tolerance:
             return (
                 f"z of the goal is {position[2]:g} m; the truck drives on the ground, it must "
@@ -292,15 +296,15 @@ class GoalController:
 
         Returns:
             (state, linear.x [m/s], angular.z [rad/s]) with state ACTIVE, REACHED, STUCK or RESET
-            (time went back), or None without a goal. All but ACTIVE come once, with zeros; then
-            there is no goal.
+            (time went back), or None without a goal. The others are returned once, with zeros;
+            then there is no goal.
         """
-        went_back = self._time is not None and time < self._time
+        time_went_back = self._time is not None and time < self._time
         self._time = time
         if self.goal is None:
             return None
-        if went_back:
-            return self._end(RESET)
+        if time_went_back:
+            return self._finish(RESET)
         period = 0.0
         if self._last is not None:
             period = min(time - self._last[2], LONGEST_STEP)
@@ -313,12 +317,12 @@ class GoalController:
         if self.shortest is None:
             self.shortest = shortest_length(forward, left, self._settings.radius)
         if self._law.reached(forward, left, error):
-            return self._end(REACHED)
+            return self._finish(REACHED)
         if self._stuck(x, y, time):
-            return self._end(STUCK)
+            return self._finish(STUCK)
         return (ACTIVE, *self._law.command(forward, left, period))
 
-    def _end(self, state):
+    def _finish(self, state):
         self.stop()
         return state, 0.0, 0.0
 

@@ -39,13 +39,15 @@ class GoalNode:
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
         rospy.Service("goal", Goal, self._on_goal)
         rospy.Service("goal/cancel", Trigger, self._on_cancel)
-        rospy.Timer(rospy.Duration(min(0.1, self._settings.odom_timeout)), self._watch, reset=True)
+        rospy.Timer(
+            rospy.Duration(min(0.1, self._settings.odom_timeout)), self._check_odometry, reset=True
+        )
         rospy.on_shutdown(self._on_shutdown)
-        kind = "with trailer" if self._settings.trailer else "without trailer"
+        variant = "with trailer" if self._settings.trailer else "without trailer"
         rospy.loginfo(
             "goal: ready, %s gains, %s, turns of %.2f m",
             self._settings.gains,
-            kind,
+            variant,
             self._settings.radius,
         )
 
@@ -56,7 +58,7 @@ class GoalNode:
             pose = None if stale else self._pose
             reason = self._controller.refusal((position.x, position.y, position.z), pose)
             if reason and self._pose is not None and stale and "no odometry" in reason:
-                reason = f"the odometry has been silent for {self._settings.odom_timeout:g} s"
+                reason = f"no odometry for {self._settings.odom_timeout:g} s"
             if reason:
                 rospy.logwarn("goal: refused (%g, %g): %s", position.x, position.y, reason)
                 return GoalResponse(success=False)
@@ -77,7 +79,7 @@ class GoalNode:
         with self._lock:
             if self._controller.goal is None:
                 return TriggerResponse(success=False, message="there is no goal to cancel")
-            self._give_up(GoalStatus.PREEMPTED, "cancelled")
+            self._stop_goal(GoalStatus.PREEMPTED, "cancelled")
         return TriggerResponse(success=True, message="cancelled")
 
     def _on_odometry(self, message):
@@ -85,7 +87,7 @@ class GoalNode:
         x, y, heading = pose.position.x, pose.position.y, yaw_of(pose.orientation)
         if not all(map(math.isfinite, (x, y, heading))):
             rospy.logwarn_throttle(
-                5.0, "goal: the odometry holds a number that is not finite; it counts as silent"
+                5.0, "goal: the odometry has a value that is not finite; it is ignored"
             )
             return
         with self._lock:
@@ -113,12 +115,12 @@ class GoalNode:
             elif state == RESET:
                 self._publish_status(GoalStatus.ABORTED, "time went back: the simulation was reset")
 
-    def _watch(self, _event):
+    def _check_odometry(self, _event):
         with self._lock:
             if self._controller.goal is not None and self._odometry_is_stale():
-                self._give_up(
+                self._stop_goal(
                     GoalStatus.ABORTED,
-                    f"the odometry has been silent for {self._settings.odom_timeout:g} s",
+                    f"no odometry for {self._settings.odom_timeout:g} s",
                 )
 
     def _odometry_is_stale(self):
@@ -126,7 +128,7 @@ class GoalNode:
 
         The time-out must have passed in ROS time, because of paused worlds, and in wall time,
         because messages of a world faster than real time may be a little late. ROS time below that
-        of the last message means a reset: then only wall time counts.
+        of the last message means a reset: then only wall time is checked.
         """
         if self._received is None:
             return True
@@ -134,7 +136,7 @@ class GoalNode:
         age = rospy.get_time() - self._received[0]
         return (age >= limit or age < 0.0) and time.monotonic() - self._received[1] >= limit
 
-    def _give_up(self, status, text):
+    def _stop_goal(self, status, text):
         self._controller.stop()
         self._send(0.0, 0.0)
         self._publish_status(status, text)

@@ -15,27 +15,27 @@ class GoalSettings:
     """Geometry, limits and gains.
 
     Attributes:
-        gains: "default": shortest path, ends near the goal; "original": the original's
-            proportional control, ends in its 0.5 m box.
+        gains: "default": shortest path, stops near the goal; "original": the original's
+            proportional control, stops in its 0.5 m box.
         wheelbase: Front to rear axle [m].
-        max_steering: Greatest angle of the bicycle's front wheel [rad].
+        max_steering: Maximum angle of the bicycle's front wheel [rad].
         trailer: Whether the truck pulls a trailer; the curvature is then limited further.
         hitch_offset: Rear axle to hitch [m].
         tongue_length: Hitch to the trailer's axle [m].
-        max_hitch_angle: Hitch angle that the tightest circle with a trailer ends in [rad].
+        max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
         min_radius: Radius of planned turns without a trailer [m].
         trailer_min_radius: Radius of planned turns with a trailer [m].
-        max_linear: Greatest linear.x [m/s].
-        max_angular: Greatest angular.z [rad/s].
+        max_linear: Maximum linear.x [m/s].
+        max_angular: Maximum angular.z [rad/s].
         acceleration: Rise of the commanded speed [m/s^2].
         deceleration: With which the truck slows down towards the goal [m/s^2].
-        creep: Least speed while it drives [m/s].
+        creep: Minimum speed while it drives [m/s].
         turn_gain: Curvature per heading error [1/(m rad)].
-        turn_rate: Greatest rate at which a heading error decays [1/s].
+        turn_rate: Maximum rate at which a heading error decays [1/s].
         tolerance: Distance within which the goal counts as reached [m].
         max_distance: A goal further away is refused [m].
-        odom_timeout: Time without odometry after which the drive ends [s].
-        stuck_time: The drive ends when the truck moved less than stuck_distance in this time [s].
+        odom_timeout: Time without odometry after which the drive stops [s].
+        stuck_time: The drive stops when the truck moved less than stuck_distance in this time [s].
         stuck_distance: See stuck_time [m].
     """
 
@@ -63,11 +63,11 @@ class GoalSettings:
 
     def __post_init__(self):
         check(self)
-        if self.radius < self.least_radius:
+        if self.radius < self.min_turning_radius:
             name = "trailer_min_radius" if self.trailer else "min_radius"
             raise ValueError(
                 f"{name} is {self.radius:g}; the truck turns on no less than "
-                f"{self.least_radius:.3f} m"
+                f"{self.min_turning_radius:.3f} m"
             )
 
     @property
@@ -76,8 +76,8 @@ class GoalSettings:
         return self.trailer_min_radius if self.trailer else self.min_radius
 
     @property
-    def least_radius(self):
-        """Radius that corrections may use: full lock, or what a trailer follows [m]."""
+    def min_turning_radius(self):
+        """Minimum radius of corrections: full lock, or what a trailer can follow [m]."""
         geometry = Geometry(
             self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
         )

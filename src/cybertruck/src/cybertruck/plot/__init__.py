@@ -1,1 +1,1 @@
-"""Records poses and draws them: PNG and CSV."""
+"""Records poses and plots them: PNG and CSV."""

@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import yaw_of
 
-from cybertruck.plot.picture import Trajectory, draw
+from cybertruck.plot.trajectory import Trajectory, plot
 from paddock_common import nodes
 
 SPACING = 0.01  # between stored poses [m]
@@ -47,32 +47,36 @@ def from_bag(path, topic, goal_topic):
         Trajectory.
 
     Raises:
-        ValueError: The file is no bag, or holds no odometry on the topic.
+        ValueError: The file is not a bag, or has no odometry on the topic.
     """
     import rosbag
 
     trajectory = Trajectory(SPACING)
-    takers = {
+    handlers = {
         topic: ("nav_msgs/Odometry", add_odometry),
         goal_topic: ("geometry_msgs/PoseStamped", add_goal),
     }
     try:
         with rosbag.Bag(path) as bag:
-            kinds = {
+            types = {
                 name: item.msg_type for name, item in bag.get_type_and_topic_info().topics.items()
             }
-            if kinds.get(topic) != "nav_msgs/Odometry":
+            if types.get(topic) != "nav_msgs/Odometry":
                 there = (
                     ", ".join(
-                        sorted(name for name, kind in kinds.items() if kind == "nav_msgs/Odometry")
+                        sorted(
+                            name
+                            for name, message_type in types.items()
+                            if message_type == "nav_msgs/Odometry"
+                        )
                     )
                     or "none"
                 )
                 raise ValueError(f"{path}: no odometry on {topic}; topics with odometry: {there}")
-            for name, message, _ in bag.read_messages(list(takers)):
-                kind, take = takers[name]
-                if kinds[name] == kind:
-                    take(trajectory, message)
+            for name, message, _ in bag.read_messages(list(handlers)):
+                message_type, handle = handlers[name]
+                if types[name] == message_type:
+                    handle(trajectory, message)
     except (OSError, rosbag.ROSBagException) as error:
         raise ValueError(f"{path}: {error}") from None
     trajectory.finish()
@@ -80,7 +84,7 @@ def from_bag(path, topic, goal_topic):
 
 
 def record(topic, goal_topic, duration):
-    """Records until Ctrl-C or for a time.
+    """Records until Ctrl-C or for a duration.
 
     Args:
         topic: Of the odometry.
@@ -91,14 +95,14 @@ def record(topic, goal_topic, duration):
         Trajectory.
 
     Raises:
-        ValueError: No pose came.
+        ValueError: No pose was received.
     """
     trajectory, lock, done = Trajectory(SPACING), threading.Lock(), threading.Event()
-    ending = [False]
+    stopped = [False]
 
-    def take(function, message):
+    def handle(function, message):
         with lock:
-            if ending[0]:
+            if stopped[0]:
                 return
             function(trajectory, message)
             if duration and trajectory.duration >= duration:
@@ -106,8 +110,10 @@ def record(topic, goal_topic, duration):
 
     nodes.init_interruptible("plot_pose")
     rospy.on_shutdown(done.set)
-    rospy.Subscriber(topic, Odometry, lambda message: take(add_odometry, message), queue_size=None)
-    rospy.Subscriber(goal_topic, PoseStamped, lambda message: take(add_goal, message))
+    rospy.Subscriber(
+        topic, Odometry, lambda message: handle(add_odometry, message), queue_size=None
+    )
+    rospy.Subscriber(goal_topic, PoseStamped, lambda message: handle(add_goal, message))
     rospy.loginfo(
         "plot_pose: recording %s%s",
         rospy.resolve_name(topic),
@@ -116,11 +122,11 @@ def record(topic, goal_topic, duration):
     while not done.wait(0.2):
         pass
     with lock:
-        ending[0] = True
+        stopped[0] = True
     try:
         trajectory.finish()
     except ValueError:
-        raise ValueError(f"no odometry came on {rospy.resolve_name(topic)}") from None
+        raise ValueError(f"no odometry on {rospy.resolve_name(topic)}") from None
     return trajectory
 
 
@@ -143,7 +149,7 @@ def main():
         "--output",
         default="pose.png",
         type=Path,
-        help="the PNG; the CSV goes beside it (default: pose.png)",
+        help="the PNG; the CSV goes next to it (default: pose.png)",
     )
     parser.add_argument("--bag", help="read this rosbag instead of recording")
     parser.add_argument("--topic", default="/odom", help="nav_msgs/Odometry (default: /odom)")
@@ -166,7 +172,7 @@ def main():
         table = options.output.with_suffix(".csv")
         options.output.parent.mkdir(parents=True, exist_ok=True)
         trajectory.write_csv(table)
-        draw(
+        plot(
             trajectory,
             options.output,
             options.title,

@@ -15,19 +15,19 @@ from cybertruck.teleop.session import run
 STICKS = ("left_x", "left_y")
 TRIGGERS = ("l2", "r2")
 BUTTONS = ("cross", "circle", "square", "triangle", "l1", "r1", "r3")
-PRESSED, RELEASED = 0.6, 0.4  # part of a trigger's range where it counts as a button
+PRESSED, RELEASED = 0.6, 0.4  # fractions of a trigger's range at which it is a button
 
 
 @dataclass(frozen=True)
 class PadMap:
-    """Numbers of a pad's axes and buttons.
+    """Indices of a pad's axes and buttons.
 
     Attributes:
         axes: Name -> index in Joy.axes, for sticks and triggers.
         buttons: Name -> index in Joy.buttons.
         released: Value of a trigger at rest.
         pressed: Value of a trigger that is pulled fully.
-        inverted: Names of sticks whose sign is turned; left and up are positive afterwards.
+        inverted: Names of sticks whose sign is inverted; left and up are positive afterwards.
     """
 
     axes: dict
@@ -48,7 +48,7 @@ def parse(table):
         PadMap.
 
     Raises:
-        ValueError: Something is missing, unknown or no index; the message names it.
+        ValueError: Something is missing, unknown or not an index; the message names it.
     """
     if not isinstance(table, dict):
         raise ValueError(f"the pad map is {table!r}; it must be a dictionary")
@@ -58,36 +58,38 @@ def parse(table):
             raise ValueError(f"pad map: unknown key {key!r}; there are {', '.join(known)}")
     axes = indices(table, "axes", STICKS + TRIGGERS)
     buttons = indices(table, "buttons", BUTTONS)
-    ends = {}
+    triggers = {}
     for key, default in (("trigger_released", 1.0), ("trigger_pressed", -1.0)):
-        ends[key] = float(Number().check(f"pad map: {key}", table.get(key, default)))
-    if ends["trigger_released"] == ends["trigger_pressed"]:
+        triggers[key] = float(Number().check(f"pad map: {key}", table.get(key, default)))
+    if triggers["trigger_released"] == triggers["trigger_pressed"]:
         raise ValueError("pad map: trigger_released and trigger_pressed are the same")
     inverted = table.get("inverted", [])
     if not isinstance(inverted, list) or not set(inverted) <= set(STICKS):
         raise ValueError(
             f"pad map: inverted is {inverted!r}; it must be a list of {', '.join(STICKS)}"
         )
-    return PadMap(axes, buttons, ends["trigger_released"], ends["trigger_pressed"], tuple(inverted))
+    return PadMap(
+        axes, buttons, triggers["trigger_released"], triggers["trigger_pressed"], tuple(inverted)
+    )
 
 
-def indices(table, kind, names):
-    """Reads name -> index of one kind.
+def indices(table, group, names):
+    """Reads name -> index of one group.
 
     Raises:
-        ValueError: A name is missing or unknown, or an index is no whole number from 0 on.
+        ValueError: A name is missing or unknown, or an index is not a whole number from 0 on.
     """
-    given = table.get(kind)
-    if not isinstance(given, dict):
-        raise ValueError(f"pad map: {kind} is {given!r}; it must name {', '.join(names)}")
-    for name in given:
+    numbers = table.get(group)
+    if not isinstance(numbers, dict):
+        raise ValueError(f"pad map: {group} is {numbers!r}; it must name {', '.join(names)}")
+    for name in numbers:
         if name not in names:
             raise ValueError(
-                f"pad map: unknown name {name!r} in {kind}; there are {', '.join(names)}"
+                f"pad map: unknown name {name!r} in {group}; there are {', '.join(names)}"
             )
     for name in names:
-        Number(min=0, integer=True).check(f"pad map: {kind}/{name}", given.get(name))
-    return dict(given)
+        Number(min=0, integer=True).check(f"pad map: {group}/{name}", numbers.get(name))
+    return dict(numbers)
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ class PadState:
         triggers: Name -> 0 (at rest) .. 1 (pulled).
         pressed: Names of the buttons that went down with this message; l2 and r2 among them.
         idle: Whether there is no input.
-        unplugged: Whether this is the all-zero message of a driver that lost its pad.
+        unplugged: Whether this is the all-zero message of a driver whose pad has disconnected.
     """
 
     sticks: dict
@@ -110,12 +112,12 @@ class PadState:
 
 
 class PadReader:
-    """Turns a sequence of Joy messages into pad states.
+    """Converts a sequence of Joy messages to pad states.
 
     Drivers report a trigger as 0 until it is first moved, although it rests at trigger_released;
-    0 would be half pulled. So a trigger counts as at rest until it has left 0. A driver whose pad
+    0 would mean half pulled. So a trigger counts as at rest until it has left 0. A driver whose pad
     was unplugged sends zeros for all axes, again half pulled. That message is recognised if both
-    triggers had been moved, or if a trigger jumps to 0 from one of its ends.
+    triggers had been moved, or if a trigger jumps to 0 from one of its limits.
     """
 
     def __init__(self, pad, deadzone=0.05):
@@ -123,14 +125,14 @@ class PadReader:
 
         Args:
             pad: PadMap.
-            deadzone: Part of a stick's or trigger's range that counts as rest.
+            deadzone: Fraction of a stick's or trigger's range that counts as rest.
         """
         self._pad = pad
         self._deadzone = deadzone
         self.reset()
 
     def reset(self):
-        """Resets for a new or lost pad."""
+        """Resets for a new or disconnected pad."""
         self._moved = set()
         self._last = dict.fromkeys(TRIGGERS, 0.0)
         self._down = frozenset()
@@ -149,11 +151,11 @@ class PadReader:
             ValueError: The message has too few axes or buttons or has a value that is not finite.
         """
         pad = self._pad
-        for kind, table, values in (("axes", pad.axes, axes), ("buttons", pad.buttons, buttons)):
+        for group, table, values in (("axes", pad.axes, axes), ("buttons", pad.buttons, buttons)):
             name = max(table, key=table.get)
             if table[name] >= len(values):
                 raise ValueError(
-                    f"the pad has {len(values)} {kind}, {name} should be number "
+                    f"the pad has {len(values)} {group}, {name} should be number "
                     f"{table[name]} (counted from 0); is this the right pad map?"
                 )
         for name, index in pad.axes.items():
@@ -175,7 +177,7 @@ class PadReader:
         return PadState(sticks, triggers, frozenset(down - before), idle, unplugged)
 
     def _cannot_be_zero(self):
-        """Returns whether the triggers could not have come to 0 by themselves."""
+        """Returns whether the triggers could not have moved to 0."""
         return len(self._moved) == len(TRIGGERS) or any(
             abs(self._last[name]) > 0.5 for name in self._moved
         )
@@ -262,8 +264,8 @@ SCHEMES = {
 class PadTeleop:
     """Commands from a pad.
 
-    In continuous mode the drive stays at the furthest pull since trigger or stick left its rest,
-    until stop or the next pull. The wheels follow the stick in both modes.
+    In continuous mode the drive stays at the maximum pull since trigger or stick left its rest,
+    until a stop or the next pull. The wheels follow the stick in both modes.
     """
 
     def __init__(self, scheme, speeds=None):
@@ -284,8 +286,8 @@ class PadTeleop:
         self.halt()
 
     def halt(self):
-        """Ends all motion: the pad is lost or its message invalid."""
-        self._drive, self._turn = 0.0, 0.0
+        """Stops all motion: the pad has disconnected or its message is invalid."""
+        self._drive, self._steer = 0.0, 0.0
         self._live, self._stopped = 0.0, False
 
     def update(self, pad):
@@ -295,7 +297,7 @@ class PadTeleop:
             pad: PadState.
         """
         live = self.scheme.drive(pad)
-        self._turn = pad.sticks["left_x"]
+        self._steer = pad.sticks["left_x"]
         if live == 0.0:
             self._stopped = False  # after a stop the drive must go through rest
         for name in sorted(pad.pressed & self.scheme.buttons.keys()):
@@ -317,28 +319,28 @@ class PadTeleop:
 
     @property
     def motion(self):
-        """Drive and turn of the wheels as signs, for the picture."""
+        """Drive and steering as signs, for the screen."""
         drive = (self._drive > 0.0) - (self._drive < 0.0)
-        turn = (self._turn > 0.0) - (self._turn < 0.0)
-        return (drive, turn) if drive else (0, 0)
+        steer = (self._steer > 0.0) - (self._steer < 0.0)
+        return (drive, steer) if drive else (0, 0)
 
     @property
-    def wanted(self):
-        """The wanted command: (linear.x [m/s], angular.z [rad/s]); the stick moves the wheels."""
+    def target(self):
+        """The requested command: (linear.x [m/s], angular.z [rad/s])."""
         if self._drive == 0.0:
             return 0.0, 0.0
         sign = 1.0 if self._drive > 0.0 else -1.0
-        return (self._drive * self.speeds.linear, sign * self._turn * self.speeds.angular + 0.0)
+        return (self._drive * self.speeds.linear, sign * self._steer * self.speeds.angular + 0.0)
 
 
-WAITING, DRIVING, LOST = "waiting", "driving", "lost"
+WAITING, DRIVING, DISCONNECTED = "waiting", "driving", "disconnected"
 
 
 class JoystickNode:
     """The joystick node.
 
-    It publishes periodically from the first input of the pad on. When the pad is lost it publishes
-    one zero and nothing more until the next input.
+    It publishes periodically from the first input of the pad on. When the pad disconnects it
+    publishes one zero and nothing more until the next input.
     """
 
     def __init__(self, session):
@@ -367,7 +369,7 @@ class JoystickNode:
         )
 
     def tick(self, now, period):
-        """Processes the pad's messages, publishes the command, draws.
+        """Processes the pad's messages, publishes the command, updates the screen.
 
         Args:
             now: Time [s].
@@ -379,36 +381,36 @@ class JoystickNode:
             except queue.Empty:
                 break
             self._received = when
-            self._take(message)
+            self._process(message)
         if self._state == DRIVING and now - self._received > self._timeout:
-            self._on_pad_lost(
-                f"no /joy for {self._timeout:g} s: the pad is lost, the truck was stopped"
+            self._on_disconnected(
+                f"no /joy for {self._timeout:g} s: the pad is disconnected, the truck was stopped"
             )
         if self._state == DRIVING:
-            self._session.send(*self.teleop.wanted, period)
+            self._session.send(*self.teleop.target, period)
         if self._session.screen:
-            self._session.screen.keys()  # what is typed here means nothing
+            self._session.screen.keys()  # typed keys are ignored
         title = f"Cyber Truck: joystick teleop, {self._name}"
         self._session.show(title, self.teleop, self._notes(), self.teleop.scheme.help)
 
     def _notes(self):
-        """Lines about the pad, and what is wrong with it."""
-        note = {
+        """Lines about the pad and its errors."""
+        state_note = {
             WAITING: "Waiting for /joy: move a stick or press a button.",
             DRIVING: "The pad drives.",
-            LOST: "The pad is lost; nothing is sent.",
+            DISCONNECTED: "The pad is disconnected; nothing is sent.",
         }[self._state]
-        return (note,) if self._complaint is None else (note, self._complaint)
+        return (state_note,) if self._complaint is None else (state_note, self._complaint)
 
-    def _take(self, message):
+    def _process(self, message):
         """Processes one Joy message."""
         try:
             pad = self._reader.read(message.axes, message.buttons)
         except ValueError as error:
-            self._on_pad_lost(f"/joy: {error}; the truck was stopped")
+            self._on_disconnected(f"/joy: {error}; the truck was stopped")
             return
         if pad.unplugged and self._state == DRIVING:
-            self._on_pad_lost("the pad was unplugged; the truck was stopped")
+            self._on_disconnected("the pad was unplugged; the truck was stopped")
             return
         if self._state != DRIVING:
             if pad.idle:
@@ -416,7 +418,7 @@ class JoystickNode:
             self._state, self._complaint = DRIVING, None
         self.teleop.update(pad)
 
-    def _on_pad_lost(self, text):
+    def _on_disconnected(self, text):
         """Publishes one zero, stops publishing and logs the reason once."""
         if self._complaint != text:
             rospy.logwarn("joystick: %s", text)
@@ -425,7 +427,7 @@ class JoystickNode:
         self._reader.reset()
         if self._state == DRIVING:
             self._session.send_zero()
-        self._state = LOST
+        self._state = DISCONNECTED
 
 
 def main():

@@ -9,21 +9,22 @@ import rospy
 from paddock_common.settings import Choice, Number, parameter
 
 from cybertruck.teleop.limits import Speeds
-from cybertruck.teleop.session import Ended, run
+from cybertruck.teleop.session import TeleopExit, run
 
 DRIVE = {"up": 1, "down": -1}
-TURN = {"left": 1, "right": -1}
+STEER = {"left": 1, "right": -1}
 SPEED_KEYS = {"q": "faster", "z": "slower", "w": "turn_faster", "x": "turn_slower", "r": "reset"}
 STOP_KEY, MODE_KEY = "s", "mode"
-KEYS = (*DRIVE, *TURN, *SPEED_KEYS, STOP_KEY, MODE_KEY)
+KEYS = (*DRIVE, *STEER, *SPEED_KEYS, STOP_KEY, MODE_KEY)
 
 
 class KeyTeleop:
     """Commands from the keys.
 
     Held mode: the truck moves while keys are down, and keys add up. Continuous mode: the motion
-    stays when its keys are released. A drive arrow begins a new motion (with the turn arrows that
-    are down at that moment), a turn arrow changes the turn of the running one, S ends it.
+    stays when its keys are released. A drive arrow starts a new motion (with the steering arrows
+    that are down at that moment), a steering arrow changes the wheels of the current one, S stops
+    it.
     """
 
     def __init__(self, speeds=None):
@@ -35,11 +36,11 @@ class KeyTeleop:
         self.speeds = speeds or Speeds()
         self.continuous = False
         self._down = set()  # keys that are down
-        self._spent = set()  # keys that are down but were ended by S: they need a new press
-        self._latched = (0, 0)  # drive and turn of continuous mode
+        self._spent = set()  # keys that are down but were stopped by S: they need a new press
+        self._latched = (0, 0)  # drive and steering of continuous mode
 
     def press(self, key):
-        """A key goes down; a key that is down already (auto-repeat) changes nothing.
+        """Processes a key press; a key that is down already (auto-repeat) changes nothing.
 
         Args:
             key: One of KEYS; anything else is ignored.
@@ -60,46 +61,46 @@ class KeyTeleop:
             self._latched = (self._latched[0], self._held()[1])
 
     def release(self, key):
-        """A key goes up."""
+        """Processes a key release."""
         self._down.discard(key)
         self._spent.discard(key)
 
     def release_all(self):
-        """Releases all keys after their source is lost."""
+        """Releases all keys after their source has disconnected."""
         self._down.clear()
         self._spent.clear()
 
     def stop(self):
-        """Ends all motion; keys that are down must be pressed again."""
+        """Stops all motion; keys that are down must be pressed again."""
         self._spent = set(self._down)
         self._latched = (0, 0)
 
     @property
     def motion(self):
-        """Drive (1 forward, -1 backward, 0) and turn of the wheels (1 left, -1 right, 0)."""
-        drive, turn = self._latched if self.continuous else self._held()
-        return (drive, turn) if drive else (0, 0)
+        """Drive (1 forward, -1 backward, 0) and steering (1 left, -1 right, 0)."""
+        drive, steer = self._latched if self.continuous else self._held()
+        return (drive, steer) if drive else (0, 0)
 
     @property
-    def wanted(self):
-        """The wanted command: (linear.x [m/s], angular.z [rad/s]).
+    def target(self):
+        """The requested command: (linear.x [m/s], angular.z [rad/s]).
 
-        A turn alone gives no command: the truck cannot turn at rest. Backwards, wheels that point
+        Steering alone is no command: the truck cannot turn at rest. Backwards, wheels that point
         to the left turn the truck to the right.
         """
-        drive, turn = self.motion
-        return drive * self.speeds.linear, drive * turn * self.speeds.angular + 0.0
+        drive, steer = self.motion
+        return drive * self.speeds.linear, drive * steer * self.speeds.angular + 0.0
 
     def _held(self):
-        """Returns the sum of the arrows that are down: (drive, turn)."""
+        """Returns the sum of the arrows that are down: (drive, steering)."""
         active = self._down - self._spent
         return (
             sum(value for key, value in DRIVE.items() if key in active),
-            sum(value for key, value in TURN.items() if key in active),
+            sum(value for key, value in STEER.items() if key in active),
         )
 
 
-HOLD = 0.6  # a key counts as held this long after its last repeat [s]
+HOLD_TIME = 0.6  # a key counts as held this long after its last repeat [s]
 ARROWS = {
     curses.KEY_UP: "up",
     curses.KEY_DOWN: "down",
@@ -110,7 +111,7 @@ LETTERS = {letter: letter for letter in "qzwxrs"} | {"c": "mode"}
 
 
 def name_of(code):
-    """Returns the name of a curses key code, or None for a key without a meaning.
+    """Returns the name of a curses key code, or None for a key without a function.
 
     Args:
         code: What curses' getch() returned.
@@ -129,7 +130,7 @@ class TerminalKeys:
     one key at a time, since the keyboard repeats only the last one.
     """
 
-    def __init__(self, teleop, hold=HOLD):
+    def __init__(self, teleop, hold_time=HOLD_TIME):
         """Starts with no key down.
 
         Args:
@@ -137,7 +138,7 @@ class TerminalKeys:
             hold: How long a key counts as held after its last character [s].
         """
         self._teleop = teleop
-        self._hold = hold
+        self._hold_time = hold_time
         self._key, self._until = None, 0.0
 
     def feed(self, code, now):
@@ -155,7 +156,7 @@ class TerminalKeys:
             self._drop()
             self._teleop.press(key)
             self._key = key
-        self._until = now + self._hold
+        self._until = now + self._hold_time
 
     def expire(self, now):
         """Releases the key whose repeat has stopped."""
@@ -169,7 +170,7 @@ class TerminalKeys:
 
 
 class NoServer(RuntimeError):
-    """No X server can be used; the text says why."""
+    """No X server can be used; the text is the reason."""
 
 
 class XKeys:
@@ -201,7 +202,7 @@ class XKeys:
                 on_press=lambda key: self._events.put((True, key)),
                 on_release=lambda key: self._events.put((False, key)),
             )
-        except Exception as error:  # pynput and Xlib raise many kinds, ImportError among them
+        except Exception as error:  # pynput and Xlib raise many types, ImportError among them
             reason = str(error).strip().splitlines()[0] if str(error).strip() else repr(error)
             raise NoServer(f"no X server at DISPLAY={display}: {reason}") from error
         self._events = queue.SimpleQueue()
@@ -212,7 +213,7 @@ class XKeys:
 
     @property
     def alive(self):
-        """Whether the X server still answers."""
+        """Whether the X server still responds."""
         return self._listener.is_alive()
 
     def poll(self):
@@ -227,7 +228,7 @@ class XKeys:
                 (self._teleop.press if down else self._teleop.release)(name)
 
     def name_of(self, key):
-        """Returns our name of a pynput key, or None."""
+        """Returns the name in KEYS of a pynput key, or None."""
         if key in self._names:
             return self._names[key]
         character = getattr(key, "char", None)
@@ -257,35 +258,35 @@ class KeyboardNode:
             session: Session.
 
         Raises:
-            Ended: There is no source of keys.
+            TeleopExit: There is no source of keys.
             ValueError: A parameter is wrong; the message names it.
         """
         self._session = session
         self.teleop = KeyTeleop(session.speeds())
-        wanted = parameter(rospy.get_param, "keys", "auto", Choice(SOURCES))
-        hold = parameter(rospy.get_param, "hold_time", HOLD, Number(above=0.0, unit="s"))
+        source = parameter(rospy.get_param, "keys", "auto", Choice(SOURCES))
+        hold_time = parameter(rospy.get_param, "hold_time", HOLD_TIME, Number(above=0.0, unit="s"))
         self._x, self._terminal = None, None
-        reason = "keys:=terminal was asked for"
-        if wanted != "terminal":
+        reason = "keys:=terminal was requested"
+        if source != "terminal":
             try:
                 self._x = XKeys(self.teleop)
                 self._notes = ("Keys come from the X server, wherever the focus is.",)
                 if os.environ.get("WAYLAND_DISPLAY"):
                     self._notes += ("Wayland: only X windows' keys arrive; else keys:=terminal.",)
             except NoServer as error:
-                if wanted == "x":
-                    raise Ended(f"keys:=x: {error}") from None
+                if source == "x":
+                    raise TeleopExit(f"keys:=x: {error}") from None
                 reason = str(error)
         if self._x is None:
             if not (sys.stdin.isatty() and sys.stdout.isatty()):
-                raise Ended(
-                    f"no keys: {reason}, and this is no terminal (start the teleop in a "
+                raise TeleopExit(
+                    f"no keys: {reason}, and this is not a terminal (start the teleop in a "
                     "terminal, or set DISPLAY)"
                 )
-            self._terminal = TerminalKeys(self.teleop, hold)
+            self._terminal = TerminalKeys(self.teleop, hold_time)
             self._notes = (
                 f"Keys come from this terminal ({reason}).",
-                f"C is Caps Lock; held means a repeat within {hold:g} s; no chords: to "
+                f"C is Caps Lock; held means a repeat within {hold_time:g} s; no chords: to "
                 "turn, use continuous mode (C), then Up, then Left or Right.",
             )
         self._help = tuple(
@@ -293,14 +294,14 @@ class KeyboardNode:
         )
 
     def tick(self, now, period):
-        """Processes the keys, publishes the command, draws.
+        """Processes the keys, publishes the command, updates the screen.
 
         Args:
             now: Time [s].
             period: Time since the last call [s].
 
         Raises:
-            Ended: The X server is gone.
+            TeleopExit: The X server has exited.
         """
         screen = self._session.screen
         codes = screen.keys() if screen else ()
@@ -309,12 +310,12 @@ class KeyboardNode:
             if not self._x.alive:
                 self.teleop.release_all()
                 self.teleop.stop()
-                raise Ended("the X server is gone; the truck was stopped")
+                raise TeleopExit("the X server has exited; the truck was stopped")
         else:
             for code in codes:
                 self._terminal.feed(code, now)
             self._terminal.expire(now)
-        self._session.send(*self.teleop.wanted, period)
+        self._session.send(*self.teleop.target, period)
         self._session.show("Cyber Truck: keyboard teleop", self.teleop, self._notes, self._help)
 
 

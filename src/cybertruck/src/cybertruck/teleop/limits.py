@@ -8,7 +8,7 @@ from paddock_common.settings import Number, check, flag, number
 from cybertruck.trailer.geometry import Geometry, towing_limit
 
 STEP_UP, STEP_DOWN = 1.1, 0.9  # one step of ten percent
-LEAST = 0.01  # least speeds [m/s, rad/s], so that they can grow again
+MIN_SPEED = 0.01  # minimum speeds [m/s, rad/s], from which they can grow again
 
 
 class Speeds:
@@ -19,20 +19,20 @@ class Speeds:
 
         Args:
             linear: Default speed [m/s].
-            angular: Default turning speed [rad/s].
-            max_linear: Greatest speed [m/s].
-            max_angular: Greatest turning speed [rad/s].
+            angular: Default yaw rate [rad/s].
+            max_linear: Maximum speed [m/s].
+            max_angular: Maximum yaw rate [rad/s].
 
         Raises:
-            ValueError: A default is no number within the limits.
+            ValueError: A default is not a number within the limits.
         """
-        for name, value, most in (
+        for name, value, limit in (
             ("linear_speed", linear, max_linear),
             ("angular_speed", angular, max_angular),
         ):
-            Number(min=LEAST, max=most).check(name, value)
+            Number(min=MIN_SPEED, max=limit).check(name, value)
         self._defaults = (float(linear), float(angular))
-        self._most = (max_linear, max_angular)
+        self._max_speeds = (max_linear, max_angular)
         self.reset()
 
     def reset(self):
@@ -41,14 +41,14 @@ class Speeds:
 
     def scale_linear(self, factor):
         """Multiplies the speed, within the limits."""
-        self.linear = min(max(self.linear * factor, LEAST), self._most[0])
+        self.linear = min(max(self.linear * factor, MIN_SPEED), self._max_speeds[0])
 
     def scale_angular(self, factor):
-        """Multiplies the turning speed, within the limits."""
-        self.angular = min(max(self.angular * factor, LEAST), self._most[1])
+        """Multiplies the yaw rate, within the limits."""
+        self.angular = min(max(self.angular * factor, MIN_SPEED), self._max_speeds[1])
 
     def apply(self, action):
-        """Does a named step.
+        """Applies a named step.
 
         Args:
             action: "faster", "slower", "turn_faster", "turn_slower" or "reset".
@@ -62,7 +62,7 @@ class Speeds:
         }[action]()
 
 
-STANDSTILL = 1e-6  # speeds below count as none [m/s]
+STANDSTILL = 1e-6  # lower speeds count as 0 [m/s]
 
 
 @dataclass(frozen=True)
@@ -71,16 +71,16 @@ class Limits:
 
     Attributes:
         wheelbase: Front to rear axle of the truck [m].
-        max_speed: Greatest size of linear.x [m/s].
-        max_angular: Greatest size of angular.z [rad/s].
-        max_steering: Greatest angle of the bicycle's front wheel [rad].
-        max_acceleration: Greatest rise of the speed [m/s^2]; 0: no limit. Slowing down is never
+        max_speed: Maximum absolute linear.x [m/s].
+        max_angular: Maximum absolute angular.z [rad/s].
+        max_steering: Maximum angle of the bicycle's front wheel [rad].
+        max_acceleration: Maximum rise of the speed [m/s^2]; 0: no limit. Slowing down is never
             delayed.
-        max_steering_rate: Greatest change of the steering angle [rad/s]; 0: no limit.
+        max_steering_rate: Maximum change of the steering angle [rad/s]; 0: no limit.
         trailer: Whether the truck pulls a trailer; the curvature is then limited further.
         hitch_offset: Rear axle to hitch [m].
         tongue_length: Hitch to the trailer's axle [m].
-        max_hitch_angle: Hitch angle that the tightest circle with a trailer ends in [rad].
+        max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
     """
 
     wheelbase: float = number(0.508, above=0.0, unit="m")
@@ -99,7 +99,7 @@ class Limits:
 
     @property
     def max_curvature(self):
-        """Greatest curvature of the rear axle's path [1/m]."""
+        """Maximum curvature of the rear axle's path [1/m]."""
         geometry = Geometry(
             self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
         )
@@ -111,8 +111,8 @@ class Limits:
         """Limits a command; the truck cannot turn at rest.
 
         Args:
-            linear: Wanted linear.x [m/s].
-            angular: Wanted angular.z [rad/s].
+            linear: Requested linear.x [m/s].
+            angular: Requested angular.z [rad/s].
 
         Returns:
             (linear.x [m/s], angular.z [rad/s]).
@@ -120,12 +120,12 @@ class Limits:
         linear = min(max(linear, -self.max_speed), self.max_speed)
         if abs(linear) < STANDSTILL:
             return 0.0, 0.0
-        most = min(self.max_angular, abs(linear) * self.max_curvature)
-        return linear, min(max(angular, -most), most)
+        limit = min(self.max_angular, abs(linear) * self.max_curvature)
+        return linear, min(max(angular, -limit), limit)
 
 
 class RateLimiter:
-    """Makes commands follow the wanted ones at limited rates; stopping is never delayed."""
+    """Limits the rates of change of commands; stopping is never delayed."""
 
     def __init__(self, limits):
         """Starts at rest with straight wheels.
@@ -144,8 +144,8 @@ class RateLimiter:
         """Returns the next command.
 
         Args:
-            linear: Wanted linear.x [m/s].
-            angular: Wanted angular.z [rad/s].
+            linear: Requested linear.x [m/s].
+            angular: Requested angular.z [rad/s].
             period: Time since the last command [s].
 
         Returns:
@@ -158,13 +158,13 @@ class RateLimiter:
             return 0.0, 0.0
         if limits.max_acceleration > 0.0:
             from_speed = abs(self._linear) if self._linear * linear > 0.0 else 0.0
-            most = from_speed + limits.max_acceleration * max(period, 0.0)
-            reached = math.copysign(min(abs(linear), most), linear)
+            limit = from_speed + limits.max_acceleration * max(period, 0.0)
+            reached = math.copysign(min(abs(linear), limit), linear)
         else:
             reached = linear
         steering = math.atan(angular / linear * limits.wheelbase)
         if limits.max_steering_rate > 0.0:
-            most = limits.max_steering_rate * max(period, 0.0)
-            steering = min(max(steering, self._steering - most), self._steering + most)
+            limit = limits.max_steering_rate * max(period, 0.0)
+            steering = min(max(steering, self._steering - limit), self._steering + limit)
         self._linear, self._steering = reached, steering
         return limits.clip(reached, reached * math.tan(steering) / limits.wheelbase)

@@ -4,8 +4,8 @@ import curses
 import textwrap
 from dataclasses import dataclass
 
-WIDTH, HEIGHT = 25, 15  # of the picture, in characters
-FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # turn of the wheels -> a wheel from above
+WIDTH, HEIGHT = 25, 15  # of the image, in characters
+FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # steering -> a wheel from above
 TREAD = "-=~"  # characters of a rolling wheel, one after the other
 BODY = (
     "   ,-------.   ",
@@ -21,30 +21,30 @@ BODY = (
 
 
 def truck(drive, turn, phase):
-    """Draws the truck.
+    """Draws the truck in characters.
 
     Args:
         drive: 1 forward, -1 backward, 0 at rest.
         turn: Where the front wheels point: 1 left, -1 right, 0 straight ahead.
-        phase: Whole number that grows while the truck moves.
+        phase: Number that grows while the truck moves.
 
     Returns:
         HEIGHT lines of at most WIDTH characters.
     """
-    mark = {1: "^", -1: "v"}.get(drive, "")
+    arrow_head = {1: "^", -1: "v"}.get(drive, "")
     lean = {1: "<", -1: ">"}.get(turn, "")
     trail = ["", "", ""]
-    if mark:
+    if arrow_head:
         count = 1 + phase % 3
         for row in range(3):
-            near = 2 - row if drive > 0 else row
-            trail[row] = f"{mark} {mark} {mark}" if near < count else ""
+            distance = 2 - row if drive > 0 else row
+            trail[row] = f"{arrow_head} {arrow_head} {arrow_head}" if distance < count else ""
     arrow = (lean + " ") * 3 if turn else ""
-    ahead = trail if drive > 0 else ["", "", ""]
-    behind = trail if drive < 0 else ["", "", ""]
+    above = trail if drive > 0 else ["", "", ""]
+    below = trail if drive < 0 else ["", "", ""]
     tread = TREAD[-drive * phase % 3]
     front, rear = FRONT[turn], f"|{tread}|"
-    lines = [line.center(WIDTH) for line in ahead]
+    lines = [line.center(WIDTH) for line in above]
     for row, text in enumerate(BODY):
         if row in (1, 2):
             lines.append(f" {front} {text[1:-1]} {front} ".center(WIDTH))
@@ -52,7 +52,7 @@ def truck(drive, turn, phase):
             lines.append(f" {rear} {text[1:-1]} {rear} ".center(WIDTH))
         else:
             lines.append(text.center(WIDTH))
-    lines += [line.center(WIDTH) for line in behind]
+    lines += [line.center(WIDTH) for line in below]
     side = 1 if drive >= 0 else len(lines) - 2
     if arrow and drive:
         line = arrow.strip()
@@ -64,7 +64,7 @@ def truck(drive, turn, phase):
     return [line.rstrip() for line in lines]
 
 
-LEAST_WIDTH, LEAST_HEIGHT = 60, 20  # smaller terminals get a short text
+MIN_WIDTH, MIN_HEIGHT = 60, 20  # smaller terminals get a short text
 BAR = 12  # characters of a velocity's bar, to either side
 
 
@@ -77,12 +77,12 @@ class View:
         linear: Commanded linear.x [m/s].
         angular: Commanded angular.z [rad/s].
         linear_speed: Set speed [m/s].
-        angular_speed: Set turning speed [rad/s].
-        max_linear: Greatest speed, for the bar [m/s].
-        max_angular: Greatest turning speed, for the bar [rad/s].
+        angular_speed: Set yaw rate [rad/s].
+        max_linear: Maximum speed, for the bar [m/s].
+        max_angular: Maximum yaw rate, for the bar [rad/s].
         continuous: Whether the motion stays when keys are released.
         drive: 1 forward, -1 backward, 0 at rest.
-        turn: Turn of the wheels: 1 left, -1 right, 0 straight ahead.
+        turn: Steering: 1 left, -1 right, 0 straight ahead.
         notes: Lines about the source of the events, warnings first.
         help: Lines of key help.
         phase: Grows by one a frame while the truck moves.
@@ -103,9 +103,9 @@ class View:
     phase: int = 0
 
 
-def bar(value, most):
-    """Draws a number as a bar that grows to the right or to the left of a middle mark."""
-    length = min(BAR, round(abs(value) / most * BAR)) if most > 0.0 else 0
+def bar(value, maximum):
+    """Draws a number as a bar that grows to the right or to the left of the centre."""
+    length = min(BAR, round(abs(value) / maximum * BAR)) if maximum > 0.0 else 0
     if value and not length:
         length = 1
     if value < 0.0:
@@ -113,16 +113,16 @@ def bar(value, most):
     return "[" + " " * BAR + "|" + ("#" * length).ljust(BAR) + "]"
 
 
-def motion_words(drive, turn):
-    """Returns a motion in words."""
+def motion_text(drive, turn):
+    """Returns the text of a motion."""
     if not drive:
-        return "standing"
-    way = "forward" if drive > 0 else "backward"
-    return way + {1: ", wheels left", -1: ", wheels right"}.get(turn, "")
+        return "at rest"
+    direction = "forward" if drive > 0 else "backward"
+    return direction + {1: ", wheels left", -1: ", wheels right"}.get(turn, "")
 
 
 def render(view, width, height):
-    """Lays a view out.
+    """Lays out a view.
 
     Args:
         view: View.
@@ -135,13 +135,13 @@ def render(view, width, height):
     """
     width = max(width - 1, 0)
     mode = "continuous" if view.continuous else "held"
-    if width + 1 < LEAST_WIDTH or height < LEAST_HEIGHT:
+    if width + 1 < MIN_WIDTH or height < MIN_HEIGHT:
         short = [
             f"{view.linear:+.2f} m/s {view.angular:+.2f} rad/s",
-            f"{mode}, {motion_words(view.drive, view.turn)}",
+            f"{mode}, {motion_text(view.drive, view.turn)}",
             f"set {view.linear_speed:.2f} {view.angular_speed:.2f}",
             *view.notes,
-            f"(the picture needs {LEAST_WIDTH}x{LEAST_HEIGHT})",
+            f"(the image needs {MIN_WIDTH}x{MIN_HEIGHT})",
         ]
         return [line[:width] for line in short][:height]
     left = [
@@ -150,19 +150,19 @@ def render(view, width, height):
         f"angular   {bar(view.angular, view.max_angular)}",
         f"speeds    {view.linear_speed:7.3f} m/s             {view.angular_speed:7.3f} rad/s",
         f"mode      {mode}",
-        f"motion    {motion_words(view.drive, view.turn)}",
+        f"motion    {motion_text(view.drive, view.turn)}",
         "",
         *view.help,
     ]
-    picture = truck(view.drive, view.turn, view.phase)
+    image = truck(view.drive, view.turn, view.phase)
     column = max(width - WIDTH - 1, 0)
     if width > 100:
         column = 70 + (width - 70 - WIDTH) // 2
     rows = [view.title, "-" * width]
-    for index in range(max(len(left), len(picture))):
+    for index in range(max(len(left), len(image))):
         text = left[index] if index < len(left) else ""
-        drawn = picture[index] if index < len(picture) else ""
-        rows.append(text[: column - 1].ljust(column) + drawn)
+        image_row = image[index] if index < len(image) else ""
+        rows.append(text[: column - 1].ljust(column) + image_row)
     rows.append("-" * width)
     for note in view.notes:
         rows += textwrap.wrap(note, width)
@@ -176,7 +176,7 @@ class Screen:
         """Opens the terminal; close() restores it.
 
         Raises:
-            curses.error: The terminal's kind is unknown.
+            curses.error: The terminal's type is unknown.
         """
         self._window = curses.initscr()
         curses.noecho()
@@ -189,7 +189,7 @@ class Screen:
         self._window.nodelay(True)
         curses.set_escdelay(25)
         self._window.refresh()  # the terminal sends arrow keys as curses expects them from here on
-        self._shown = None
+        self._displayed = None
 
     def keys(self):
         """Returns the received key codes, oldest first."""
@@ -200,16 +200,16 @@ class Screen:
                 break
             if code == curses.KEY_RESIZE:
                 curses.update_lines_cols()
-                self._shown = None
+                self._displayed = None
                 continue
             codes.append(code)
         return codes
 
     def show(self, view):
-        """Draws a view; nothing is written while nothing changes."""
+        """Shows a view; writes only changes."""
         height, width = self._window.getmaxyx()
         rows = render(view, width, height)
-        if rows == self._shown:
+        if rows == self._displayed:
             return
         self._window.erase()
         for row, text in enumerate(rows):
@@ -218,7 +218,7 @@ class Screen:
             except curses.error:  # the terminal shrank meanwhile; the next frame fits
                 break
         self._window.refresh()
-        self._shown = rows
+        self._displayed = rows
 
     def close(self):
         """Restores the terminal."""

@@ -17,18 +17,18 @@ from paddock_common.process import StopRequest
 from paddock_common.settings import Number, parameter, read
 from paddock_common.waiting import flush
 
-from cybertruck.teleop import guard
+from cybertruck.teleop import supervisor
 from cybertruck.teleop.limits import Limits, RateLimiter, Speeds
 from cybertruck.teleop.screen import Screen, View
 from paddock_common import nodes
 
 
-class Ended(Exception):
-    """The teleop ends by itself; the text tells the user why."""
+class TeleopExit(Exception):
+    """The teleop exits; the text is the reason."""
 
 
 class Session:
-    """One run of a teleop, from its first message to its last zero."""
+    """One run of a teleop, from its first message to its last zero command."""
 
     def __init__(self, name):
         """Starts the ROS node and installs signal handlers.
@@ -37,13 +37,13 @@ class Session:
             name: Default name of the node.
 
         Raises:
-            Ended: There is no ROS master.
+            TeleopExit: There is no ROS master.
             ValueError: A parameter is wrong; the message names it.
         """
         if not rosgraph.is_master_online():
-            raise Ended(f"no ROS master at {rosgraph.get_master_uri()}")
+            raise TeleopExit(f"no ROS master at {rosgraph.get_master_uri()}")
         nodes.init_node(name, disable_signals=True)
-        self.stop = StopRequest(guard.SIGNALS)
+        self.stop = StopRequest(supervisor.SIGNALS)
         signal.signal(signal.SIGTSTP, signal.SIG_IGN)  # a suspended teleop could not stop the truck
         self.limits = read(Limits, rospy.get_param)
         self.rate = parameter(rospy.get_param, "rate", 20.0, Number(above=0.0, unit="Hz"))
@@ -57,7 +57,7 @@ class Session:
         rospy.on_shutdown(self.finish)
 
     def speeds(self):
-        """Gives the Speeds that the parameters set, within the limits.
+        """Returns the Speeds that the parameters set, within the limits.
 
         Raises:
             ValueError: A parameter is wrong; the message names it.
@@ -76,19 +76,19 @@ class Session:
         try:
             self.screen = Screen()
         except curses.error as error:
-            raise Ended(
-                f"TERM={os.environ.get('TERM', '')!r} is no terminal to draw on: {error}"
+            raise TeleopExit(
+                f"TERM={os.environ.get('TERM', '')!r} is not a terminal for the screen: {error}"
             ) from None
         rosout = logging.getLogger("rosout")
         rosout.handlers = [item for item in rosout.handlers if "Stream" not in type(item).__name__]
         self._stderr, sys.stderr = sys.stderr, io.StringIO()
 
     def send(self, linear, angular, period):
-        """Publishes a wanted command within the limits.
+        """Publishes a requested command within the limits.
 
         Args:
-            linear: Wanted linear.x [m/s].
-            angular: Wanted angular.z [rad/s].
+            linear: Requested linear.x [m/s].
+            angular: Requested angular.z [rad/s].
             period: Time since the last command [s].
         """
         self.sent = self._limiter.step(linear, angular, period)
@@ -97,7 +97,7 @@ class Session:
                 self._publish(*self.sent)
 
     def show(self, title, teleop, notes, keys):
-        """Draws what is driven; without a screen nothing.
+        """Shows the motion on the screen, if there is one.
 
         Args:
             title: First line.
@@ -134,13 +134,13 @@ class Session:
         self.send(0.0, 0.0, 0.0)
 
     def loop(self, tick):
-        """Calls a function periodically, in wall time, until the session ends.
+        """Calls a function periodically, in wall time, until the session stops.
 
         Args:
             tick: Function (now [s], time since the last call [s]).
 
         Raises:
-            Ended: The terminal is gone.
+            TeleopExit: The terminal was closed.
         """
         period = 1.0 / self.rate
         last = time.monotonic()
@@ -148,8 +148,8 @@ class Session:
             now = time.monotonic()
             tick(now, now - last)
             last = now
-            if self.screen and terminal_gone():
-                raise Ended("the terminal is gone")
+            if self.screen and terminal_is_closed():
+                raise TeleopExit("the terminal was closed")
             time.sleep(max(0.0, period - (time.monotonic() - now)))
 
     def finish(self):
@@ -167,7 +167,7 @@ class Session:
         if self.screen:
             try:
                 self.screen.close()
-            except curses.error:  # the terminal is gone
+            except curses.error:  # the terminal was closed
                 pass
             self.screen = None
         if self._stderr is not None:
@@ -175,7 +175,7 @@ class Session:
             self._stderr = None
             sys.stderr.write(caught)
         if not rospy.is_shutdown():
-            rospy.signal_shutdown("the teleop ends")
+            rospy.signal_shutdown("the teleop exits")
 
     def _publish(self, linear, angular):
         message = Twist()
@@ -183,7 +183,7 @@ class Session:
         self._publisher.publish(message)
 
 
-def terminal_gone():
+def terminal_is_closed():
     """Returns whether the terminal was closed."""
     poll = select.poll()
     poll.register(0, select.POLLIN)
@@ -192,25 +192,25 @@ def terminal_gone():
     )
 
 
-def run(name, kind):
-    """Runs a teleop under the guard of its terminal.
+def run(name, make_node):
+    """Runs a teleop under the supervisor of its terminal.
 
     Args:
         name: Default name of the node.
-        kind: Class or function (session); what it gives has a tick(now, period).
+        make_node: Class or function (session) whose result has tick(now, period).
 
     Returns:
-        Exit status: 0 after Ctrl-C or a shutdown of the node, 128 + number after another signal,
-        1 after an error.
+        Exit status: 0 after Ctrl-C or a shutdown of the node, 128 + signal number after another
+        signal, 1 after an error.
     """
-    guard.enter()
+    supervisor.enter()
     session = None
     try:
         session = Session(name)
-        node = kind(session)
+        node = make_node(session)
         session.open_screen()
         session.loop(node.tick)
-    except (Ended, ValueError) as error:
+    except (TeleopExit, ValueError) as error:
         if session:
             session.close()
         print(f"{name}: {error}", file=sys.stderr)
@@ -220,5 +220,5 @@ def run(name, kind):
     finally:
         if session:
             session.close()
-    ended_by = session.stop.signal
-    return 0 if ended_by in (None, signal.SIGINT) else 128 + ended_by
+    stop_signal = session.stop.signal
+    return 0 if stop_signal in (None, signal.SIGINT) else 128 + stop_signal

@@ -1,1 +1,1 @@
-"""Truck with trailer: kinematics, steering map, paths and backing control; no ROS in here."""
+"""Truck with trailer: kinematics, steering map, paths and backing control; without ROS."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from paddock_common.settings import check, number
 
-HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical stop [rad]
-NEAR_AXLE = 0.15  # share of the tongue below which a hitch counts as on the axle
+HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical limit [rad]
+ON_AXLE_RATIO = 0.15  # fraction of the tongue's length below which a hitch counts as on the axle
 
 
 class TrailerError(ValueError):
-    """A value of geometry, path, goal or map is wrong; the text names it and what is valid."""
+    """A value of geometry, path, goal or map is not valid; the text names it and what is valid."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Geometry:
         wheelbase: L, front to rear axle of the truck [m].
         hitch_offset: L1, rear axle to hitch, positive behind the axle, 0 for on-axle [m].
         tongue_length: L2, hitch to the trailer's axle [m].
-        max_steering: Greatest angle of the bicycle's front wheel [rad].
-        hitch_stop: Hitch angle at which the joint meets its stop [rad].
+        max_steering: Maximum angle of the bicycle's front wheel [rad].
+        hitch_stop: Hitch angle at the joint's limit [rad].
     """
 
     wheelbase: float = number(0.508, above=0.0, unit="m")
@@ -42,12 +42,12 @@ class Geometry:
 
     @property
     def near_axle(self):
-        """Whether the hitch is too near the axle to set the trailer's curvature by steering."""
-        return self.hitch_offset < NEAR_AXLE * self.tongue_length
+        """Whether the hitch is too close to the axle to set the trailer's curvature by steering."""
+        return self.hitch_offset < ON_AXLE_RATIO * self.tongue_length
 
 
 def towing_curvature(hitch_angle, geometry):
-    """Returns the truck's curvature that keeps a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
+    """Returns the truck's curvature that holds a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
 
     Args:
         hitch_angle: ψ [rad].
@@ -61,7 +61,7 @@ def towing_curvature(hitch_angle, geometry):
 
 
 def steady_hitch_angle(curvature, geometry):
-    """Returns the hitch angle that a truck's circle ends in when it drives forward.
+    """Returns the hitch angle at which a trailer settles when the truck drives forward on a circle.
 
     sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
     sin(ψ + atan(F L1)) = -F L2 / sqrt(1 + F²L1²).
@@ -93,9 +93,9 @@ def has_steady_towing(curvature, geometry):
 
 
 def jackknife_angle(geometry):
-    """Returns the hitch angle beyond which backing folds the trailer whatever the steering.
+    """Returns the hitch angle beyond which backing folds the trailer at any steering angle.
 
-    It is the least root of sin ψ = Fmax (L2 + L1 cos ψ), the angle that full lock just holds.
+    It is the smallest root of sin ψ = Fmax (L2 + L1 cos ψ), the angle that full lock just holds.
 
     Returns:
         The angle [rad], or None where no root exists: full lock unfolds from anywhere.
@@ -109,18 +109,18 @@ def backing_limit(geometry, margin):
 
     Args:
         geometry: Geometry.
-        margin: Kept from the jackknife angle or from the hitch's stop, whichever is less [rad].
+        margin: To the jackknife angle or the hitch's limit, whichever is smaller [rad].
     """
     angle = jackknife_angle(geometry)
     return min(geometry.hitch_stop, math.inf if angle is None else angle) - margin
 
 
 def towing_limit(geometry, hitch_angle=math.radians(45.0)):
-    """Returns the greatest curvature to drive forward with so that no circle folds the trailer.
+    """Returns the maximum curvature to drive forward with at which no circle folds the trailer.
 
     Args:
         geometry: Geometry.
-        hitch_angle: Greatest hitch angle allowed in steady towing [rad].
+        hitch_angle: Maximum hitch angle allowed in steady towing [rad].
 
     Returns:
         F > 0, no more than the truck's own limit [1/m].
@@ -140,11 +140,13 @@ def steady_trailer(trailer_curvature, geometry):
     Returns:
         (F [1/m], ψ [rad]); NaN where no circle of the truck leads the trailer's.
     """
-    bend = np.asarray(trailer_curvature, dtype=float)
-    square = 1.0 + bend * bend * (geometry.tongue_length**2 - geometry.hitch_offset**2)
+    kappa = np.asarray(trailer_curvature, dtype=float)
+    square = 1.0 + kappa * kappa * (geometry.tongue_length**2 - geometry.hitch_offset**2)
     with np.errstate(invalid="ignore", divide="ignore"):
-        curvature = bend / np.sqrt(np.where(square > 0.0, square, np.nan))
-    angle = -np.arctan(geometry.tongue_length * bend) - np.arctan(geometry.hitch_offset * curvature)
+        curvature = kappa / np.sqrt(np.where(square > 0.0, square, np.nan))
+    angle = -np.arctan(geometry.tongue_length * kappa) - np.arctan(
+        geometry.hitch_offset * curvature
+    )
     return curvature, angle
 
 

@@ -14,7 +14,7 @@ from cybertruck.trailer.tracker import ARRIVED, FAILED
 
 
 def hitch_position(x, y, truck_heading, geometry):
-    """Returns the hitch's place (x, y) in the frame of the rear axle's place [m]."""
+    """Returns the hitch's position (x, y) in the frame of the rear axle's position [m]."""
     return (
         x - geometry.hitch_offset * np.cos(truck_heading),
         y - geometry.hitch_offset * np.sin(truck_heading),
@@ -22,7 +22,7 @@ def hitch_position(x, y, truck_heading, geometry):
 
 
 def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
-    """Returns the trailer axle's place from the truck's.
+    """Returns the trailer axle's pose from the truck's.
 
     Args:
         x, y: Rear axle's centre [m].
@@ -43,7 +43,7 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
 
 
 def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
-    """Returns the truck's place from the trailer's, the inverse of trailer_axle.
+    """Returns the truck's pose from the trailer's, the inverse of trailer_axle.
 
     Returns:
         (x, y, θ1) of C [m, m, rad].
@@ -62,10 +62,10 @@ def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
 
 def hitch_velocity(speed, truck_heading, curvature, geometry):
     """Returns the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
-    turn = geometry.hitch_offset * curvature
+    swing = geometry.hitch_offset * curvature
     return (
-        speed * (np.cos(truck_heading) + turn * np.sin(truck_heading)),
-        speed * (np.sin(truck_heading) - turn * np.cos(truck_heading)),
+        speed * (np.cos(truck_heading) + swing * np.sin(truck_heading)),
+        speed * (np.sin(truck_heading) - swing * np.cos(truck_heading)),
     )
 
 
@@ -86,7 +86,7 @@ def trailer_yaw_rate(speed, hitch_angle, curvature, geometry):
 def trailer_curvature(hitch_angle, curvature, geometry):
     """Returns κ2 = -(sin ψ + L1 F cos ψ) / (L2 (cos ψ - L1 F sin ψ)) [1/m].
 
-    Infinite where the trailer turns on the spot.
+    Infinite where the trailer rotates in place.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return trailer_yaw_rate(1.0, hitch_angle, curvature, geometry) / trailer_speed(
@@ -126,7 +126,7 @@ def derivative(state, speed, curvature, geometry):
 
 
 def advance(state, speed, curvature, time_step, geometry):
-    """Advances a state by one step of Runge and Kutta, speed and curvature held.
+    """Advances a state by one step of Runge and Kutta, speed and curvature constant.
 
     Args:
         state: (..., 4) x, y of C [m], θ1 and ψ [rad].
@@ -150,14 +150,14 @@ def integrate(state, speeds, curvatures, time_step, geometry):
     """Drives a sequence of commands.
 
     Args:
-        state: (..., 4) where to begin.
+        state: (..., 4) at the start.
         speeds: (n,) or a sequence of n values that fit the state, v [m/s].
         curvatures: The same for F [1/m].
         time_step: Duration of each command [s].
         geometry: Geometry.
 
     Returns:
-        (n + 1, ..., 4) the states, the first is the given one.
+        (n + 1, ..., 4) the states, the first is the argument.
     """
     states = [np.asarray(state, dtype=float)]
     for speed, curvature in zip(speeds, curvatures):
@@ -167,7 +167,7 @@ def integrate(state, speeds, curvatures, time_step, geometry):
 
 @dataclass
 class Run:
-    """Motion of rigs; the first axis is time.
+    """Motion of trucks with trailers; the first axis is time.
 
     Attributes:
         states: (n, ..., 4) x, y of C, θ1 and ψ [m, m, rad, rad].
@@ -175,7 +175,7 @@ class Run:
         heading: (n, ...) heading errors [rad].
         arc: (n, ...) arc lengths [m].
         mode: (n, ...) modes of the tracker.
-        struck: (...) whether the hitch met its stop.
+        struck: (...) whether the hitch reached its limit.
     """
 
     states: np.ndarray
@@ -187,7 +187,7 @@ class Run:
 
 
 def start_state(path, lateral, heading, hitch_angle, geometry):
-    """Returns the truck's state for a trailer beside the start of a path.
+    """Returns the truck's state for a trailer near the start of a path.
 
     Args:
         path: Path.
@@ -199,7 +199,7 @@ def start_state(path, lateral, heading, hitch_angle, geometry):
     Returns:
         (..., 4) state.
     """
-    x, y, direction, _ = path.place(0.0)
+    x, y, direction, _ = path.sample(0.0)
     lateral, heading, hitch_angle = np.broadcast_arrays(lateral, heading, hitch_angle)
     rear = rear_axle(
         x - lateral * np.sin(direction),
@@ -212,10 +212,10 @@ def start_state(path, lateral, heading, hitch_angle, geometry):
 
 
 def simulate(tracker, start, steering, geometry, time_limit, time_step=0.02, steering_rate=2.0):
-    """Drives rigs with a tracker until all have ended.
+    """Drives trucks with a tracker until all have stopped.
 
     Args:
-        tracker: Tracker for rigs of the start's shape.
+        tracker: Tracker of the start's shape.
         start: (..., 4) states.
         steering: The truck's true map from steering angle to curvature.
         geometry: The true Geometry; the tracker may have another one.

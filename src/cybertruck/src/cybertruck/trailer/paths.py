@@ -9,7 +9,7 @@ from cybertruck.trailer.geometry import TrailerError
 
 SPACING = 0.01  # between the samples of a path [m]
 NEWTON_STEPS = 4  # of the projection, which starts at the last result
-LONGEST = 1000.0  # a path longer than this is refused [m]
+LONGEST = 1000.0  # a longer path is refused [m]
 
 
 class Path:
@@ -32,8 +32,8 @@ class Path:
         self.arc = np.linspace(0.0, self.length, len(self.points))
         self._step = self.arc[1]
 
-    def place(self, arc):
-        """Returns points by arc length; before the start and past the end the path is straight.
+    def sample(self, arc):
+        """Returns points at arc lengths; before the start and past the end the path is straight.
 
         Args:
             arc: Arc length [m], any shape.
@@ -46,28 +46,28 @@ class Path:
         index = np.minimum((inside / self._step).astype(int), len(self.arc) - 2)
         ahead = inside - index * self._step
         heading, curvature = self.headings[index], self.curvatures[index]
-        share = ahead / self._step
-        middle = heading + 0.5 * share * (self.headings[index + 1] - heading)
-        turned = heading + share * (self.headings[index + 1] - heading)
+        ratio = ahead / self._step
+        mid_heading = heading + 0.5 * ratio * (self.headings[index + 1] - heading)
+        end_heading = heading + ratio * (self.headings[index + 1] - heading)
         past = arc - inside
-        x = self.points[index, 0] + ahead * np.cos(middle) + past * np.cos(turned)
-        y = self.points[index, 1] + ahead * np.sin(middle) + past * np.sin(turned)
-        curvature = curvature + share * (self.curvatures[index + 1] - curvature)
-        return x, y, turned, np.where(past == 0.0, curvature, 0.0)
+        x = self.points[index, 0] + ahead * np.cos(mid_heading) + past * np.cos(end_heading)
+        y = self.points[index, 1] + ahead * np.sin(mid_heading) + past * np.sin(end_heading)
+        curvature = curvature + ratio * (self.curvatures[index + 1] - curvature)
+        return x, y, end_heading, np.where(past == 0.0, curvature, 0.0)
 
     def nearest(self, x, y, start):
         """Projects points onto the path by Newton's method, near their last projections.
 
         Args:
             x, y: Points [m], any shape.
-            start: Arc lengths at which to begin, of that shape [m].
+            start: Arc lengths to start from, of that shape [m].
 
         Returns:
             Arc lengths [m]; below 0 and beyond the length where the ends are passed.
         """
         arc = np.asarray(start, dtype=float)
         for _ in range(NEWTON_STEPS):
-            at_x, at_y, heading, curvature = self.place(arc)
+            at_x, at_y, heading, curvature = self.sample(arc)
             cos, sin = np.cos(heading), np.sin(heading)
             along = (x - at_x) * cos + (y - at_y) * sin
             left = (y - at_y) * cos - (x - at_x) * sin
@@ -80,7 +80,7 @@ class Path:
 
         Args:
             x, y: Point [m].
-            within: Arc length up to which is searched; a path may pass its start again [m].
+            within: Maximum arc length of the search; a path may pass its start again [m].
 
         Returns:
             Arc length [m], below 0 for a point before the start.
@@ -100,10 +100,10 @@ class Path:
         Returns:
             (lateral error, positive left of the path [m], heading error within ±pi [rad]).
         """
-        at_x, at_y, direction, _ = self.place(arc)
+        at_x, at_y, direction, _ = self.sample(arc)
         lateral = (y - at_y) * np.cos(direction) - (x - at_x) * np.sin(direction)
-        turn = heading - direction
-        return lateral, np.arctan2(np.sin(turn), np.cos(turn))
+        difference = heading - direction
+        return lateral, np.arctan2(np.sin(difference), np.cos(difference))
 
     def moved(self, x, y, heading):
         """Returns the path with its frame moved to a pose [m, m, rad]."""
@@ -116,20 +116,20 @@ def from_curvature(curvature_of, length):
     """Integrates a curvature over arc length, from (0, 0) along +x.
 
     Args:
-        curvature_of: Function of arc lengths (m,) [m] that gives curvatures (m,) [1/m].
+        curvature_of: Function from arc lengths (m,) [m] to curvatures (m,) [1/m].
         length: [m].
 
     Returns:
         Path.
     """
     count = max(3, int(math.ceil(length / SPACING)) + 1)
-    arc = np.linspace(0.0, length, 4 * (count - 1) + 1)  # four parts a sample
+    arc = np.linspace(0.0, length, 4 * (count - 1) + 1)  # four parts per sample
     step = arc[1]
     curvature = curvature_of(arc)
-    middle = curvature_of(arc[:-1] + 0.5 * step)
-    simpson = step / 6.0 * (curvature[:-1] + 4.0 * middle + curvature[1:])
+    mid_heading = curvature_of(arc[:-1] + 0.5 * step)
+    simpson = step / 6.0 * (curvature[:-1] + 4.0 * mid_heading + curvature[1:])
     headings = np.concatenate(([0.0], np.cumsum(simpson)))
-    half = headings[:-1] + step / 24.0 * (5.0 * curvature[:-1] + 8.0 * middle - curvature[1:])
+    half = headings[:-1] + step / 24.0 * (5.0 * curvature[:-1] + 8.0 * mid_heading - curvature[1:])
     points = [
         np.concatenate(
             (
@@ -145,10 +145,10 @@ def from_curvature(curvature_of, length):
 
 
 def from_points(points):
-    """Lays a cubic spline through points.
+    """Interpolates points by a cubic spline.
 
     Args:
-        points: (n, 2) in driving order, n >= 2; repeated points are taken once [m].
+        points: (n, 2) in driving order, n >= 2; repeated points count once [m].
 
     Returns:
         Path; its heading and curvature come from the spline.
@@ -158,7 +158,7 @@ def from_points(points):
     """
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,):
-        raise TrailerError(f"path: points of shape {points.shape}, it takes (n, 2)")
+        raise TrailerError(f"path: points of shape {points.shape}, it must be (n, 2)")
     if not np.all(np.isfinite(points)):
         worst = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise TrailerError(f"path: point {worst} is {tuple(points[worst])}, it must be finite")
@@ -166,10 +166,10 @@ def from_points(points):
         apart = np.hypot(*np.diff(points, axis=0).T) > 1e-6
         points = points[np.concatenate(([True], apart))]
     if len(points) < 2:
-        raise TrailerError(f"path: {len(points)} different points, it takes 2 or more")
+        raise TrailerError(f"path: {len(points)} different points, it must be 2 or more")
     chords = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     if chords[-1] > LONGEST:
-        raise TrailerError(f"path: {chords[-1]:.0f} m long, at most {LONGEST:.0f} m are taken")
+        raise TrailerError(f"path: {chords[-1]:.0f} m long, it must be at most {LONGEST:.0f} m")
     if len(points) == 2:
         heading = math.atan2(*(points[1] - points[0])[::-1])
         return from_curvature(np.zeros_like, chords[-1]).moved(*points[0], heading)

@@ -1,4 +1,4 @@
-"""Report of a drive along a path: figures, CSV and a picture."""
+"""Report of a drive along a path: key figures, CSV and a plot."""
 
 import csv
 import math
@@ -23,7 +23,7 @@ COLUMNS = (
 )
 UNITS = ("s", "m", "m", "rad", "rad", "m", "m", "rad", "m", "m", "rad", "m/s")
 TRUCK_BOX = (-0.225, 0.72, 0.48)  # rear end, front end from the rear axle, and width [m]
-TRAILER_BOX = (-0.34, 0.40, 0.50)  # the same from the trailer's axle [m]
+TRAILER_BOX = (-0.34, 0.40, 0.50)  # the same of the trailer, from its axle [m]
 
 
 def table(path, times, states, speeds, geometry):
@@ -43,15 +43,15 @@ def table(path, times, states, speeds, geometry):
     x, y, heading = trailer_axle(*states[:, :3].T, states[:, 3], geometry)
     arc = np.empty(len(states))
     arc[0] = path.first_nearest(x[0], y[0], 3.0)
-    for number in range(1, len(states)):
-        arc[number] = path.nearest(x[number], y[number], arc[number - 1])
-    lateral, turn = path.errors(x, y, heading + math.pi, arc)
+    for index in range(1, len(states)):
+        arc[index] = path.nearest(x[index], y[index], arc[index - 1])
+    lateral, heading_error = path.errors(x, y, heading + math.pi, arc)
     return np.column_stack(
         (
             np.asarray(times) - times[0],
             arc,
             lateral,
-            turn,
+            heading_error,
             states[:, 3],
             x,
             y,
@@ -68,11 +68,11 @@ def column(rows, name):
 
 
 def summary(rows, path):
-    """Returns the figures of a drive.
+    """Returns the key figures of a drive.
 
     Returns:
-        Dict of name -> number: lateral errors [m], of the whole and of the last 5 m, and how far
-        from the path's end it came to rest [m, degrees].
+        Dict of name -> number: lateral errors [m] of the full drive and of the last 5 m, distance
+        and heading error at the path's end [m, degrees].
     """
     lateral, arc = column(rows, "lateral_error"), column(rows, "arc")
     late = lateral[arc > path.length - 5.0]
@@ -87,7 +87,7 @@ def summary(rows, path):
 
 
 def write_csv(file, rows):
-    """Writes a table with a head of names and units."""
+    """Writes a table with a header of names and units."""
     with open(file, "w", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(f"{name} [{unit}]" for name, unit in zip(COLUMNS, UNITS))
@@ -103,8 +103,8 @@ def outline(x, y, heading, box):
     return corners @ np.array(((cos, sin), (-sin, cos))) + (x, y)
 
 
-def draw_rig(axes, trailer, hitch_angle, geometry, alpha=1.0):
-    """Draws truck, trailer and tongue from above.
+def plot_truck(axes, trailer, hitch_angle, geometry, alpha=1.0):
+    """Plots truck, trailer and tongue from above.
 
     Args:
         axes: Of matplotlib.
@@ -129,8 +129,8 @@ def draw_rig(axes, trailer, hitch_angle, geometry, alpha=1.0):
     )
 
 
-def _draw_from_above(above, rows, path, geometry, title):
-    """Draws the path and the rig every metre."""
+def _plot_overview(above, rows, path, geometry, title):
+    """Plots the path, and truck and trailer every metre."""
     above.plot(*path.points.T, color="0.6", linewidth=4.0, label="path")
     above.plot(
         column(rows, "trailer_x"),
@@ -151,8 +151,8 @@ def _draw_from_above(above, rows, path, geometry, title):
     driven = np.concatenate(([0.0], np.cumsum(steps)))
     for metre in np.arange(0.0, driven[-1], 1.0):
         row = rows[np.searchsorted(driven, metre)]
-        draw_rig(above, row[5:8], row[4], geometry, 0.55)
-    draw_rig(above, rows[-1, 5:8], rows[-1, 4], geometry)
+        plot_truck(above, row[5:8], row[4], geometry, 0.55)
+    plot_truck(above, rows[-1, 5:8], rows[-1, 4], geometry)
     above.plot(*path.points[0], "o", color="0.3")
     above.plot(*path.points[-1], "s", color="0.3")
     above.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=title)
@@ -161,8 +161,8 @@ def _draw_from_above(above, rows, path, geometry, title):
     above.legend(loc="best")
 
 
-def write_picture(file, rows, path, geometry, title):
-    """Draws the path, the rig every metre, and the errors over arc length, into a PNG."""
+def write_figure(file, rows, path, geometry, title):
+    """Plots the path, truck and trailer every metre, and the errors over arc length, into a PNG."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -170,15 +170,15 @@ def write_picture(file, rows, path, geometry, title):
 
     figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
     above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
-    _draw_from_above(above, rows, path, geometry, title)
-    for number, (name, label, scale) in enumerate(
+    _plot_overview(above, rows, path, geometry, title)
+    for index, (name, label, scale) in enumerate(
         (
             ("lateral_error", "lateral error [cm]", 100.0),
             ("heading_error", "heading error [°]", 180.0 / math.pi),
             ("hitch_angle", "hitch angle [°]", 180.0 / math.pi),
         )
     ):
-        axes = pyplot.subplot2grid(grid, (number, 3), colspan=2, fig=figure)
+        axes = pyplot.subplot2grid(grid, (index, 3), colspan=2, fig=figure)
         axes.plot(column(rows, "arc"), scale * column(rows, name), color="#b5651d", linewidth=1.2)
         axes.axhline(0.0, color="0.6", linewidth=0.6)
         axes.set_ylabel(label)

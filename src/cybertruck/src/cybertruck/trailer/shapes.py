@@ -1,4 +1,4 @@
-"""Named paths: a table of shapes with their numbers, defaults and meaning."""
+"""Named paths: a table of shapes with their dimensions and defaults."""
 
 import math
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ class Shape:
     """A named path.
 
     Attributes:
-        make: Function of the numbers that gives a Path from (0, 0) along +x.
-        names: Names of the numbers, with units.
+        make: Function from the dimensions to a Path from (0, 0) along +x.
+        names: Names of the dimensions, with units.
         defaults: Their values.
     """
 
@@ -24,10 +24,10 @@ class Shape:
     defaults: tuple
 
 
-def smooth(share):
+def smooth(ratio):
     """Rises from 0 to 1 with zero first and second derivative at both ends."""
-    share = np.clip(share, 0.0, 1.0)
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share * share)
+    ratio = np.clip(ratio, 0.0, 1.0)
+    return ratio**3 * (10.0 - 15.0 * ratio + 6.0 * ratio * ratio)
 
 
 def line(length):
@@ -39,14 +39,14 @@ def line(length):
 def arc(radius, angle, run_up=1.5):
     """A circle of a radius [m], negative to the right, over an angle [rad].
 
-    The curvature rises and falls over `run_up` [m], or a quarter of the length, if that is less.
+    The curvature rises and falls over `run_up` [m], or a quarter of the length, if that is shorter.
     """
     require(abs(radius) >= 0.1, "arc: radius", radius, "0.1 m or more, or -0.1 or less")
     require(angle > 0.0, "arc: angle", angle, "above 0 rad")
     require(run_up > 0.0, "arc: run-up", run_up, "above 0 m")
     length = abs(radius) * angle
     rise = min(run_up, 0.5 * length)
-    length += rise  # each ramp turns half as much as an arc of its length
+    length += rise  # the heading changes in each ramp half as much as in an arc of its length
 
     def curvature(at):
         return smooth(at / rise) * smooth((length - at) / rise) / radius
@@ -55,13 +55,13 @@ def arc(radius, angle, run_up=1.5):
 
 
 def s_curve(offset, length):
-    """Two opposite bends: ends `offset` [m] to the left (negative: right), parallel, at `length`.
+    """Two opposite curves: ends `offset` [m] to the left (negative: right), parallel, at `length`.
 
     The same curve as a lane change; the two differ in their defaults.
     """
     require(length > 0.0, "s: length", length, "above 0 m")
     require(abs(offset) < 0.8 * length, "s: offset", offset, f"within ±{0.8 * length:g} m")
-    return bends(offset, length, 0.0, 0.0)
+    return s_bend(offset, length, 0.0, 0.0)
 
 
 def lane_change(offset, length, straight):
@@ -69,7 +69,7 @@ def lane_change(offset, length, straight):
     require(length > 0.0, "lane-change: length", length, "above 0 m")
     require(straight >= 0.0, "lane-change: straight", straight, "0 m or more")
     require(abs(offset) < 0.8 * length, "lane-change: offset", offset, f"within ±{0.8 * length:g}")
-    return bends(offset, length, straight, straight)
+    return s_bend(offset, length, straight, straight)
 
 
 def park(offset, length, straight):
@@ -77,41 +77,41 @@ def park(offset, length, straight):
     require(length > 0.0, "park: length", length, "above 0 m")
     require(straight >= 0.0, "park: straight", straight, "0 m or more")
     require(abs(offset) < 0.8 * length, "park: offset", offset, f"within ±{0.8 * length:g} m")
-    return bends(offset, length, 0.2, straight)
+    return s_bend(offset, length, 0.2, straight)
 
 
-def bends(offset, advance, before, after):
+def s_bend(offset, advance, before, after):
     """Straight, S, straight; the S ends `advance` ahead and `offset` to the left [m].
 
     Its heading is a smooth bump of one height over arc length; height and arc length follow from
     advance and offset by Newton's method.
     """
 
-    def middle(height, length):
+    def make_path(height, length):
         def curvature(at):  # derivative of the bump 64 (u (1 - u))³, whose top is 1
-            share = np.clip((at - before) / length, 0.0, 1.0)
-            return height / length * 192.0 * (share * (1.0 - share)) ** 2 * (1.0 - 2.0 * share)
+            ratio = np.clip((at - before) / length, 0.0, 1.0)
+            return height / length * 192.0 * (ratio * (1.0 - ratio)) ** 2 * (1.0 - 2.0 * ratio)
 
         return from_curvature(curvature, before + length + after)
 
-    def ends(values):
-        path = middle(*values)
+    def end_point(values):
+        path = make_path(*values)
         return path.points[-1] - (before + after, 0.0) - (advance, offset)
 
     values = np.array((math.atan2(offset, advance) * 1.8, math.hypot(offset, advance)))
     for _ in range(30):
-        miss = ends(values)
+        miss = end_point(values)
         if np.hypot(*miss) < 1e-9:
             break
-        columns = [(ends(values + step) - miss) / 1e-5 for step in 1e-5 * np.eye(2)]
+        columns = [(end_point(values + step) - miss) / 1e-5 for step in 1e-5 * np.eye(2)]
         values = values - np.linalg.solve(np.column_stack(columns), miss)
-    return middle(*values)
+    return make_path(*values)
 
 
-def require(condition, what, value, valid):
-    """Raises a TrailerError that names item, value and what is valid."""
+def require(condition, label, value, valid):
+    """Raises a TrailerError with label, value and what is valid."""
     if not condition:
-        raise TrailerError(f"{what} is {value:g}; it must be {valid}")
+        raise TrailerError(f"{label} is {value:g}; it must be {valid}")
 
 
 SHAPES = {
@@ -132,7 +132,7 @@ def make_shape(name, size=()):
 
     Args:
         name: A key of SHAPES.
-        size: Its numbers, the first ones or none; the others keep their defaults.
+        size: The first of its dimensions, or none; the others have their defaults.
 
     Raises:
         TrailerError: No such shape, too many numbers, or one out of range.

@@ -9,14 +9,14 @@ from cybertruck.trailer.geometry import TrailerError
 from paddock_common import yaml_file
 
 BISECTIONS = 60  # bisections of an interval of a few radians to a float's precision
-EXTRAPOLATION = 0.03  # how far past the outermost measured angles the map goes on [rad]
+EXTRAPOLATION = 0.03  # how far the map continues past the outermost measured angles [rad]
 
 
 class IdealSteering:
     """The bicycle's curvature, tan φ / L."""
 
     def __init__(self, wheelbase, max_steering):
-        """Stores the wheelbase [m] and the greatest steering angle [rad]."""
+        """Stores the wheelbase [m] and the maximum steering angle [rad]."""
         self.wheelbase = wheelbase
         self.max_steering = max_steering
         self.max_curvature = math.tan(max_steering) / wheelbase
@@ -39,9 +39,9 @@ class MeasuredSteering:
         """Stores a table.
 
         Args:
-            angles: (n,) steering angles, strictly growing, n >= 3 [rad].
-            curvatures: (n,) measured curvatures, strictly growing [1/m].
-            extrapolation: How far the ends' slopes go on past the table [rad].
+            angles: (n,) steering angles, strictly increasing, n >= 3 [rad].
+            curvatures: (n,) measured curvatures, strictly increasing [1/m].
+            extrapolation: How far the end slopes continue past the table [rad].
 
         Raises:
             TrailerError: The table is too short, has gaps, or is not monotone.
@@ -54,11 +54,11 @@ class MeasuredSteering:
             )
         for name, values in (("angles", angles), ("curvatures", curvatures)):
             if not np.all(np.isfinite(values)):
-                raise TrailerError(f"steering map: {name} hold a value that is not finite")
+                raise TrailerError(f"steering map: {name} contain a value that is not finite")
             if not np.all(np.diff(values) > 0.0):
                 worst = int(np.argmin(np.diff(values)))
                 raise TrailerError(
-                    f"steering map: {name} must grow from entry to entry, but "
+                    f"steering map: {name} must increase strictly, but "
                     f"{values[worst]:g} is followed by {values[worst + 1]:g}"
                 )
         if not (math.isfinite(extrapolation) and extrapolation >= 0.0):
@@ -91,9 +91,9 @@ class MeasuredSteering:
         low = np.full(curvature.shape, self.lowest)
         high = np.full(curvature.shape, self.highest)
         for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            below = self.curvature(middle) < curvature
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
+            centre = 0.5 * (low + high)
+            below = self.curvature(centre) < curvature
+            low, high = np.where(below, centre, low), np.where(below, high, centre)
         return 0.5 * (low + high)
 
 
@@ -104,7 +104,7 @@ def write_map(path, angles, curvatures, notes=()):
         path: File to write.
         angles: (n,) [rad].
         curvatures: (n,) [1/m].
-        notes: Lines of comment for the head of the file.
+        notes: Lines of comment for the header of the file.
     """
     MeasuredSteering(angles, curvatures)  # raises for a table that could not be read back
     lines = [f"# {note}" for note in notes]
@@ -127,7 +127,7 @@ def parse_map(data, source="steering map"):
     """
     known = {"angles", "curvatures", "extrapolation"}
     if not isinstance(data, dict) or not {"angles", "curvatures"} <= set(data):
-        raise TrailerError(f"{source}: it must hold the lists angles and curvatures")
+        raise TrailerError(f"{source}: it must have the lists angles and curvatures")
     unknown = sorted(str(key) for key in set(data) - known)
     if unknown:
         raise TrailerError(
@@ -147,7 +147,7 @@ def read_map(path):
     """Reads a steering map.
 
     Raises:
-        TrailerError: The file is missing, is no YAML, or holds no map.
+        TrailerError: The file is missing, is not YAML, or contains no map.
     """
     try:
         data = yaml_file.read(path)

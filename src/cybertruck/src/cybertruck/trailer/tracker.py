@@ -1,9 +1,9 @@
 """Tracks a path backwards with the trailer, and holds the hitch angle.
 
-Backing the trailer's axle along a path, one command at a time; any number of rigs at once. After
-Leng and Minor 2010 (doi 10.1109/IROS.2010.5650489): the wanted curvature of the trailer is the
-path's plus a law in the trailer's lateral and heading error, so that both decay along arc length.
-The error laws are derived in docs/trailer.md.
+Backs the trailer's axle along a path, one command at a time, for any number of trucks. After Leng
+and Minor 2010 (doi 10.1109/IROS.2010.5650489): the target curvature of the trailer is the path's
+plus a law in the trailer's lateral and heading error, so that both decay along arc length. The
+error laws are derived in docs/trailer.md.
 """
 
 import math
@@ -20,31 +20,31 @@ from cybertruck.trailer.geometry import (
 )
 from cybertruck.trailer.laws import backing_law, hold_law
 
-START_WINDOW = 3.0  # a trailer begins on the first metres of its path [m]
+START_WINDOW = 3.0  # a trailer starts on the first metres of its path [m]
 TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
-STEEP = math.radians(80.0)  # path and trailer are met at less [rad]
+STEEP = math.radians(80.0)  # approach and hitch angles are smaller [rad]
 BACKING, PULLING, ARRIVED, FAILED = range(4)
 MODES = ("backing", "pulling forward", "arrived", "failed")
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """Numbers of the tracker.
+    """Parameters of the tracker.
 
     Attributes:
         speed: Backwards [m/s].
         recovery_speed: Forward, when the hitch angle has to be undone [m/s].
         deceleration: Towards the path's end [m/s²].
-        creep_speed: Least speed near the end [m/s].
+        creep_speed: Minimum speed near the end [m/s].
         lateral_length: Distance in which a lateral error falls to 1/e [m].
         heading_length: The same for the heading error [m].
-        approach_angle: Greatest angle at which the path is approached [rad].
-        hitch_length: The same for the hitch angle, on-axle and when a curvature is held [m].
+        approach_angle: Maximum angle at which the path is approached [rad].
+        hitch_length: The same for the hitch angle, on-axle and when holding a curvature [m].
         steering_gain: kφ, factor on the steering angle.
-        reference_limit: Greatest hitch angle that the wanted curvature asks for [rad].
-        guard_margin: Backing ends so far before the jackknife angle or the hitch's stop [rad].
-        lost_angle: Backing ends at this heading error [rad].
-        resume_hitch: Pulling forward ends when the hitch angle is within this [rad], ...
+        reference_limit: Maximum hitch angle of the target curvature [rad].
+        guard_margin: Backing stops this far before the jackknife angle or the hitch's limit [rad].
+        lost_angle: Backing stops at this heading error [rad].
+        resume_hitch: Pulling forward stops when the hitch angle is within this [rad], ...
         resume_heading: ... and the trailer's heading error within this [rad].
         recovery_length: Distance in which the truck turns back to the path's direction [m].
         max_recoveries: More pulls forward than this are a failure.
@@ -77,12 +77,12 @@ class Tuning:
 
 @dataclass
 class Status:
-    """Errors and commands of the rigs; every field has the rigs' shape.
+    """Errors and commands of the trucks; every field has the tracker's shape.
 
     Attributes:
         speed: v for the truck, negative backwards [m/s].
         steering: φ [rad].
-        wanted: κd of the trailer [1/m].
+        target_curvature: κd of the trailer [1/m].
         arc: Arc length on the path [m].
         lateral: Lateral error of Q, positive left of the path as driven [m].
         heading: Heading error of the trailer as driven [rad].
@@ -91,7 +91,7 @@ class Status:
 
     speed: np.ndarray
     steering: np.ndarray
-    wanted: np.ndarray
+    target_curvature: np.ndarray
     arc: np.ndarray
     lateral: np.ndarray
     heading: np.ndarray
@@ -99,7 +99,7 @@ class Status:
 
 
 class Tracker:
-    """Computes commands of rigs from their poses."""
+    """Computes commands of trucks from their poses."""
 
     def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
         """Starts with a path.
@@ -109,25 +109,25 @@ class Tracker:
             geometry: Geometry.
             steering: IdealSteering or MeasuredSteering.
             tuning: Tuning.
-            shape: Shape of the arrays of rigs, () for one.
+            shape: Shape of the arrays of trucks, () for one.
 
         Raises:
-            TrailerError: The path bends more than the trailer may be backed.
+            TrailerError: The path's curvature is higher than the trailer may be backed.
         """
         self.path, self.geometry, self.steering, self.tuning = path, geometry, steering, tuning
-        self.guard = backing_limit(geometry, tuning.guard_margin)
-        reference = min(tuning.reference_limit, self.guard - tuning.guard_margin)
+        self.hitch_limit = backing_limit(geometry, tuning.guard_margin)
+        reference = min(tuning.reference_limit, self.hitch_limit - tuning.guard_margin)
         if reference <= 0.0:
             raise TrailerError(
                 f"guard_margin {tuning.guard_margin:g} rad leaves no hitch angle "
-                f"to back with; the limit lies at {self.guard:g} rad"
+                f"to back with; the limit is {self.hitch_limit:g} rad"
             )
-        self.max_wanted = trailer_curvature_limit(reference, geometry)
+        self.max_target_curvature = trailer_curvature_limit(reference, geometry)
         sharpest = float(np.max(np.abs(path.curvatures)))
-        if sharpest > self.max_wanted:
+        if sharpest > self.max_target_curvature:
             raise TrailerError(
-                f"path: it bends with a radius of {1.0 / sharpest:.2f} m, the "
-                f"trailer can be backed at {1.0 / self.max_wanted:.2f} m or more"
+                f"path: it has a radius of {1.0 / sharpest:.2f} m, the "
+                f"trailer can be backed at {1.0 / self.max_target_curvature:.2f} m or more"
             )
         self.towing = min(towing_limit(geometry), steering.max_curvature)
         self.mode = np.full(shape, BACKING)
@@ -136,12 +136,12 @@ class Tracker:
         self.length = path.length
         self._pull_start = np.zeros(shape)
 
-    def begin(self, x, y, arc=None):
-        """Finds the rigs' arc lengths on the path.
+    def start(self, x, y, arc=None):
+        """Finds the trucks' arc lengths on the path.
 
         Args:
-            x, y: Trailer axles' centres, of the rigs' shape [m].
-            arc: Arc lengths to search from [m]; without them the nearest point on the path's
+            x, y: Trailer axles' centres, of the tracker's shape [m].
+            arc: Arc lengths to search from [m]; None: the nearest point on the path's
                 first metres.
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
@@ -152,7 +152,7 @@ class Tracker:
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
     def step(self, x, y, trailer_heading, hitch_angle):
-        """Returns the commands for the rigs' poses.
+        """Returns the commands for the trucks' poses.
 
         Args:
             x, y: Q [m].
@@ -163,14 +163,16 @@ class Tracker:
             Status.
         """
         if self.arc is None:
-            self.begin(x, y)
+            self.start(x, y)
         arc = self.path.nearest(x, y, self.arc)
         # while backing the arc length only grows, so that a path may cross itself
         self.arc = np.where(self.mode == BACKING, np.maximum(arc, self.arc), arc)
         lateral, heading = self.path.errors(x, y, trailer_heading + math.pi, self.arc)
         self._change_mode(hitch_angle, heading)
-        wanted = self.wanted_curvature(lateral, heading)
-        backing = backing_law(wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
+        target_curvature = self.target_curvature(lateral, heading)
+        backing = backing_law(
+            target_curvature, hitch_angle, self.tuning.hitch_length, self.geometry
+        )
         pulling = np.clip(
             (hitch_angle - heading) / self.tuning.recovery_length, -self.towing, self.towing
         )
@@ -186,15 +188,17 @@ class Tracker:
             -self.steering.max_steering,
             self.steering.max_steering,
         )
-        return Status(self._speed(), steering, wanted, self.arc, lateral, heading, self.mode)
+        return Status(
+            self._speed(), steering, target_curvature, self.arc, lateral, heading, self.mode
+        )
 
-    def wanted_curvature(self, lateral, heading):
+    def target_curvature(self, lateral, heading):
         """Returns κd of the trailer from its errors.
 
         Along the driven arc length s, with e to the left and h = heading error, e' = sin h and
-        h' = κ - κp cos h / (1 - κp e). An approach angle a(e) = -A tanh(e / (l1 A)) is wanted, and
-        h' = a' - (h - a) / l2: near the path both errors then decay with l1 and l2. A trailer
-        that is pushed backwards bends the other way round: κd = -κ.
+        h' = κ - κp cos h / (1 - κp e). The target is an approach angle a(e) = -A tanh(e / (l1 A)),
+        and h' = a' - (h - a) / l2: near the path both errors then decay with l1 and l2. A trailer
+        that is pushed backwards has the opposite curvature: κd = -κ.
 
         Args:
             lateral: e [m].
@@ -204,7 +208,7 @@ class Tracker:
             κd, limited so that its steady hitch angle stays within the reference limit [1/m].
         """
         tuning = self.tuning
-        _, _, _, path_curvature = self.path.place(self.arc)
+        _, _, _, path_curvature = self.path.sample(self.arc)
         ratio = np.tanh(lateral / (tuning.lateral_length * tuning.approach_angle))
         approach = -tuning.approach_angle * ratio
         approach_rate = -(1.0 - ratio * ratio) / tuning.lateral_length * np.sin(heading)
@@ -214,12 +218,12 @@ class Tracker:
             + approach_rate
             - (heading - approach) / tuning.heading_length
         )
-        return np.clip(-driven, -self.max_wanted, self.max_wanted)
+        return np.clip(-driven, -self.max_target_curvature, self.max_target_curvature)
 
     def _change_mode(self, hitch_angle, heading):
-        """Moves rigs between backing, pulling forward and the ends of both."""
+        """Changes modes between backing, pulling forward, arrived and failed."""
         tuning, mode = self.tuning, self.mode
-        folded = (np.abs(hitch_angle) > self.guard) | (np.abs(heading) > tuning.lost_angle)
+        folded = (np.abs(hitch_angle) > self.hitch_limit) | (np.abs(heading) > tuning.lost_angle)
         starts = (mode == BACKING) & folded
         self.recoveries = self.recoveries + starts
         self._pull_start = np.where(starts, self.arc, self._pull_start)
@@ -242,7 +246,7 @@ class Tracker:
 
 
 def backing_speed(left, tuning):
-    """Returns v < 0 [m/s] for a distance left [m]: the fastest that can still be slowed down."""
+    """Returns v < 0 [m/s] for a remaining distance [m], from which the truck can still stop."""
     fastest = np.sqrt(2.0 * tuning.deceleration * np.maximum(left, 0.0))
     return -np.clip(fastest, min(tuning.creep_speed, tuning.speed), tuning.speed)
 
@@ -251,7 +255,7 @@ LONGEST = 1000.0  # [m]
 
 
 class CurvatureHold:
-    """Commands a rig backwards so that its trailer's curvature converges; used like a Tracker.
+    """Commands a truck backwards so that its trailer's curvature converges; used like a Tracker.
 
     Attributes:
         path: None; errors are reported as 0.
@@ -272,7 +276,7 @@ class CurvatureHold:
             tuning: Tuning.
 
         Raises:
-            TrailerError: The trailer cannot be backed so sharply, or the distance is no distance.
+            TrailerError: The trailer cannot be backed so sharply, or the distance is not valid.
         """
         limit = trailer_curvature_limit(tuning.reference_limit, geometry)
         if not abs(curvature) <= limit:
@@ -283,31 +287,39 @@ class CurvatureHold:
             raise TrailerError(
                 f"hold: length is {length:g} m; it must be above 0 and at most {LONGEST:g}"
             )
-        self.wanted, self.length = -curvature, length
+        self.target_curvature, self.length = -curvature, length
         self.geometry, self.steering, self.tuning = geometry, steering, tuning
-        self.guard = backing_limit(geometry, tuning.guard_margin)
+        self.hitch_limit = backing_limit(geometry, tuning.guard_margin)
         self.arc, self.mode, self._last = 0.0, BACKING, None
 
     def step(self, x, y, trailer_heading, hitch_angle):
-        """Returns the command for the rig's pose; see Tracker.step.
+        """Returns the command for the truck's pose; see Tracker.step.
 
-        A hitch angle beyond the guard ends it: there is no path to go back to.
+        A hitch angle beyond the limit fails: there is no path to return to.
         """
         if self._last is not None:
             self.arc += math.hypot(x - self._last[0], y - self._last[1])
         self._last = x, y
-        if self.mode == BACKING and abs(hitch_angle) > self.guard:
+        if self.mode == BACKING and abs(hitch_angle) > self.hitch_limit:
             self.mode = FAILED
         if self.mode == BACKING and self.arc >= self.length - self.tuning.end_tolerance:
             self.mode = ARRIVED
         speed = backing_speed(self.length - self.arc, self.tuning) if self.mode == BACKING else 0.0
         return Status(
-            speed, self.steering_angle(hitch_angle), self.wanted, self.arc, 0.0, 0.0, self.mode
+            speed,
+            self.steering_angle(hitch_angle),
+            self.target_curvature,
+            self.arc,
+            0.0,
+            0.0,
+            self.mode,
         )
 
     def steering_angle(self, hitch_angle):
         """Returns φ [rad] for a hitch angle [rad], either of any shape."""
-        curvature = hold_law(self.wanted, hitch_angle, self.tuning.hitch_length, self.geometry)
+        curvature = hold_law(
+            self.target_curvature, hitch_angle, self.tuning.hitch_length, self.geometry
+        )
         limit = self.steering.max_curvature
         return np.clip(
             self.steering.steering(np.clip(curvature, -limit, limit)),

@@ -1,7 +1,9 @@
 """Actions: continuous ones from -1 to 1, or a model_metadata.json."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -28,61 +30,66 @@ class Continuous:
         speed: (low, high) [m/s].
     """
 
-    steering: tuple = (-MAX_STEERING, MAX_STEERING)
-    speed: tuple = (0.5, 4.0)
+    steering: tuple[float, float] = (-MAX_STEERING, MAX_STEERING)
+    speed: tuple[float, float] = (0.5, 4.0)
 
-    def command(self, action):
-        """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is cut off."""
-        steer, fast = (min(1.0, max(-1.0, float(value))) for value in action)
-        return _mix(self.speed, fast), math.radians(_mix(self.steering, steer))
+    def command(self, action: Sequence[float] | np.ndarray) -> tuple[float, float]:
+        """(speed [m/s], steering [rad]) of an action (2,); beyond -1 and 1 it is clipped."""
+        steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
+        return _denormalize(self.speed, throttle), math.radians(_denormalize(self.steering, steer))
 
-    def action(self, speed, steering):
-        """The action (2,) nearest to a command [m/s], [rad]."""
-        pair = (_share(self.steering, math.degrees(steering)), _share(self.speed, speed))
+    def action(self, speed: float, steering: float) -> np.ndarray:
+        """The action (2,) closest to a command [m/s], [rad]."""
+        pair = (_normalize(self.steering, math.degrees(steering)), _normalize(self.speed, speed))
         return np.array(pair, dtype=np.float32)
 
 
 @dataclass(frozen=True)
 class Discrete:
-    """A number that picks a row.
+    """An index of a row.
 
     Attributes:
         rows: ((steering [degrees], speed [m/s]), ...).
     """
 
-    rows: tuple
+    rows: tuple[tuple[float, float], ...]
 
-    def command(self, action):
+    def command(self, action: int | np.integer) -> tuple[float, float]:
         """(speed [m/s], steering [rad]) of an action."""
         steering, speed = self.rows[int(action)]
         return speed, math.radians(steering)
 
-    def action(self, speed, steering):
-        """The action nearest to a command [m/s], [rad]: of equal steering, the nearest speed."""
+    def action(self, speed: float, steering: float) -> int:
+        """Index of the row closest to a command [m/s], [rad]: by steering, then by speed."""
         degrees = math.degrees(steering)
-        distances = [(abs(angle - degrees), abs(its - speed)) for angle, its in self.rows]
+        distances = [
+            (abs(angle - degrees), abs(row_speed - speed)) for angle, row_speed in self.rows
+        ]
         return distances.index(min(distances))
 
 
-def _share(ends, value):
-    low, high = ends
+Actions = Continuous | Discrete
+
+
+def _normalize(interval: tuple[float, float], value: float) -> float:
+    low, high = interval
     return min(1.0, max(-1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
 
 
-def _mix(ends, value):
-    low, high = ends
+def _denormalize(interval: tuple[float, float], value: float) -> float:
+    low, high = interval
     return low + (high - low) * (value + 1.0) / 2.0
 
 
-def parse(action):
-    """Actions of an option.
+def parse(action: str | dict[str, Any] | Actions) -> Actions:
+    """Parse the option `action`.
 
     Args:
         action: "continuous", the path of a model_metadata.json, its content as a dict, or what
-            parse() has given before.
+            parse() has returned before.
 
     Raises:
-        GymError: something in it is wrong.
+        GymError: it is not valid.
     """
     if isinstance(action, (Continuous, Discrete)):
         return action
@@ -97,26 +104,26 @@ def parse(action):
     return _parse(action, hyperparameters.load_json(action))
 
 
-def table(actions):
-    """The content of a model_metadata.json with these actions, as a dict."""
+def table(actions: Actions) -> dict[str, Any]:
+    """The content of a model_metadata.json with these actions."""
     if isinstance(actions, Discrete):
         rows = [{"steering_angle": angle, "speed": speed} for angle, speed in actions.rows]
         return {"action_space": rows, "action_space_type": "discrete"}
-    ends = {
+    intervals = {
         key: {"low": low, "high": high}
         for key, (low, high) in (
             ("steering_angle", actions.steering),
             ("speed", actions.speed),
         )
     }
-    return {"action_space": ends, "action_space_type": "continuous"}
+    return {"action_space": intervals, "action_space_type": "continuous"}
 
 
-def ranges(content):
-    """Continuous actions of what table() made of them, whatever the ranges: not only a DeepRacer's.
+def ranges(content: dict[str, Any]) -> Continuous:
+    """Continuous actions of table()'s result; their ranges may exceed a DeepRacer's.
 
     Raises:
-        KeyError, TypeError: content is none.
+        KeyError, TypeError: content is not such a table.
     """
     space = content["action_space"]
     return Continuous(
@@ -124,18 +131,20 @@ def ranges(content):
     )
 
 
-def _parse(path, data):
+def _parse(path: str, data: dict[str, Any]) -> Actions:
     if "action_space" not in data:
         raise GymError(f"{path}: action_space is missing; it must be a list, or two ranges")
     for sensor in data.get("sensor", ()):
         hyperparameters.one_of(path, "sensor", sensor, SENSORS)
     space = data["action_space"]
-    kind = data.get("action_space_type", "discrete" if isinstance(space, list) else "continuous")
-    hyperparameters.one_of(path, "action_space_type", kind, ("discrete", "continuous"))
-    return _discrete(path, space) if kind == "discrete" else _continuous(path, space)
+    space_type = data.get(
+        "action_space_type", "discrete" if isinstance(space, list) else "continuous"
+    )
+    hyperparameters.one_of(path, "action_space_type", space_type, ("discrete", "continuous"))
+    return _discrete(path, space) if space_type == "discrete" else _continuous(path, space)
 
 
-def _discrete(path, space):
+def _discrete(path: str, space: Any) -> Discrete:
     if not isinstance(space, list) or not space:
         raise GymError(f"{path}: action_space is {space!r}; discrete ones are a list of actions")
     rows = []
@@ -152,8 +161,8 @@ def _discrete(path, space):
     return Discrete(tuple(rows))
 
 
-def _continuous(path, space):
-    ends = {}
+def _continuous(path: str, space: Any) -> Continuous:
+    intervals = {}
     for key, low, high, unit in (
         ("steering_angle", -MAX_STEERING, MAX_STEERING, "degrees"),
         ("speed", *SPEEDS, "m/s"),
@@ -163,18 +172,19 @@ def _continuous(path, space):
             raise GymError(
                 f"{path}: action_space.{key} is {limits!r}; continuous ones have low and high"
             )
-        ends[key] = tuple(
+        first, last = (
             hyperparameters.json_number(
-                path, f"action_space.{key}.{end}", limits[end], low, high, unit
+                path, f"action_space.{key}.{side}", limits[side], low, high, unit
             )
-            for end in ("low", "high")
+            for side in ("low", "high")
         )
-        if ends[key][0] > ends[key][1]:
-            raise GymError(f"{path}: action_space.{key}.low is above high: {ends[key]}")
-    return Continuous(ends["steering_angle"], ends["speed"])
+        intervals[key] = first, last
+        if first > last:
+            raise GymError(f"{path}: action_space.{key}.low is above high: {intervals[key]}")
+    return Continuous(intervals["steering_angle"], intervals["speed"])
 
 
-def _angle(path, key, value):
+def _angle(path: str, key: str, value: Any) -> float:
     if isinstance(value, str):  # the console's older files have numbers in quotes
         try:
             value = float(value)

@@ -3,35 +3,37 @@
 import bisect
 import copy
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from track_model.referee.course import Projector
+from track_model.track import Track
 
-SPACING = 0.15  # of the waypoints of tracks that are no routes of DeepRacer [m]
+from paddock_gym.course import Motion, RunState, TrackObject
+
+SPACING = 0.15  # of the waypoints of tracks other than DeepRacer's routes [m]
 
 
 class Waypoints:
     """Points of the centreline.
 
-    A route's waypoints are the points of its file, so that numbers from the console hold; any other
-    track's lie some 15 cm apart. On a circuit the last repeats the first.
-
-    Args:
-        track: track_model.track.Track.
-        projector: its Projector.
+    A route's waypoints are the points of its file, so that indices from the console are
+    valid; any other track's are some 15 cm apart. On a circuit the last repeats the first.
 
     Attributes:
-        points: list of (x, y) [m].
+        points: (x, y) [m] each.
         closed: whether it is a circuit.
         length: of the centreline [m].
     """
 
-    def __init__(self, track, projector):
+    def __init__(self, track: Track, projector: Projector) -> None:
         self.closed, self.length = projector.closed, projector.length
         if track.spec.imported:
-            points, along = _of_file(track, projector)
+            points, along = (values.tolist() for values in _of_file(track, projector))
         else:
             count = max(4, round(projector.length / SPACING))
-            along = np.arange(count + (not self.closed)) * projector.length / count
+            along = (np.arange(count + (not self.closed)) * projector.length / count).tolist()
             points = [projector.pose(s)[:2] for s in along]
         self._along = [float(s) for s in along]
         self.points = [(float(x), float(y)) for x, y in points]
@@ -39,15 +41,15 @@ class Waypoints:
             self._along.append(self.length)
             self.points.append(self.points[0])
 
-    def around(self, s):
-        """Numbers [behind, ahead] of the waypoints around an arc length [m]."""
+    def around(self, s: float) -> list[int]:
+        """Indices [behind, ahead] of the waypoints around an arc length [m]."""
         at = s % self.length if self.closed else min(max(s, 0.0), self.length)
         ahead = min(max(bisect.bisect_right(self._along, at), 1), len(self._along) - 1)
         return [ahead - 1, ahead]
 
 
-def _of_file(track, projector):
-    """The file's points in the track's frame, and their arc lengths in growing order."""
+def _of_file(track: Track, projector: Projector) -> tuple[np.ndarray, np.ndarray]:
+    """The file's points in the track's frame, and their arc lengths in increasing order."""
     x, y, yaw = track.lane.origin
     c, s = math.cos(yaw), math.sin(yaw)
     points = (np.asarray(track.spec.points) - (x, y)) @ np.array(((c, -s), (s, c)))
@@ -57,7 +59,7 @@ def _of_file(track, projector):
     return points[order], along[order]
 
 
-NO_OBJECTS = {
+NO_OBJECTS: dict[str, Any] = {
     "closest_objects": [0, 0],
     "objects_location": [],
     "objects_left_of_center": [],
@@ -70,73 +72,76 @@ NO_OBJECTS = {
 CAMERA_HALF_ANGLE = 0.565  # of the front camera's field of view [rad]
 
 
-def params(standing, motion, command, waypoints, width, objects=()):
-    """Everything a reward function may ask; angles in degrees, lengths in metres.
+def params(
+    state: RunState,
+    motion: Motion,
+    command: tuple[float, float],
+    waypoints: Waypoints,
+    width: float,
+    objects: Sequence[TrackObject] = (),
+) -> dict[str, Any]:
+    """All parameters of a reward function; angles in degrees, lengths in metres.
 
     Args:
-        standing: course.judge.Standing.
-        motion: course.motion.Motion.
         command: (speed [m/s], steering [rad]) of the action.
-        waypoints: Waypoints.
         width: of the lane here [m].
-        objects: course.objects.Placed on the track.
-
-    Returns:
-        dict.
+        objects: on the track.
     """
     speed, steering = command
     length = waypoints.length
-    found = {
-        "all_wheels_on_track": standing.all_wheels_on,
+    result = {
+        "all_wheels_on_track": state.all_wheels_on,
         "x": motion.x,
         "y": motion.y,
         "heading": _degrees(motion.yaw),
-        "distance_from_center": abs(standing.lateral),
-        "is_left_of_center": standing.lateral > 0.0,
-        "is_reversed": abs(standing.heading_error) > math.pi / 2.0,
-        "is_crashed": standing.end == "crashed",
-        "is_offtrack": standing.off_track,
-        "progress": standing.progress,
-        "steps": standing.steps,
+        "distance_from_center": abs(state.lateral),
+        "is_left_of_center": state.lateral > 0.0,
+        "is_reversed": abs(state.heading_error) > math.pi / 2.0,
+        "is_crashed": state.end == "crashed",
+        "is_offtrack": state.off_track,
+        "progress": state.progress,
+        "steps": state.steps,
         "speed": speed,
         "steering_angle": math.degrees(steering),
         "track_width": width,
         "track_length": length,
         "waypoints": list(waypoints.points),
-        "closest_waypoints": waypoints.around(standing.s),
-        "projection_distance": standing.s % length if waypoints.closed else standing.s,
+        "closest_waypoints": waypoints.around(state.s),
+        "projection_distance": state.s % length if waypoints.closed else state.s,
     }
-    found.update(_of_objects(standing, motion, objects, length) if objects else _empty())
-    return found
+    result.update(_of_objects(state, motion, objects, length) if objects else _empty())
+    return result
 
 
-def _empty():
+def _empty() -> dict[str, Any]:
     return copy.deepcopy(NO_OBJECTS)
 
 
-def _of_objects(standing, motion, objects, length):
+def _of_objects(
+    state: RunState, motion: Motion, objects: Sequence[TrackObject], length: float
+) -> dict[str, Any]:
     """The keys of boxes and other cars."""
-    ahead = [(thing.s - standing.s) % length for thing in objects]
-    numbers = range(len(objects))
+    ahead = [(obj.s - state.s) % length for obj in objects]
+    indices = range(len(objects))
     return {
         "closest_objects": [
-            max(numbers, key=ahead.__getitem__),
-            min(numbers, key=ahead.__getitem__),
+            max(indices, key=ahead.__getitem__),
+            min(indices, key=ahead.__getitem__),
         ],
-        "objects_location": [(thing.x, thing.y) for thing in objects],
-        "objects_left_of_center": [thing.lateral > 0.0 for thing in objects],
-        "objects_speed": [thing.speed for thing in objects],
-        "objects_heading": [_degrees(thing.yaw) for thing in objects],
-        "objects_distance_from_center": [abs(thing.lateral) for thing in objects],
-        "objects_distance": [thing.s % length for thing in objects],
-        "object_in_camera": any(_in_view(motion, thing) for thing in objects),
+        "objects_location": [(obj.x, obj.y) for obj in objects],
+        "objects_left_of_center": [obj.lateral > 0.0 for obj in objects],
+        "objects_speed": [obj.speed for obj in objects],
+        "objects_heading": [_degrees(obj.yaw) for obj in objects],
+        "objects_distance_from_center": [abs(obj.lateral) for obj in objects],
+        "objects_distance": [obj.s % length for obj in objects],
+        "object_in_camera": any(_in_view(motion, obj) for obj in objects),
     }
 
 
-def _in_view(motion, thing):
-    bearing = math.atan2(thing.y - motion.y, thing.x - motion.x) - motion.yaw
+def _in_view(motion: Motion, obj: TrackObject) -> bool:
+    bearing = math.atan2(obj.y - motion.y, obj.x - motion.x) - motion.yaw
     return abs(math.remainder(bearing, 2.0 * math.pi)) < CAMERA_HALF_ANGLE
 
 
-def _degrees(yaw):
+def _degrees(yaw: float) -> float:
     return math.degrees(math.remainder(yaw, 2.0 * math.pi))

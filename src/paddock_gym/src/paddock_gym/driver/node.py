@@ -16,16 +16,16 @@ from track_model.track import load_track
 
 from deepracer_control import topics
 from paddock_gym.course import Motion
-from paddock_gym.observations import Assembler, pick_rays
+from paddock_gym.observations import Assembler, select_rays
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
-EARLY = 0.1  # of the control period: so much sooner a message may be acted upon
+EARLY = 0.1  # fraction of the control period by which a message may be early
 
 
 class PolicyNode:
-    """Subscribes what the policy learned from, publishes /cmd_vel at the rate of its training.
+    """Subscribes to the policy's observations, publishes /cmd_vel at the rate of its training.
 
-    The camera's pictures set the pace where there are any, else the odometry, else the scans.
+    Images trigger the actions if the policy needs them, else odometry, else scans.
     """
 
     def __init__(self):
@@ -50,15 +50,15 @@ class PolicyNode:
         self._commands, self._bridge = CommandPublisher(), CvBridge()
         self._wheelbase, self._last, self._due = Geometry().wheelbase, (0.0, 0.0), None
         self._rays = self._scan_shape = None
-        pace = next(name for name in ("camera", "state", "lidar") if name in names)
-        for name, topic, kind, receive in (
+        trigger = next(name for name in ("camera", "state", "lidar") if name in names)
+        for name, topic, message_type, receive in (
             ("state", "odom", Odometry, self._on_odometry),
             ("lidar", "scan", LaserScan, self._on_scan),
-            ("camera", topics.CAMERA_TOPIC, Image, self._on_picture),
+            ("camera", topics.CAMERA_TOPIC, Image, self._on_image),
         ):
             if name in names:
                 rospy.Subscriber(
-                    topic, kind, self._receiver(receive, name == pace), queue_size=1,
+                    topic, message_type, self._receiver(receive, name == trigger), queue_size=1,
                     buff_size=2**24,
                 )  # fmt: skip
 
@@ -71,17 +71,17 @@ class PolicyNode:
         return callback
 
     def _on_odometry(self, message):
-        place, twist = message.pose.pose, message.twist.twist
+        pose, twist = message.pose.pose, message.twist.twist
         motion = Motion(
-            place.position.x,
-            place.position.y,
-            yaw_of(place.orientation),
+            pose.position.x,
+            pose.position.y,
+            yaw_of(pose.orientation),
             twist.linear.x,
             twist.linear.y,
             twist.angular.z,
         )
         if not all(map(math.isfinite, motion)):
-            rospy.logerr_throttle(1.0, "policy_driver: odometry is not finite; it is left out")
+            rospy.logerr_throttle(1.0, "policy_driver: odometry is not finite; it is skipped")
             return False
         self._assembler.set_motion(motion)
         return True
@@ -90,18 +90,18 @@ class PolicyNode:
         shape = (message.angle_min, message.angle_increment, len(message.ranges))
         if shape != self._scan_shape:
             try:
-                self._rays, self._scan_shape = pick_rays(*shape), shape
+                self._rays, self._scan_shape = select_rays(*shape), shape
             except ValueError as error:
                 rospy.logerr_throttle(5.0, f"policy_driver: scan refused: {error}")
                 return False
         self._assembler.set_ranges(np.asarray(message.ranges)[self._rays])
         return True
 
-    def _on_picture(self, message):
+    def _on_image(self, message):
         try:
-            self._assembler.set_picture(self._bridge.imgmsg_to_cv2(message, "rgb8"))
+            self._assembler.set_image(self._bridge.imgmsg_to_cv2(message, "rgb8"))
         except CvBridgeError as error:
-            rospy.logerr_throttle(5.0, f"policy_driver: picture refused: {error}")
+            rospy.logerr_throttle(5.0, f"policy_driver: image refused: {error}")
             return False
         return True
 

@@ -1,13 +1,16 @@
 """Several cars in one world, each as if it were alone: a vectorised environment."""
 
 import math
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 
+from paddock_gym.contract.actions import Actions
 from paddock_gym.envs import options as gym_options
-from paddock_gym.envs.run import Run, action_space, advance, observation_space
+from paddock_gym.envs.run import Observation, Run, action_space, advance, observation_space
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.scene import Scene
 
@@ -15,13 +18,14 @@ from paddock_gym.simulation.scene import Scene
 class CarsEnv(gymnasium.vector.VectorEnv):
     """num_envs cars that pass through each other, on one track.
 
-    A car whose run has ended starts anew at the next step, whose action does not count for it, as
-    in Gymnasium's SyncVectorEnv.
+    A car whose run has ended restarts at the next step, whose action it ignores, as in
+    Gymnasium's SyncVectorEnv.
 
     Args:
         num_envs: how many cars.
-        max_episode_steps: actions after which a run is cut off; None: never.
-        others: as DeepRacerEnv's; no camera, as it would see the other cars, and no objects.
+        max_episode_steps: actions after which a run is truncated; None: never.
+        others: those of DeepRacerEnv; no camera, in which the other cars would be visible, and
+            no objects.
 
     Raises:
         GymError, TrackError: an option is wrong.
@@ -29,28 +33,27 @@ class CarsEnv(gymnasium.vector.VectorEnv):
 
     def __init__(
         self,
-        num_envs=8,
-        track="default",
-        observation="state",
-        action="continuous",
-        reward="progress",
-        randomize=("start",),
-        time_step=1 / 240,
-        control_rate=15.0,
-        walls=None,
-        render_mode=None,
-        max_episode_steps=None,
-    ):
-        self.scene = None
+        num_envs: int = 8,
+        track: str = "default",
+        observation: str | Iterable[str] = "state",
+        action: str | dict[str, Any] | Actions = "continuous",
+        reward: str = "progress",
+        randomize: bool | str | Iterable[str] = ("start",),
+        time_step: float = 1 / 240,
+        control_rate: float = 15.0,
+        walls: bool | None = None,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+    ) -> None:
         if render_mode is not None:
-            raise GymError(f"render_mode is {render_mode!r}; several cars have no picture")
+            raise GymError(f"render_mode is {render_mode!r}; several cars render no image")
         self.options = gym_options.parse(
             observation, action, reward, "time_trial", randomize, False
         )
         if "camera" in self.options.observations:
             raise GymError(
-                "observation is camera, which would see the other cars; several cars in one world "
-                "take state and lidar"
+                "observation is camera, in which the other cars would be visible; several cars in "
+                "one world have state and lidar"
             )
         self.num_envs, self._longest = num_envs, max_episode_steps or math.inf
         self.render_mode = None
@@ -64,62 +67,70 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         self._generators = [np.random.default_rng() for _ in self.runs]
         self._over = np.zeros(num_envs, bool)
 
-    def reset(self, *, seed=None, options=None):
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start all runs.
 
         Args:
-            seed: of the first car, the others have the following numbers; or one for each.
+            seed: of the first car, the others have the following ones; or one for each.
             options: none are known.
         """
         if options:
-            raise GymError(f"reset has {min(options)!r}; several cars take no options")
+            raise GymError(f"reset has {min(options)!r}; several cars have no options")
         self._seed(seed)
         self.scene.restore()
-        begun = [run.begin(rng) for run, rng in zip(self.runs, self._generators)]
+        started = [run.start(rng) for run, rng in zip(self.runs, self._generators)]
         self._over[:] = False
-        infos = {}
-        for number, (_, info) in enumerate(begun):
-            infos = self._add_info(infos, info, number)
-        return self._batched([observation for observation, _ in begun]), infos
+        infos: dict[str, Any] = {}
+        for index, (_, info) in enumerate(started):
+            infos = self._add_info(infos, info, index)
+        return self._batched([observation for observation, _ in started]), infos
 
-    def _seed(self, seed):
+    def _seed(self, seed: Any) -> None:
         if seed is None:
             return
         seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
         if len(seeds) != self.num_envs:
             raise GymError(f"seed has {len(seeds)} numbers; it must be one, or {self.num_envs}")
-        for number, own in enumerate(seeds):
-            if own is not None:
-                self._generators[number], _ = gymnasium.utils.seeding.np_random(int(own))
+        for index, car_seed in enumerate(seeds):
+            if car_seed is not None:
+                self._generators[index], _ = gymnasium.utils.seeding.np_random(int(car_seed))
 
-    def step(self, actions):
-        """Take one action a car and let one control period pass."""
+    def step(
+        self, actions: Any
+    ) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Apply one action per car and advance by one control period."""
         over = self._over.copy()
-        for run, action, ended in zip(self.runs, iterate(self.action_space, actions), over):
-            if not ended:
+        for run, action, is_over in zip(self.runs, iterate(self.action_space, actions), over):
+            if not is_over:
                 run.decide(action)
         advance(self.scene, self.runs)
-        observations, infos = [], {}
+        observations: list[Observation] = []
+        infos: dict[str, Any] = {}
         rewards = np.zeros(self.num_envs)
         terminated, truncated = np.zeros((2, self.num_envs), bool)
-        for number, run in enumerate(self.runs):
-            if over[number]:
-                observation, info = run.begin(self._generators[number])
+        for index, run in enumerate(self.runs):
+            if over[index]:
+                observation, info = run.start(self._generators[index])
             else:
-                observation, rewards[number], terminated[number], truncated[number], info = (
-                    run.end_step()
+                observation, rewards[index], terminated[index], truncated[index], info = (
+                    run.finish_step()
                 )
             observations.append(observation)
-            infos = self._add_info(infos, info, number)
-            truncated[number] |= run.standing.steps >= self._longest and not terminated[number]
+            infos = self._add_info(infos, info, index)
+            truncated[index] |= run.state.steps >= self._longest and not terminated[index]
         self._over = terminated | truncated
         return self._batched(observations), rewards, terminated, truncated, infos
 
-    def _batched(self, observations):
+    def _batched(self, observations: list[Observation]) -> Observation:
         space = self.single_observation_space
         return concatenate(space, observations, create_empty_array(space, self.num_envs))
 
-    def close_extras(self, **_):
+    def close_extras(self, **_: Any) -> None:
         """Free the engine."""
-        if self.scene is not None:
+        if hasattr(self, "scene"):  # not if an option was wrong
             self.scene.close()

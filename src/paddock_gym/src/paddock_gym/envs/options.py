@@ -1,6 +1,8 @@
 """Options of the environments, checked."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from paddock_gym.contract import actions
 from paddock_gym.contract.reward_file import RewardFile
@@ -13,29 +15,35 @@ OBSERVATIONS = ("state", "lidar", "camera")
 
 @dataclass(frozen=True)
 class Options:
-    """What an environment is made of.
+    """Options of an environment.
 
     Attributes:
         observations: names of OBSERVATIONS.
         alone: whether the observation is one array, not a dict.
-        colour: whether camera pictures have three channels.
-        actions: Continuous or Discrete.
-        reward: RewardFile, or None: progress.
+        colour: whether camera images have three channels.
+        reward: None: progress.
         objects: "", "boxes" or "bots".
-        randomize: frozenset of randomize.KINDS.
+        randomize: names of randomize.RANDOMIZABLE.
     """
 
-    observations: tuple
+    observations: tuple[str, ...]
     alone: bool
     colour: bool
-    actions: object
-    reward: object
+    actions: actions.Actions
+    reward: RewardFile | None
     objects: str
-    randomize: frozenset
+    randomize: frozenset[str]
 
 
-def parse(observation, action, reward, race, kinds, colour):
-    """Options from what a user gave.
+def parse(
+    observation: str | Iterable[str],
+    action: str | dict[str, Any] | actions.Actions,
+    reward: str,
+    race: str,
+    randomized: bool | str | Iterable[str],
+    colour: bool,
+) -> Options:
+    """Check the options that a user gave.
 
     Raises:
         GymError: one is wrong.
@@ -57,5 +65,5 @@ def parse(observation, action, reward, race, kinds, colour):
         actions.parse(action),
         None if reward == "progress" else RewardFile(reward),
         RACES[race],
-        randomize.parse(kinds),
+        randomize.parse(randomized),
     )

@@ -1,12 +1,12 @@
 """The reward `progress`."""
 
-from paddock_gym.course import LAP, RUNNING
+from paddock_gym.course import LAP, RUNNING, RunState
 
 PER_METRE = 1.0
 FAILURE = -3.0  # for a run that ended before its lap
 
 
-def progress(standing):
+def progress(state: RunState) -> float:
     """Metres along the course since the last action, and a penalty for a run that failed."""
-    failed = standing.end not in (RUNNING, LAP)
-    return PER_METRE * standing.gain + (FAILURE if failed else 0.0)
+    failed = state.end not in (RUNNING, LAP)
+    return PER_METRE * state.gain + (FAILURE if failed else 0.0)

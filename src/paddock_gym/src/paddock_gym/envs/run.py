@@ -1,4 +1,8 @@
-"""One car's run: what it sees, does and gets, from start to end."""
+"""One car's runs: observations, actions and rewards."""
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -6,25 +10,37 @@ from gymnasium import spaces
 from paddock_gym import observations
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.contract.params import Waypoints, params
-from paddock_gym.course import LAP, RUNNING, SEEN, Judge, seen
+from paddock_gym.course import (
+    LAP,
+    OBSERVED_OBJECTS,
+    RUNNING,
+    RunEvaluator,
+    RunState,
+    TrackObject,
+    next_objects,
+)
+from paddock_gym.envs.options import Options
 from paddock_gym.envs.rewards import progress
+from paddock_gym.simulation.car import Car
 from paddock_gym.simulation.randomize import Randomizer
+from paddock_gym.simulation.scene import Obstacles, Scene
 from paddock_gym.simulation.sensors import CarCamera, CarLidar
 
-STANDING_STILL = (0.0, 0.0)  # speed, steering
+AT_REST = (0.0, 0.0)  # speed, steering
+Observation = np.ndarray | dict[str, np.ndarray]
 
 
-def action_space(options):
+def action_space(options: Options) -> spaces.Space:
     """Gymnasium space of the actions."""
     if isinstance(options.actions, Continuous):
         return spaces.Box(-1.0, 1.0, (2,), np.float32)
     return spaces.Discrete(len(options.actions.rows))
 
 
-def observation_space(options):
+def observation_space(options: Options) -> spaces.Space:
     """Gymnasium space of the observations."""
-    count = observations.STATE_SHAPE[0] + (2 * SEEN if options.objects else 0)
-    shape = observations.COLOUR_SHAPE if options.colour else observations.GREY_SHAPE
+    count = observations.STATE_SHAPE[0] + (2 * OBSERVED_OBJECTS if options.objects else 0)
+    shape = observations.COLOR_SHAPE if options.colour else observations.GRAY_SHAPE
     boxes = {
         "state": spaces.Box(-observations.LIMIT, observations.LIMIT, (count,), np.float32),
         "lidar": spaces.Box(0.0, 1.0, observations.RANGES_SHAPE, np.float32),
@@ -39,63 +55,67 @@ class Run:
     """One car's runs.
 
     Args:
-        scene: Scene.
-        car: one of its Cars.
-        options: Options.
-        obstacles: Obstacles, or None.
+        car: one of the scene's.
 
     Attributes:
-        standing: Standing after the last action.
-        motion: Motion then.
+        state: after the last action.
+        motion: after the last action.
         delay: physics steps after which apply() is due.
-        camera: CarCamera, or None.
+        camera: None: it is not observed.
     """
 
-    def __init__(self, scene, car, options, obstacles=None):
+    def __init__(
+        self, scene: Scene, car: Car, options: Options, obstacles: Obstacles | None = None
+    ) -> None:
         self._scene, self._car, self._options = scene, car, options
         self._obstacles = obstacles
         self._projector = scene.projector
-        self._judge = Judge(scene.projector)
+        self._evaluator = RunEvaluator(scene.projector)
         self._observer = observations.StateObserver(scene.projector)
         self._waypoints = options.reward and Waypoints(scene.track, scene.projector)
         self._randomizer = Randomizer(scene, car, options.randomize)
         self._may_crash = scene.has_walls or obstacles is not None
         names = options.observations
-        self._lidar = CarLidar(scene.world, car) if "lidar" in names else None
-        self.camera = CarCamera(scene.painter, car) if "camera" in names else None
-        self._observers = {"state": self._state, "lidar": self._ranges, "camera": self._picture}
+        self.camera = CarCamera(scene.renderer, car) if "camera" in names else None
+        self._observers: dict[str, Callable[[], np.ndarray]] = {"state": self._state}
+        if "lidar" in names:
+            self._observers["lidar"] = partial(self._ranges, CarLidar(scene.world, car))
+        if self.camera is not None:
+            self._observers["camera"] = partial(self._image, self.camera)
 
-    def begin(self, rng, start=None):
+    def start(
+        self, rng: np.random.Generator, start_pose: tuple[float, float, float] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         """Start a run.
 
         Args:
-            rng: numpy.random.Generator, also of the noise until the next start.
-            start: (x, y, yaw) [m], [rad]; None: as the options say.
+            rng: also of the noise until the next start.
+            start_pose: (x, y, yaw) [m], [rad]; None: by the options.
 
         Returns:
             observation, info.
         """
         self._rng = rng
-        drawn = self._randomizer.draw(rng)
+        random_pose = self._randomizer.sample(rng)
         self.delay = self._randomizer.delay
-        self._car.place(*(drawn if start is None else start))
+        self._car.place(*(random_pose if start_pose is None else start_pose))
         self.motion = self._car.motion()
-        self.standing = self._judge.start(self.motion)
+        self.state = self._evaluator.start(self.motion)
         if self._obstacles:
-            self._obstacles.start(rng, self.standing.s)
-        self._command = STANDING_STILL
+            self._obstacles.start(rng, self.state.s)
+        self._command = AT_REST
         return self._observe(), self._info()
 
-    def decide(self, action):
-        """Take an action; apply() makes the car follow it."""
+    def decide(self, action: Any) -> None:
+        """Set the action that apply() commands."""
         self._command = self._options.actions.command(action)
 
-    def apply(self):
+    def apply(self) -> None:
         """Command the car."""
         self._car.drive(*self._command)
 
-    def end_step(self):
-        """Look at what the last action led to.
+    def finish_step(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Observe the result of the last action.
 
         Returns:
             observation, reward, terminated, truncated, info.
@@ -104,63 +124,65 @@ class Run:
             self._obstacles.advance()
         self.motion = self._car.motion()
         crashed = self._may_crash and self._car.touched(self._scene.ground)
-        standing = self.standing = self._judge.update(self.motion, crashed)
-        reward = self._reward(standing)
-        # A whole lap is no state in which nothing more is to be had: it truncates.
-        lap = standing.end == LAP
-        return self._observe(), reward, standing.end != RUNNING and not lap, lap, self._info()
+        state = self.state = self._evaluator.update(self.motion, crashed)
+        reward = self._reward(state)
+        # After a full lap more reward would follow: it truncates the run.
+        lap = state.end == LAP
+        return self._observe(), reward, state.end != RUNNING and not lap, lap, self._info()
 
-    def params(self):
-        """Params of a reward function after the last action."""
+    def params(self) -> dict[str, Any]:
+        """Parameters of a reward function after the last action."""
         self._waypoints = self._waypoints or Waypoints(self._scene.track, self._projector)
-        standing = self.standing
-        width = standing.left + standing.right
-        return params(standing, self.motion, self._command, self._waypoints, width, self.objects)
+        state = self.state
+        width = state.left + state.right
+        return params(state, self.motion, self._command, self._waypoints, width, self.objects)
 
     @property
-    def objects(self):
-        """Placed objects on the track now."""
-        return self._obstacles.placed if self._obstacles else ()
+    def objects(self) -> Sequence[TrackObject]:
+        """Objects on the track now."""
+        return self._obstacles.objects if self._obstacles else ()
 
-    def _reward(self, standing):
+    def _reward(self, state: RunState) -> float:
         if self._options.reward is None:
-            return progress(standing)
+            return progress(state)
         return self._options.reward.reward(self.params())
 
-    def _info(self):
-        standing = self.standing
+    def _info(self) -> dict[str, Any]:
+        state = self.state
         return {
-            "end": standing.end,
-            "progress": standing.progress,
-            "time": standing.steps * self._scene.period,
-            "lateral": standing.lateral,
+            "end": state.end,
+            "progress": state.progress,
+            "time": state.steps * self._scene.period,
+            "lateral": state.lateral,
             "x": self.motion.x,
             "y": self.motion.y,
         }
 
-    def _observe(self):
+    def _observe(self) -> Observation:
         names = self._options.observations
         if self._options.alone:
             return self._observers[names[0]]()
         return {name: self._observers[name]() for name in names}
 
-    def _state(self):
-        standing = self.standing
-        row = self._observer.observe(self.motion, standing, self._command)
+    def _state(self) -> np.ndarray:
+        state = self.state
+        row = self._observer.observe(self.motion, state, self._command)
         if self._obstacles is None:
             return row
-        return np.concatenate((row, seen(self._obstacles.placed, standing.s, self._projector)))
+        return np.concatenate(
+            (row, next_objects(self._obstacles.objects, state.s, self._projector))
+        )
 
-    def _ranges(self):
-        return observations.ranges(self._lidar.scan(self._rng))
+    def _ranges(self, lidar: CarLidar) -> np.ndarray:
+        return observations.ranges(lidar.scan(self._rng))
 
-    def _picture(self):
-        rgb = self._randomizer.picture(self.camera.picture(self._randomizer.jitter))
-        return observations.picture(rgb, self._options.colour)
+    def _image(self, camera: CarCamera) -> np.ndarray:
+        rgb = self._randomizer.change_image(camera.image(self._randomizer.jitter))
+        return observations.image(rgb, self._options.colour)
 
 
-def advance(scene, runs):
-    """Advance by one action; each run's command begins after its delay."""
+def advance(scene: Scene, runs: Iterable[Run]) -> None:
+    """Advance by one action; each run's command takes effect after its delay."""
     done = 0
     for run in sorted(runs, key=lambda run: run.delay):
         if run.delay > done:

@@ -1,35 +1,38 @@
 """The window of render_mode human, by pygame as Gymnasium's own."""
 
+from typing import Any
+
 import numpy as np
 
 from paddock_gym.errors import GymError
 
 
 class Window:
-    """Shows pictures at the pace of the control."""
+    """Shows images at the control rate."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         try:
             import pygame
         except ImportError as error:
             raise GymError("render_mode human needs pygame, which is not installed") from error
-        self._pygame, self._screen = pygame, None
+        self._pygame = pygame
+        self._screen: Any = None
 
-    def show(self, picture, rate):
-        """Show a picture (H, W, 3) uint8 RGB and wait as long as a rate [Hz] asks for."""
+    def show(self, image: np.ndarray, rate: float) -> None:
+        """Show an image (H, W, 3) uint8 RGB and wait for the next period of a rate [Hz]."""
         pygame = self._pygame
         if self._screen is None:
             pygame.display.init()
             pygame.display.set_caption("Paddock")
-            self._screen = pygame.display.set_mode((picture.shape[1], picture.shape[0]))
+            self._screen = pygame.display.set_mode((image.shape[1], image.shape[0]))
             self._clock = pygame.time.Clock()
-        surface = pygame.surfarray.make_surface(np.swapaxes(picture, 0, 1))
+        surface = pygame.surfarray.make_surface(np.swapaxes(image, 0, 1))
         self._screen.blit(surface, (0, 0))
         pygame.event.pump()
         pygame.display.flip()
         self._clock.tick(rate)
 
-    def close(self):
+    def close(self) -> None:
         """Close the window."""
         if self._screen is not None:
             self._pygame.display.quit()

@@ -1,1 +1,1 @@
-"""Drivers compared: laps, times, where they leave the track. Needs no torch."""
+"""Comparisons of drivers: laps, times, where they leave the track. Needs no torch."""

@@ -19,16 +19,16 @@ class TrackerDriver:
         self._tracker = None
 
     def restart(self):
-        """Begin a new path."""
+        """Start a new path."""
         self._tracker = None
 
     def act(self, _observation, env):
-        """The action for the rig's pose."""
-        geometry = env.rig.geometry
+        """The action at the truck's pose."""
+        geometry = env.truck.geometry
         if self._tracker is None:
             steering = IdealSteering(geometry.wheelbase, geometry.max_steering)
             self._tracker = Tracker(env.path, geometry, steering, Tuning())
-        status = self._tracker.step(*env.rig.trailer(), env.rig.hitch_angle())
+        status = self._tracker.step(*env.truck.trailer_axle_pose(), env.truck.hitch_angle())
         return np.array(
             (float(status.steering) / geometry.max_steering, float(status.speed) / TOP_SPEED),
             np.float32,
@@ -36,8 +36,8 @@ class TrackerDriver:
 
 
 HEAD = (
-    "driver", "arrived", "time [s]", "beside the path, rms [cm]", "beside the end [cm]",
-    "turned at the end [degrees]", "other ends",
+    "driver", "arrived", "time [s]", "lateral error, rms [cm]", "lateral error at the end [cm]",
+    "heading error at the end [degrees]", "other ends",
 )  # fmt: skip
 
 
@@ -46,10 +46,10 @@ class BackingRun:
     """One start.
 
     Attributes:
-        end: arrived, jackknifed, lost, or empty: cut off.
+        end: arrived, jackknifed, lost, or empty: truncated.
         time: simulated [s].
         lateral, heading: errors at the end [m], [rad].
-        rms_lateral: distance from the path along the way, the start's offset included [m].
+        rms_lateral: distance from the path during the run, the start's offset included [m].
     """
 
     end: str
@@ -60,7 +60,7 @@ class BackingRun:
 
 
 def drive(env, driver, seed):
-    """Drive once from the start, along the path, of a seed.
+    """Drive once along the path of a seed.
 
     Args:
         env: BackingEnv.
@@ -95,22 +95,22 @@ def compare(policy, count):
     """
     env = BackingEnv()
     drivers = {"policy": PolicyDriver(policy, BACKING), "tracker": TrackerDriver()}
-    rows = [row_of(name, runs(env, driver, count)) for name, driver in drivers.items()]
+    rows = [summary(name, runs(env, driver, count)) for name, driver in drivers.items()]
     env.close()
     return rows
 
 
-def row_of(driver, driven):
-    """What is told of a driver's runs; errors and times are of those that arrived."""
-    good = [run for run in driven if run.end == ARRIVED]
+def summary(driver, driven):
+    """Report of a driver's runs; errors and times are of those that arrived."""
+    arrived = [run for run in driven if run.end == ARRIVED]
     return {
         "driver": driver,
         "starts": len(driven),
-        "arrived": len(good),
-        "times": [round(run.time, 3) for run in good],
-        "rms_lateral": [round(run.rms_lateral, 5) for run in good],
-        "end_lateral": [round(abs(run.lateral), 5) for run in good],
-        "end_heading": [round(math.degrees(abs(run.heading)), 3) for run in good],
+        "arrived": len(arrived),
+        "times": [round(run.time, 3) for run in arrived],
+        "rms_lateral": [round(run.rms_lateral, 5) for run in arrived],
+        "end_lateral": [round(abs(run.lateral), 5) for run in arrived],
+        "end_heading": [round(math.degrees(abs(run.heading)), 3) for run in arrived],
         "other_ends": [run.end or "too slow" for run in driven if run.end != ARRIVED],
     }
 

@@ -1,4 +1,4 @@
-"""python -m paddock_gym.evaluation.cli: what ./run evaluate becomes."""
+"""python -m paddock_gym.evaluation.cli: the process of ./run evaluate."""
 
 import json
 import os
@@ -34,17 +34,17 @@ def main(arguments=None):
 
 
 def evaluate(policy, tracks, starts, walls, folder):
-    """Let all drivers drive on all tracks; writes report.json and a picture for each track.
+    """Run all drivers on all tracks; writes report.json and an image for each track.
 
     Args:
         policy: path of its ONNX file.
-        tracks: names or paths; none: the one of its training.
+        tracks: names or paths; empty: the track of its training.
         starts: how many of each driver on each track.
         walls: as the environment's option.
-        folder: for the files; it is emptied.
+        folder: for the files; its content is deleted.
 
     Returns:
-        Rows (dicts), one a track and driver.
+        Rows (dicts), one per track and driver.
     """
     about = OnnxPolicy(policy, env=None).description
     if about.env == BACKING and tracks:
@@ -82,7 +82,7 @@ def on_track(policy, about, track, count, walls, folder):
         )
         driver = PolicyDriver(policy) if mine else DRIVERS[name]()
         laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(count))]
-        rows.append(row_of(env.scene.track.name, name, laps))
+        rows.append(summary(env.scene.track.name, name, laps))
         if mine:
             path = os.path.join(folder, f"{env.scene.track.name}.png")
             plots.paths(laps, env.scene.track, path)
@@ -90,8 +90,8 @@ def on_track(policy, about, track, count, walls, folder):
     return rows
 
 
-def row_of(track, driver, laps):
-    """What is told of the starts of a driver on a track."""
+def summary(track, driver, laps):
+    """Report of the starts of a driver on a track."""
     times = [lap.time for lap in laps if lap.is_lap]
     return {
         "track": track,

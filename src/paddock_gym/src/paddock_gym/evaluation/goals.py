@@ -7,11 +7,11 @@ import numpy as np
 from cybertruck.goal.controller import ACTIVE, REACHED, GoalController
 from cybertruck.goal.settings import GoalSettings
 
-from paddock_gym.simulation.rig import DRIVE_PERIOD, Rig
+from paddock_gym.simulation.truck import DRIVE_PERIOD, Truck
 
 FIRST_SEED = 20_000  # of the goals
-NEAREST, FURTHEST = 1.0, 8.0  # [m]
-LONGEST = 60.0  # simulated time of a drive [s]
+MIN_DISTANCE, MAX_DISTANCE = 1.0, 8.0  # [m]
+TIME_LIMIT = 60.0  # simulated time of a drive [s]
 PERIODS = 2  # of the drive node for each command of the controller
 
 
@@ -22,7 +22,7 @@ class Drive:
     Attributes:
         end: reached, stuck or late.
         time: simulated [s].
-        detour: driven path over the shortest one.
+        detour: length of the driven path over that of the shortest one.
         distance: to the goal at the end [m].
     """
 
@@ -41,9 +41,9 @@ def goals(count, seed=FIRST_SEED):
     """(x, y) [m] of goals around the truck, in all directions."""
     rng = np.random.default_rng(seed)
     return [
-        (distance * math.cos(turn), distance * math.sin(turn))
-        for distance, turn in zip(
-            rng.uniform(NEAREST, FURTHEST, count), rng.uniform(-math.pi, math.pi, count)
+        (distance * math.cos(direction), distance * math.sin(direction))
+        for distance, direction in zip(
+            rng.uniform(MIN_DISTANCE, MAX_DISTANCE, count), rng.uniform(-math.pi, math.pi, count)
         )
     ]
 
@@ -63,25 +63,25 @@ def drive_all(targets, trailer=False, **gains):
         ValueError: a gain is wrong.
     """
     settings = GoalSettings(trailer=trailer, **gains)
-    rig = Rig(trailer)
+    truck = Truck(trailer)
     try:
-        return [drive(rig, settings, target) for target in targets]
+        return [drive(truck, settings, target) for target in targets]
     finally:
-        rig.close()
+        truck.close()
 
 
-def drive(rig, settings, target):
+def drive(truck, settings, target):
     """Drive once; returns the Drive."""
-    rig.place_truck(0.0, 0.0, 0.0)
+    truck.place_truck(0.0, 0.0, 0.0)
     controller = GoalController(settings)
     controller.start(*target)
     time, state = 0.0, ACTIVE
     while True:
-        state, linear, angular = controller.update(*rig.truck(), time)
-        if state != ACTIVE or time > LONGEST:
+        state, linear, angular = controller.update(*truck.rear_axle_pose(), time)
+        if state != ACTIVE or time > TIME_LIMIT:
             break
         steering = math.atan(settings.wheelbase * angular / linear) if linear > 1e-6 else 0.0
-        rig.drive(steering, linear, PERIODS)
+        truck.drive(steering, linear, PERIODS)
         time += PERIODS * DRIVE_PERIOD
     return Drive(
         "late" if state == ACTIVE else state,

@@ -15,7 +15,7 @@ from paddock_gym.policy.onnx_policy import OnnxPolicy
 from paddock_gym.simulation.car import GEOMETRY
 
 FIRST_SEED = 10_000  # of the starts; training uses others
-SIDE, TURN = 0.15, math.radians(10.0)  # largest offset [m] and turn of a start
+MAX_OFFSET, MAX_HEADING = 0.15, math.radians(10.0)  # of a start [m], [rad]
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class Lap:
     """One start.
 
     Attributes:
-        start: share of the track.
+        start: fraction of the track.
         end: why it ended: lap, off_track, crashed, stuck or reversed.
         progress: [%].
         time: simulated [s].
-        way: (N, 3) x, y [m], forward speed [m/s] after each action.
+        trajectory: (N, 3) x, y [m], forward speed [m/s] after each action.
         rms_lateral, max_lateral: distance from the centreline [m].
     """
 
@@ -35,24 +35,24 @@ class Lap:
     end: str
     progress: float
     time: float
-    way: np.ndarray
+    trajectory: np.ndarray
     rms_lateral: float
     max_lateral: float
 
     @property
     def is_lap(self):
-        """Whether it was a whole lap."""
+        """Whether it was a full lap."""
         return self.end == LAP
 
 
 def starts(count, seed=FIRST_SEED):
-    """Starts for reset(options=...): count places at random, beside the centreline and turned."""
+    """Starts for reset(options=...): count random poses, offset from the centreline and rotated."""
     rng = np.random.default_rng(seed)
     return [
         {
             "start": float(rng.uniform(0.0, 1.0)),
-            "lateral": float(rng.uniform(-SIDE, SIDE)),
-            "turn": float(rng.uniform(-TURN, TURN)),
+            "lateral": float(rng.uniform(-MAX_OFFSET, MAX_OFFSET)),
+            "turn": float(rng.uniform(-MAX_HEADING, MAX_HEADING)),
         }
         for _ in range(count)
     ]
@@ -73,12 +73,12 @@ def drive(env, driver, start, seed=0, each=None):
     """
     observation, info = env.reset(seed=seed, options=start)
     driver.restart()
-    way, lateral, done = [], [], False
+    trajectory, lateral, done = [], [], False
     while not done:
         observation, _, terminated, truncated, info = env.step(driver.act(observation, env))
         done = terminated or truncated
         motion = env.run.motion
-        way.append((motion.x, motion.y, motion.forward))
+        trajectory.append((motion.x, motion.y, motion.forward))
         lateral.append(info["lateral"])
         if each:
             each()
@@ -87,7 +87,7 @@ def drive(env, driver, start, seed=0, each=None):
         info["end"],
         info["progress"],
         info["time"],
-        np.array(way),
+        np.array(trajectory),
         float(np.sqrt(np.mean(np.square(lateral)))),
         float(np.max(np.abs(lateral))),
     )
@@ -112,16 +112,14 @@ def film_lap(env, driver, start, path):
     film = FilmWriter(path, rate)
 
     def add():
-        picture = env.onlooker_picture()[..., ::-1].copy()
-        standing, motion = env.run.standing, env.run.motion
-        words = (
-            f"{standing.progress:3.0f} %  {standing.steps / rate:4.1f} s  {motion.forward:.2f} m/s"
-        )
-        for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 1)):
+        image = env.observer_image()[..., ::-1].copy()
+        state, motion = env.run.state, env.run.motion
+        text = f"{state.progress:3.0f} %  {state.steps / rate:4.1f} s  {motion.forward:.2f} m/s"
+        for color, width in (((0, 0, 0), 4), ((255, 255, 255), 1)):
             cv2.putText(
-                picture, words, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, width, cv2.LINE_AA
+                image, text, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, color, width, cv2.LINE_AA
             )
-        film.add(picture)
+        film.add(image)
 
     try:
         return drive(env, driver, start, each=add)
@@ -144,7 +142,7 @@ class PolicyDriver:
         self.policy = OnnxPolicy(path, env)
 
     def restart(self):
-        """Nothing to forget."""
+        """Nothing to clear."""
 
     def act(self, observation, _env):
         """The action for an observation."""
@@ -163,7 +161,7 @@ class PursuitDriver:
         self._gains, self._pursuit = dict(gains, max_speed=max_speed), None
 
     def restart(self):
-        """Forget the place on the path."""
+        """Clear the position on the path."""
         self._pursuit = None
 
     def act(self, _observation, env):

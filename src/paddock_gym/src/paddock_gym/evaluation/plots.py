@@ -1,4 +1,4 @@
-"""Driven ways over a track, as pictures."""
+"""Plots of driven trajectories over a track."""
 
 import cv2
 import matplotlib
@@ -10,7 +10,7 @@ from matplotlib import pyplot  # noqa: E402
 
 
 def paths(laps, track, path):
-    """Draw driven ways over the track, coloured by speed.
+    """Plot driven trajectories over the track, colored by speed.
 
     Args:
         laps: Lap list.
@@ -19,19 +19,21 @@ def paths(laps, track, path):
     """
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
     draw_ground(axes, track)
-    way = np.concatenate([lap.way for lap in laps])
-    drawn = axes.scatter(way[:, 0], way[:, 1], c=way[:, 2], s=4, cmap="viridis", zorder=3)
-    figure.colorbar(drawn, ax=axes, label="speed [m/s]")
+    trajectory = np.concatenate([lap.trajectory for lap in laps])
+    points = axes.scatter(
+        trajectory[:, 0], trajectory[:, 1], c=trajectory[:, 2], s=4, cmap="viridis", zorder=3
+    )
+    figure.colorbar(points, ax=axes, label="speed [m/s]")
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)
 
 
 def draw_ground(axes, track):
-    """Draw a track's picture as the ground, axes in metres."""
+    """Plot a track's image as the ground, axes in metres."""
     left, right, low, high = track.extent
-    picture = cv2.imread(track.texture)
-    if picture is not None:
-        small = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    image = cv2.imread(track.texture)
+    if image is not None:
+        small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
         axes.imshow(small[..., ::-1], extent=(left, right, low, high), alpha=0.6)
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")

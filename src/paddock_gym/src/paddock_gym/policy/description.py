@@ -1,4 +1,4 @@
-"""What a policy file says about itself: what it sees, what its actions mean."""
+"""Description in a policy file: its observations, what its actions mean."""
 
 import json
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class PolicyDescription:
 
     Attributes:
         observations: names of its inputs, in order: state, lidar, camera.
-        colour: whether camera pictures have three channels.
+        colour: whether camera images have three channels.
         actions: Continuous or Discrete.
         control_rate: actions a second [Hz].
         track: that it was trained on.
@@ -43,7 +43,7 @@ class PolicyDescription:
         """Reads text().
 
         Raises:
-            GymError: it is none.
+            GymError: it is not such a text.
         """
         try:
             table = json.loads(text)

@@ -10,12 +10,12 @@ OPSET = 15
 
 
 class _Deterministic(torch.nn.Module):
-    """The deterministic action of an actor-critic policy, from observations as they come.
+    """The deterministic action of an actor-critic policy, from unprocessed observations.
 
     Args:
         policy: of stable-baselines3's PPO.
         names: of the inputs.
-        images: names of those that are pictures (H, W, C), which the network takes as (C, H, W).
+        images: names of those that are images (H, W, C), which the network takes as (C, H, W).
     """
 
     def __init__(self, policy, names, images):
@@ -23,12 +23,12 @@ class _Deterministic(torch.nn.Module):
         self.policy, self._names, self._images = policy, names, images
 
     def forward(self, *arrays):
-        found = {}
+        inputs = {}
         for name, array in zip(self._names, arrays):
             if name in self._images:
                 array = array.permute(0, 3, 1, 2).to(torch.float32) / 255.0
-            found[name] = array
-        observation = found if len(found) > 1 else next(iter(found.values()))
+            inputs[name] = array
+        observation = inputs if len(inputs) > 1 else next(iter(inputs.values()))
         extractor = self.policy.features_extractor
         latent = self.policy.mlp_extractor.forward_actor(extractor(observation))
         action = self.policy.action_net(latent)
@@ -42,7 +42,7 @@ def export(policy, space, description, path):
 
     Args:
         policy: of stable-baselines3's PPO, on the processor.
-        space: Gymnasium space of the environment's observations (pictures as (H, W, C)).
+        space: Gymnasium space of the environment's observations (images as (H, W, C)).
         description: PolicyDescription.
         path: of the file.
     """

@@ -21,7 +21,7 @@ class OnnxPolicy:
         description: PolicyDescription.
 
     Raises:
-        GymError: there is no such file, or it is no policy of ours, or one of another env.
+        GymError: there is no such file, or it is not a policy of Paddock, or one of another env.
     """
 
     def __init__(self, path, env=DEEPRACER):
@@ -37,7 +37,7 @@ class OnnxPolicy:
                 path, options, providers=["CPUExecutionProvider"]
             )
         except Exception as error:  # onnxruntime's own classes, which it does not export
-            raise GymError(f"{path} is no ONNX file that can be run: {error}") from error
+            raise GymError(f"{path} is not an ONNX file that can be run: {error}") from error
         text = self._session.get_modelmeta().custom_metadata_map.get(KEY)
         if text is None:
             raise GymError(f"{path} has no description {KEY!r}; it must be of ./run train")
@@ -58,7 +58,7 @@ class OnnxPolicy:
             observation: array, or dict of arrays, as of the environment.
 
         Returns:
-            (2,) float32 from -1 to 1, or a number of the discrete actions.
+            (2,) float32 from -1 to 1, or an index of the discrete actions.
         """
         if not isinstance(observation, dict):
             observation = {self._inputs[0]: observation}

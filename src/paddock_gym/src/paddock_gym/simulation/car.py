@@ -1,4 +1,4 @@
-"""One car in a world: commands, motion, placing."""
+"""One car in a world: commands, motion, pose."""
 
 import math
 
@@ -37,7 +37,7 @@ class Car:
         self._rest = None  # height and tilt of the car at rest
 
     def settled(self):
-        """Remember height and tilt: the car stands still now, heading along x."""
+        """Store height and tilt of the car, which is at rest and heads along x."""
         pose = self.model.pose
         self._rest = pose.position[2], pose.orientation
 
@@ -57,16 +57,16 @@ class Car:
     def place(self, x, y, yaw):
         """Put the car at rest on the ground at a pose [m], [rad], wheels straight."""
         height, tilt = self._rest
-        turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-        self.model.set_state(Pose((x, y, height), multiply(turn, tilt)))
+        rotation = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        self.model.set_state(Pose((x, y, height), multiply(rotation, tilt)))
         self.model.joints.set_positions(dict.fromkeys(self.model.joints.names, 0.0))
         self.drive(0.0, 0.0)
 
     def touched(self, harmless):
-        """Whether the car touches anything but harmless things.
+        """Whether the car has a contact that counts as a crash.
 
         Args:
-            harmless: set of (body, link) of the engine.
+            harmless: set of (body, link) of the engine whose contacts do not count.
         """
         body = self.model.body
         return any(

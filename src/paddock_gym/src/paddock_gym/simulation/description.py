@@ -1,4 +1,4 @@
-"""Texts that a world is built from: the car's URDF, the track's SDF."""
+"""The descriptions of a world: the car's URDF, the track's SDF."""
 
 import dataclasses
 import functools
@@ -14,7 +14,7 @@ CAMERA_SIZE = (160, 120)  # width, height [px]
 LIDAR_RAYS = 64  # of the learner's lidar, over 300 degrees
 
 
-def share():
+def share_folder():
     """Folder of track_model's files: urdf, meshes."""
     return pathlib.Path(source.tracks_directory()).parent
 
@@ -32,7 +32,7 @@ def car_urdf(lidar_rays=LIDAR_RAYS):
         "camera_height": str(height),
         "lidar_samples": str(lidar_rays),
     }
-    path = share() / "urdf" / "racecar.urdf.xacro"
+    path = share_folder() / "urdf" / "racecar.urdf.xacro"
     return xacro.process_file(str(path), mappings=arguments).toxml()
 
 
@@ -53,10 +53,10 @@ def track_sdf(track, walls=None):
 
 def light():
     """Scene (light and background) of the worlds that track_model launches."""
-    text = (share() / "worlds" / "track.world").read_text(encoding="utf-8")
+    text = (share_folder() / "worlds" / "track.world").read_text(encoding="utf-8")
     return sdf.parse_world(text, resolve).scene
 
 
 def resolve(uri):
     """Path of a mesh's URI."""
-    return uri.replace("package://track_model", str(share())).replace("file://", "")
+    return uri.replace("package://track_model", str(share_folder())).replace("file://", "")

@@ -1,4 +1,4 @@
-"""A track with obstacles in the gym, drawn from above."""
+"""A track with cars and obstacles, and its renderer."""
 
 import dataclasses
 import math
@@ -13,7 +13,7 @@ from paddock_common.settings import Number
 from track_model.referee.course import Course, Projector
 from track_model.track import load_track
 
-from paddock_gym.course import Placed
+from paddock_gym.course import TrackObject
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import description
 from paddock_gym.simulation.car import Car
@@ -25,7 +25,7 @@ BOX, BOT = (0.20, 0.20, 0.20), (0.30, 0.19, 0.12)  # length, width, height [m]
 _SDF = """<sdf version="1.6"><model name="{name}"><static>true</static><link name="link">
 <collision name="c"><geometry><box><size>{x} {y} {z}</size></box></geometry></collision>
 <visual name="v"><geometry><box><size>{x} {y} {z}</size></box></geometry>
-<material><ambient>{colour} 1</ambient><diffuse>{colour} 1</diffuse></material></visual>
+<material><ambient>{color} 1</ambient><diffuse>{color} 1</diffuse></material></visual>
 </link></model></sdf>"""
 
 
@@ -34,49 +34,49 @@ class Obstacles:
 
     Args:
         scene: Scene, before its first use.
-        kind: "boxes" or "bots".
+        object_type: "boxes" or "bots".
 
     Attributes:
-        placed: list of Placed, as of now.
+        objects: list of the current TrackObjects.
     """
 
-    def __init__(self, scene, kind):
+    def __init__(self, scene, object_type):
         self._projector, self._period = scene.projector, scene.period
-        self._bots = kind == "bots"
+        self._bots = object_type == "bots"
         self._size = BOT if self._bots else BOX
         x, y, z = self._size
-        colour = "0.8 0.2 0.1" if self._bots else "0.75 0.55 0.3"
+        color = "0.8 0.2 0.1" if self._bots else "0.75 0.55 0.3"
         self._models = [
             scene.world.spawn_sdf(
-                f"{kind}{number}",
-                _SDF.format(name=kind, x=x, y=y, z=z, colour=colour),
-                Pose((0.0, 0.0, -5.0 - number)),
+                f"{object_type}{index}",
+                _SDF.format(name=object_type, x=x, y=y, z=z, color=color),
+                Pose((0.0, 0.0, -5.0 - index)),
                 str,
             )
-            for number in range(COUNT)
+            for index in range(COUNT)
         ]
-        self.placed = []
+        self.objects = []
 
     def start(self, rng, s):
-        """Place the objects at random, some way ahead of a car at arc length s [m]."""
+        """Put the objects at random arc lengths ahead of a car at arc length s [m]."""
         room = (self._projector.length - 2.0 * CLEAR) / COUNT
         self._courses = []
-        for number in range(COUNT):
-            at = s + CLEAR + (number + rng.uniform(0.2, 0.8)) * room
+        for index in range(COUNT):
+            at = s + CLEAR + (index + rng.uniform(0.2, 0.8)) * room
             side = rng.choice((-1.0, 1.0)) * rng.uniform(0.4, 0.55)
             speed = rng.uniform(*BOT_SPEEDS) if self._bots else 0.0
             self._courses.append([at, side, speed])
         self._show()
 
     def advance(self):
-        """Move on by one action."""
+        """Advance the bots by one action."""
         if self._bots:
             for course in self._courses:
                 course[0] += course[2] * self._period
             self._show()
 
     def _show(self):
-        length, self.placed = self._projector.length, []
+        length, self.objects = self._projector.length, []
         for model, (at, side, speed) in zip(self._models, self._courses):
             s = at % length if self._projector.closed else min(at, length)
             left, right = self._projector.sides(s)
@@ -84,34 +84,34 @@ class Obstacles:
             x, y, yaw = self._projector.pose(s)
             x, y = x - lateral * math.sin(yaw), y + lateral * math.cos(yaw)
             model.set_state(Pose.from_xyz_rpy((x, y, self._size[2] / 2.0), (0.0, 0.0, yaw)))
-            self.placed.append(Placed(x, y, yaw, s, lateral, speed))
+            self.objects.append(TrackObject(x, y, yaw, s, lateral, speed))
 
 
 QUALITY = Quality(shadows="false", antialias="false")
 
 
-class Painter:
-    """Draws a world.
+class SceneRenderer:
+    """Renders images of a world.
 
     Args:
-        world: bullet_sim.world.World; models may still come.
+        world: bullet_sim.world.World; models may be spawned later.
 
     Attributes:
-        kind: "gl" or "tiny".
+        backend: "gl" or "tiny".
     """
 
     def __init__(self, world):
         self._world, self._count = world, 0
         try:
-            self._renderer, self.kind = GlRenderer(QUALITY), "gl"
+            self._renderer, self.backend = GlRenderer(QUALITY), "gl"
         except RenderError:
-            self._renderer, self.kind = PyBulletRenderer("tiny"), "tiny"
+            self._renderer, self.backend = PyBulletRenderer("tiny"), "tiny"
 
-    def picture(self, request, pose):
-        """A camera's picture of the world now.
+    def render(self, request, pose):
+        """Render a camera's image of the world now.
 
         Args:
-            request: CameraRequest; its own pose does not count.
+            request: CameraRequest; its pose is not used.
             pose: bullet_sim.pose.Pose of the camera in the link or world.
 
         Returns:
@@ -121,22 +121,22 @@ class Painter:
             self._count = len(self._world.models)
             self._renderer.sync_sources(self._world.sources(), self._world.scene)
         self._renderer.apply(self._world.snapshot())
-        placed = dataclasses.replace(request, pose=(pose.position, pose.rpy))
-        return self._renderer.render(placed, self._world.step_count)
+        request_at = dataclasses.replace(request, pose=(pose.position, pose.rpy))
+        return self._renderer.render(request_at, self._world.step_count)
 
     def close(self):
         """Free the renderer."""
         self._renderer.close()
 
 
-SETTLING = 1.0  # simulated time until the cars stand still [s]
+SETTLING = 1.0  # simulated time until the cars are at rest [s]
 # Of a shape's radius, see Engine.set_contact_breaking: circles and speeds agree with those of
-# PyBullet's own 0.02 to four digits, at 1.3 to 3 times its pace.
+# PyBullet's default of 0.02 to four digits, at 1.3 to 3 times its speed.
 CONTACT_BREAKING = 0.002
-REFERENCE_STEP = 0.001  # physics step at which the engine's position gain is meant [s]
+REFERENCE_STEP = 0.001  # physics step for which the engine's position gain is tuned [s]
 TIME_STEP = Number(min=0.0001, max=0.005, unit="s")
 CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
-WINDOW = 0.5  # around the last place that is searched; an action takes a car less far [m]
+WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
 
 class Scene:
@@ -144,7 +144,7 @@ class Scene:
 
     Args:
         track: name or path of a track.
-        time_step: physics step [s]; the nearest that divides the control period is taken.
+        time_step: physics step [s]; the closest that divides the control period is used.
         control_rate: actions per simulated second [Hz].
         cars: how many; they pass through each other.
         walls: see description.track_sdf.
@@ -180,8 +180,8 @@ class Scene:
         self.ground = frozenset({(ground.body, ground.link_in_body("ground")[0])})
         self.has_walls = "walls" in ground.link_names
         self.cars = [
-            Car(self.world, f"car{number}", Pose((0.0, 0.0, 0.0)), description.car_urdf())
-            for number in range(cars)
+            Car(self.world, f"car{index}", Pose((0.0, 0.0, 0.0)), description.car_urdf())
+            for index in range(cars)
         ]
         if cars > 1:
             for car in self.cars:
@@ -189,10 +189,10 @@ class Scene:
         self.world.step(round(SETTLING / self.world.time_step))
         for car in self.cars:
             car.settled()
-        self._rested = self._painter = None
+        self._rested = self._renderer = None
 
     def restore(self):
-        """Go back to the state of the first start, to the bit; place the cars then."""
+        """Restore the state of the first start, bit-identical; set the cars' poses after it."""
         if self._rested is None:
             self._rested = self.world.engine.save_state()
         self.world.engine.restore_state(self._rested)
@@ -203,15 +203,15 @@ class Scene:
         self.world.step(self.substeps if substeps is None else substeps)
 
     @property
-    def painter(self):
-        """Painter of the world, made when it is first asked for."""
-        if self._painter is None:
-            self._painter = Painter(self.world)
-        return self._painter
+    def renderer(self):
+        """SceneRenderer of the world, made on first use."""
+        if self._renderer is None:
+            self._renderer = SceneRenderer(self.world)
+        return self._renderer
 
     def close(self):
         """Free engine and renderer."""
-        if self._painter is not None:
-            self._painter.close()
-            self._painter = None
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
         self.world.close()

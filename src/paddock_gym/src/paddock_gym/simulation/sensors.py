@@ -1,4 +1,4 @@
-"""The car's lidar and camera in the world, and a camera for onlookers."""
+"""The car's lidar and camera in the world, and an observer camera."""
 
 import math
 
@@ -8,19 +8,20 @@ from bullet_sim.pose import Pose
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors.lidar import Lidar
 
-ONLOOKER_SIZE = (480, 360)  # [px]
-ONLOOKER = Pose.from_xyz_rpy((-0.75, 0.0, 0.55), (0.0, math.radians(25.0), 0.0))  # from the car
-ONLOOKER_FOV = math.radians(70.0)
-CLIP = (0.02, 300.0)  # of the pictures [m]
+OBSERVER_SIZE = (480, 360)  # [px]
+# In the car's frame.
+OBSERVER_POSE = Pose.from_xyz_rpy((-0.75, 0.0, 0.55), (0.0, math.radians(25.0), 0.0))
+OBSERVER_FOV = math.radians(70.0)
+CLIP = (0.02, 300.0)  # near and far plane of the images [m]
 
 
-def spec_of(car, kind):
-    """The sensor specification of a kind that the car's URDF has."""
-    return next(spec for spec in car.model.description.sensors if isinstance(spec, kind))
+def spec_of(car, spec_type):
+    """The sensor specification of a type in the car's URDF."""
+    return next(spec for spec in car.model.description.sensors if isinstance(spec, spec_type))
 
 
 class CarLidar:
-    """The lidar of the URDF, a sweep whenever it is asked for.
+    """The lidar of the URDF; each scan() is one sweep.
 
     Args:
         world: World.
@@ -38,7 +39,7 @@ class CarLidar:
             rng: numpy.random.Generator.
         """
         position, orientation, _, _ = self._model.link_motion(self._lidar.spec.link)
-        # what is nearer than range_min touches the car, whose run is over then
+        # an object closer than range_min touches the car, whose run is over then
         return self._lidar.scan(
             self._engine, position, orientation, rng, self._model.body, too_near=False
         )
@@ -48,42 +49,42 @@ class CarCamera:
     """The camera of the URDF.
 
     Args:
-        painter: Painter of the world.
+        renderer: SceneRenderer of the world.
         car: Car.
     """
 
-    def __init__(self, painter, car):
-        self._painter, spec = painter, spec_of(car, CameraSpec)
+    def __init__(self, renderer, car):
+        self._renderer, spec = renderer, spec_of(car, CameraSpec)
         model = car.model
         index, self._mount = model.link_in_body(spec.link)
         self._request = CameraRequest.from_spec(spec, model.source.key, index + 1)
 
-    def picture(self, jitter=Pose()):
-        """(120, 160, 3) uint8 RGB as the camera sees now.
+    def image(self, jitter=Pose()):
+        """Render (120, 160, 3) uint8 RGB now.
 
         Args:
-            jitter: Pose of the camera beside its mount.
+            jitter: Pose of the camera relative to its mount.
         """
-        return self._painter.picture(self._request, self._mount * jitter)
+        return self._renderer.render(self._request, self._mount * jitter)
 
 
-class Onlooker:
-    """Looks at a car from behind and above.
+class ObserverCamera:
+    """A camera behind and above a car.
 
     Args:
-        painter: Painter of the world.
+        renderer: SceneRenderer of the world.
         car: Car.
     """
 
-    def __init__(self, painter, car):
-        self._painter, self._car = painter, car
+    def __init__(self, renderer, car):
+        self._renderer, self._car = renderer, car
         nowhere = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._request = CameraRequest(
-            "onlooker", None, 0, nowhere, *ONLOOKER_SIZE, ONLOOKER_FOV, *CLIP
+            "observer", None, 0, nowhere, *OBSERVER_SIZE, OBSERVER_FOV, *CLIP
         )
 
-    def picture(self):
+    def image(self):
         """(360, 480, 3) uint8 RGB."""
         motion = self._car.motion()
         frame = Pose.from_xyz_rpy((motion.x, motion.y, 0.0), (0.0, 0.0, motion.yaw))
-        return self._painter.picture(self._request, frame * ONLOOKER)
+        return self._renderer.render(self._request, frame * OBSERVER_POSE)

@@ -1,1 +1,1 @@
-"""Sweeps: many trainings or drives with other settings each, compared. What ./run sweep does."""
+"""Sweeps: compares many trainings or drives, each with other settings. The work of ./run sweep."""

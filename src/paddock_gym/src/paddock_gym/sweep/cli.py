@@ -1,4 +1,4 @@
-"""python -m paddock_gym.sweep.cli: what ./run sweep becomes."""
+"""python -m paddock_gym.sweep.cli: the process of ./run sweep."""
 
 import json
 import os
@@ -21,7 +21,7 @@ def main(arguments=None):
 
 
 def sweep(file, folder):
-    """Do a sweep, or what is left of it.
+    """Run a sweep, or the rest of it.
 
     Args:
         file: its YAML.
@@ -30,29 +30,29 @@ def sweep(file, folder):
     Returns:
         0, or 130 after Ctrl-C, SIGTERM or SIGHUP.
     """
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.default_int_handler)
-    chosen = spec.load(file)
-    study = Study(chosen, folder, say)
+    for signal_number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signal_number, signal.default_int_handler)
+    sweep_spec = spec.load(file)
+    study = Study(sweep_spec, folder, log)
     status = 0
     try:
         study.run()
     except KeyboardInterrupt:
-        say("sweep: interrupted; the same command goes on")
+        log("sweep: interrupted; the same command continues")
         status = 130
     finally:
-        rows, names = study.rows(), list(chosen.over)
+        rows, names = study.rows(), list(sweep_spec.over)
         if rows:
             report.write(rows, names, folder)
     if rows:
-        say(report.text_table(rows, names))
+        log(report.text_table(rows, names))
         files = " ".join(sorted(name for name in os.listdir(folder) if name != SPEC))
-        say(f"in {os.path.relpath(folder)}/: {files}")
+        log(f"in {os.path.relpath(folder)}/: {files}")
     return status
 
 
-def say(line):
-    """Print a line at once."""
+def log(line):
+    """Print a line immediately."""
     print(line, flush=True)
 
 

@@ -1,4 +1,4 @@
-"""What a sweep found: table, CSV, plots."""
+"""Results of a sweep: table, CSV, plots."""
 
 import csv
 import os
@@ -10,8 +10,8 @@ matplotlib.use("Agg")
 
 from matplotlib import pyplot  # noqa: E402
 
-TABLE, CURVE, PICTURE = "table.csv", "history.png", "options.png"
-SHOWN = 20  # rows on the screen
+TABLE, CURVE, OPTIONS_PLOT = "table.csv", "history.png", "options.png"
+MAX_ROWS = 20  # rows on the screen
 COLUMNS = 3  # of panels
 
 
@@ -20,7 +20,7 @@ def write(rows, names, folder):
 
     Args:
         rows: of Study.rows().
-        names: of the options that differ.
+        names: of the varied options.
         folder: for the files.
     """
     with open(os.path.join(folder, TABLE), "w", newline="", encoding="utf-8") as stream:
@@ -30,7 +30,7 @@ def write(rows, names, folder):
             options = [row["options"][name] for name in names]
             writer.writerow([row["number"], *options, f"{row['score']:.4f}", *good(row)])
     history(rows, os.path.join(folder, CURVE))
-    by_option(rows, names, os.path.join(folder, PICTURE))
+    by_option(rows, names, os.path.join(folder, OPTIONS_PLOT))
 
 
 def ranked(rows):
@@ -49,22 +49,22 @@ def good(row):
 def text_table(rows, names):
     """The best rows as lines of text."""
     lines = [("trial", *names, "seconds", "good")]
-    for row in ranked(rows)[:SHOWN]:
-        options = [shown(row["options"][name]) for name in names]
-        share = "{} of {}".format(*good(row))
-        lines.append((str(row["number"]), *options, f"{row['score']:.2f}", share))
+    for row in ranked(rows)[:MAX_ROWS]:
+        options = [format_value(row["options"][name]) for name in names]
+        reached = "{} of {}".format(*good(row))
+        lines.append((str(row["number"]), *options, f"{row['score']:.2f}", reached))
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(line, widths)) for line in lines)
 
 
 def history(rows, path):
-    """Draw the scores in the order of the trials, and the best so far."""
+    """Plot the scores in the order of the trials, and the best so far."""
     rows = sorted(rows, key=lambda row: row["number"])
-    numbers = [row["number"] for row in rows]
+    indices = [row["number"] for row in rows]
     scores = [row["score"] for row in rows]
     figure, axes = pyplot.subplots(figsize=(9, 4), dpi=110)
-    axes.plot(numbers, scores, ".", label="trial")
-    axes.step(numbers, np.minimum.accumulate(scores), where="post", label="best so far")
+    axes.plot(indices, scores, ".", label="trial")
+    axes.step(indices, np.minimum.accumulate(scores), where="post", label="best so far")
     axes.set(xlabel="trial", ylabel="mean time of a start [s]")
     axes.legend()
     figure.tight_layout()
@@ -73,7 +73,7 @@ def history(rows, path):
 
 
 def by_option(rows, names, path):
-    """Draw the score over each option."""
+    """Plot the score over each option."""
     height = -(-len(names) // COLUMNS)
     width = min(len(names), COLUMNS)
     figure, panels = pyplot.subplots(
@@ -83,7 +83,7 @@ def by_option(rows, names, path):
     for name, axes in zip(names, panels.flat):
         values = [row["options"][name] for row in rows]
         numeric = all(isinstance(value, (int, float)) for value in values)
-        axes.plot(values if numeric else [shown(value) for value in values], scores, ".")
+        axes.plot(values if numeric else [format_value(value) for value in values], scores, ".")
         axes.set(xlabel=name)
         axes.tick_params(axis="x", labelrotation=0 if numeric else 30)
     for axes in panels[:, 0]:
@@ -95,8 +95,8 @@ def by_option(rows, names, path):
     pyplot.close(figure)
 
 
-def shown(value):
-    """A value in a table."""
+def format_value(value):
+    """Text of a value in a table."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""What a sweep varies: its file, kinds of parameters."""
+"""What a sweep varies: its file, types of trials."""
 
 import dataclasses
 import itertools
@@ -17,7 +17,7 @@ from paddock_gym.contract.actions import parse as parse_actions
 from paddock_gym.contract.hyperparameters import one_of
 from paddock_gym.envs import options as gym_options
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.randomize import KINDS as RANDOM
+from paddock_gym.simulation.randomize import RANDOMIZABLE
 from paddock_gym.training.settings import Settings
 from track_model import source
 
@@ -27,18 +27,18 @@ COUNT = Number(min=1, integer=True)
 OF_FILE = (*hyperparameters.RANGES, "loss_type")  # options of a hyperparameters.json
 
 
-class Kind:
+class TrialType:
     """What a trial is: the options it takes, and how it is started.
 
     Attributes:
-        name: as the file says it.
+        name: in the file.
         options: their names.
     """
 
     name, options = "", ()
 
     def at_once(self):
-        """Trials side by side, unless the file says it."""
+        """Default number of parallel trials."""
         return len(os.sched_getaffinity(0))
 
     def with_files(self, folder, *tables):
@@ -75,20 +75,20 @@ class Kind:
         return report["seconds"]
 
 
-class Pursuit(Kind):
+class Pursuit(TrialType):
     """Gains of pure pursuit along the centreline."""
 
     name = "pursuit"
     options = ("lookahead", "max_speed", "max_lateral_acceleration", "track", "starts")
 
     def check(self, options):
-        """Raise what is wrong."""
+        """Raise ValueError or TypeError for an option that is not valid."""
         source.find(options.get("track", "default"))
         _check(options, COUNT, "starts")
         _check(options, Number(above=0.0), *self.options[:3])
 
 
-class Goal(Kind):
+class Goal(TrialType):
     """Gains of go-to-goal."""
 
     name = "goal"
@@ -102,12 +102,12 @@ class Goal(Kind):
     )
 
     def check(self, options):
-        """Raise what is wrong."""
+        """Raise ValueError or TypeError for an option that is not valid."""
         _check(options, COUNT, "starts")
         GoalSettings(**{name: value for name, value in options.items() if name != "starts"})
 
 
-class Train(Kind):
+class Train(TrialType):
     """Trainings, with what ./run train takes and what a hyperparameters.json has."""
 
     name = "train"
@@ -121,13 +121,15 @@ class Train(Kind):
         return 1
 
     def check(self, options):
-        """Raise what is wrong."""
+        """Raise ValueError or TypeError for an option that is not valid."""
         _check(options, COUNT, "steps", "workers")
         _check(options, Number(min=0, integer=True), "seed")
         chosen = self.settings(options, "")
         source.find(chosen.track)
-        if set(chosen.randomize) - set(RANDOM):
-            raise GymError(f"randomize is {options['randomize']!r}; there are {', '.join(RANDOM)}")
+        if set(chosen.randomize) - set(RANDOMIZABLE):
+            raise GymError(
+                f"randomize is {options['randomize']!r}; there are {', '.join(RANDOMIZABLE)}"
+            )
         gym_options.parse(
             chosen.observation, "continuous", chosen.reward, chosen.race, chosen.randomize, False
         )
@@ -179,12 +181,12 @@ def _check(options, rule, *names):
             rule.check(name, options[name], GymError)
 
 
-KINDS = {kind.name: kind for kind in (Train(), Pursuit(), Goal())}
+TRIAL_TYPES = {trial_type.name: trial_type for trial_type in (Train(), Pursuit(), Goal())}
 
 
 KEYS = ("of", "search", "trials", "seed", "at_once", "fixed", "over")
 SEARCHES = ("grid", "random", "tpe")
-MOST = 10_000  # trials
+MAX_TRIALS = 10_000  # trials
 LARGEST = 1e300  # end of a range
 
 
@@ -213,7 +215,7 @@ class Spec:
         search: name of SEARCHES.
         trials: how many.
         seed: of the search.
-        at_once: trials side by side.
+        at_once: parallel trials.
         fixed: option -> value.
         over: option -> tuple of values, or Range.
     """
@@ -231,40 +233,40 @@ def load(path):
     """Read a sweep's file.
 
     Raises:
-        GymError: it is wrong; one sentence names file, key, value and what is valid.
+        GymError: it is not valid; the message names file, key, value and what is valid.
     """
     data = _read(path)
     for key in data:
         if key not in KEYS:
             raise GymError(f"{path}: unknown key {key!r}; there are {', '.join(KEYS)}")
-    of = one_of(path, "of", data.get("of"), tuple(KINDS))
-    fixed, given = _table(path, "fixed", data), _table(path, "over", data)
-    if not given:
+    of = one_of(path, "of", data.get("of"), tuple(TRIAL_TYPES))
+    fixed, over_table = _table(path, "fixed", data), _table(path, "over", data)
+    if not over_table:
         raise GymError(f"{path}: over is missing; it must be a table of options and their values")
-    over = {name: _values(path, name, values) for name, values in given.items()}
+    over = {name: _values(path, name, values) for name, values in over_table.items()}
     ranges = [name for name, values in over.items() if isinstance(values, Range)]
     search = one_of(path, "search", data.get("search", "tpe" if ranges else "grid"), SEARCHES)
     if search == "grid" and ranges:
         raise GymError(f"{path}: over: {ranges[0]} is a range; a grid needs a list of values")
     count = math.prod(1 if isinstance(values, Range) else len(values) for values in over.values())
     if search == "grid" and "trials" in data:
-        raise GymError(f"{path}: trials is {data['trials']!r}; a grid has {count}, leave it out")
-    trials = count if search == "grid" else _whole(path, data, "trials", 20, 1, MOST)
-    kind = KINDS[of]
-    at_once = _whole(path, data, "at_once", kind.at_once(), 1, 1000)
-    seed = _whole(path, data, "seed", 0, 0, 2**31)
+        raise GymError(f"{path}: trials is {data['trials']!r}; a grid has {count}, remove the key")
+    trials = count if search == "grid" else _integer(path, data, "trials", 20, 1, MAX_TRIALS)
+    trial_type = TRIAL_TYPES[of]
+    at_once = _integer(path, data, "at_once", trial_type.at_once(), 1, 1000)
+    seed = _integer(path, data, "seed", 0, 0, 2**31)
     folder = os.path.dirname(os.path.abspath(path))
-    spec = Spec(of, search, trials, seed, at_once, *kind.with_files(folder, fixed, over))
+    spec = Spec(of, search, trials, seed, at_once, *trial_type.with_files(folder, fixed, over))
     for name in (*fixed, *over):
-        if name not in kind.options:
-            valid = ", ".join(kind.options)
+        if name not in trial_type.options:
+            valid = ", ".join(trial_type.options)
             raise GymError(f"{path}: {name} is no option of {of}; there are {valid}")
     both = sorted({*fixed} & {*over})
     if both:
         raise GymError(f"{path}: {both[0]} is in fixed and in over; it must be in one of them")
     for options in _corners(spec):
         try:
-            kind.check(options)
+            trial_type.check(options)
         except (ValueError, TypeError) as error:
             raise GymError(f"{path}: {error}") from error
     return spec
@@ -289,8 +291,8 @@ def _read(path):
     except ValueError as error:
         raise GymError(f"{error}; it must be a readable YAML file") from error
     if not isinstance(data, dict):
-        held, keys = yaml_file.formatted(data), ", ".join(KEYS)
-        raise GymError(f"{path} holds {held}; it must be a table with {keys}")
+        text, keys = yaml_file.formatted(data), ", ".join(KEYS)
+        raise GymError(f"{path} contains {text}; it must be a table with {keys}")
     return data
 
 
@@ -317,19 +319,19 @@ def _values(path, name, values):
 
 def _range(path, name, values):
     keys = ("low", "high", "log")
-    ends = [values.get(key) for key in keys[:2]]
-    numbers = all(isinstance(end, (int, float)) and abs(end) < LARGEST for end in ends)
+    limits = [values.get(key) for key in keys[:2]]
+    numbers = all(isinstance(limit, (int, float)) and abs(limit) < LARGEST for limit in limits)
     log = values.get("log", False)
     if not (
-        set(values) <= set(keys) and numbers and ends[0] < ends[1] and isinstance(log, bool)
-    ) or (log and ends[0] <= 0):
+        set(values) <= set(keys) and numbers and limits[0] < limits[1] and isinstance(log, bool)
+    ) or (log and limits[0] <= 0):
         raise GymError(
             f"{path}: over: {name} is {yaml_file.formatted(values)}; it must have low and high, "
             "low the smaller, and may have log: true, with low above 0"
         )
-    return Range(*ends, log, all(isinstance(end, int) for end in ends))
+    return Range(*limits, log, all(isinstance(limit, int) for limit in limits))
 
 
-def _whole(path, data, key, default, least, most):
+def _integer(path, data, key, default, least, most):
     rule = Number(min=least, max=most, integer=True)
     return rule.check(f"{path}: {key}", data.get(key, default), GymError)

@@ -16,24 +16,24 @@ from paddock_gym.sweep.spec import MISSED
 
 
 class Processes:
-    """Runs processes, one for each thread that asks."""
+    """Runs processes, one per calling thread."""
 
     def __init__(self):
-        self._lock, self._running, self._ended = threading.Lock(), set(), False
+        self._lock, self._running, self._stopped = threading.Lock(), set(), False
 
     def run(self, command, log):
-        """Run a program to its end.
+        """Run a program until it exits.
 
         Args:
-            command: words.
+            command: arguments.
             log: path of the file for what it prints.
 
         Returns:
-            Its exit status; None: end() was called.
+            Its exit status; None: stop() was called.
         """
         with open(log, "w", encoding="utf-8") as stream:
             with self._lock:
-                if self._ended:
+                if self._stopped:
                     return None
                 process = subprocess.Popen(
                     command, stdout=stream, stderr=stream, start_new_session=True
@@ -42,17 +42,17 @@ class Processes:
             status = process.wait()
         with self._lock:
             self._running.discard(process)
-            return None if self._ended else status
+            return None if self._stopped else status
 
-    def end(self):
-        """End all that run, with what they have started, and start no more."""
+    def stop(self):
+        """Kill all running processes with their children, and start no more."""
         with self._lock:
-            self._ended = True
+            self._stopped = True
             for process in self._running:
                 try:
                     os.killpg(process.pid, signal.SIGKILL)
                 except ProcessLookupError:
-                    pass  # it has ended by itself
+                    pass  # it has exited
 
 
 def main(arguments=None):
@@ -96,9 +96,9 @@ def goal(options):
     }
 
 
-def mean(numbers):
+def mean(values):
     """The mean, as a float of JSON."""
-    return round(float(np.mean(list(numbers))), 4)
+    return round(float(np.mean(list(values))), 4)
 
 
 WORK = {"pursuit": pursuit, "goal": goal}

@@ -1,1 +1,1 @@
-"""Training by PPO of stable-baselines3: what ./run train does. Needs torch."""
+"""Training by PPO of stable-baselines3: the work of ./run train. Needs torch."""

@@ -1,8 +1,7 @@
 """Algorithms of the training and their networks.
 
-The part of the networks that makes features of observations. Pictures are first halved, then go
-through three small convolutions: a tenth of the work of the network of Mnih et al. (2015) on
-160x120 pixels, which a processor has to do thousands of times a second.
+Feature extraction: images are halved, then go through three small convolutions, a tenth of the
+work of the network of Mnih et al. (2015) on 160x120 pixels, thousands of times a second.
 """
 
 import math
@@ -19,11 +18,11 @@ from torch.nn import functional
 from paddock_gym.contract import hyperparameters
 from paddock_gym.training.workers import Workers
 
-PICTURE_FEATURES = 128
+IMAGE_FEATURES = 128
 
 
-def picture_layers(space):
-    """Layers for pictures (N, C, H, W) of 0 to 1; give (N, PICTURE_FEATURES)."""
+def image_layers(space):
+    """Layers from images (N, C, H, W) of 0 to 1 to (N, IMAGE_FEATURES)."""
     convolutions = nn.Sequential(
         nn.AvgPool2d(2),
         nn.Conv2d(space.shape[0], 16, 5, stride=2),
@@ -36,29 +35,29 @@ def picture_layers(space):
     )
     with torch.no_grad():
         count = convolutions(torch.zeros(1, *space.shape)).shape[1]
-    return nn.Sequential(convolutions, nn.Linear(count, PICTURE_FEATURES), nn.ReLU())
+    return nn.Sequential(convolutions, nn.Linear(count, IMAGE_FEATURES), nn.ReLU())
 
 
 class Features(BaseFeaturesExtractor):
-    """Features of one observation or of a dict of them, side by side.
+    """Features of one observation or of a dict of them, concatenated.
 
     Args:
-        observation_space: of the environment, pictures as (C, H, W).
+        observation_space: of the environment, images as (C, H, W).
     """
 
     def __init__(self, observation_space):
         several = isinstance(observation_space, spaces.Dict)
         parts = observation_space.spaces if several else {"": observation_space}
-        pictures = {name for name, space in parts.items() if is_image_space(space)}
+        images = {name for name, space in parts.items() if is_image_space(space)}
         size = sum(
-            PICTURE_FEATURES if name in pictures else spaces.flatdim(space)
+            IMAGE_FEATURES if name in images else spaces.flatdim(space)
             for name, space in parts.items()
         )
         super().__init__(observation_space, size)
         self._several = several
         self.layers = nn.ModuleDict(
             {
-                name or "only": picture_layers(space) if name in pictures else nn.Flatten()
+                name or "only": image_layers(space) if name in images else nn.Flatten()
                 for name, space in parts.items()
             }
         )
@@ -70,7 +69,7 @@ class Features(BaseFeaturesExtractor):
         return torch.cat([layer(observations[name]) for name, layer in self.layers.items()], dim=1)
 
 
-FEWEST, MOST = 16, 4096  # actions of each worker between updates
+MIN_STEPS, MAX_STEPS = 16, 4096  # actions of each worker between updates
 
 
 def of(settings, workers):
@@ -87,18 +86,18 @@ def of(settings, workers):
         base = RayPPO
     if not settings.hyperparameters:
         return base
-    given = hyperparameters.load(settings.hyperparameters)
+    parameters = hyperparameters.load(settings.hyperparameters)
     parts = [base]
-    if given.loss_type == "huber":
+    if parameters.loss_type == "huber":
         parts.insert(0, Huber)
-    if given.num_episodes_between_training:
+    if parameters.num_episodes_between_training:
         parts.insert(0, Paced)
-    runs = given.num_episodes_between_training
+    runs = parameters.num_episodes_between_training
     return type("PPO", tuple(parts), {"runs": runs}) if len(parts) > 1 else base
 
 
 class Huber:
-    """PPO whose value function has the Huber loss, as loss_type of DeepRacer asks for."""
+    """PPO whose value function has the Huber loss, as DeepRacer's loss_type requests."""
 
     def train(self):
         """One update."""
@@ -110,10 +109,10 @@ class Huber:
 
 
 class Paced:
-    """PPO with an update after some runs, as num_episodes_between_training of DeepRacer asks for.
+    """PPO with an update after some runs, as DeepRacer's num_episodes_between_training.
 
-    All workers take equally many actions between updates, as many as these runs take by the mean
-    length of the last hundred; so their number is met on average, not each time.
+    All workers take equally many actions between updates: as many as these runs take by the mean
+    length of the last hundred. The number of runs is thus exact on average only.
 
     Attributes:
         runs: between updates.
@@ -122,12 +121,12 @@ class Paced:
     runs = None
 
     def collect_rollouts(self, env, callback, rollout_buffer, n_rollout_steps):
-        """Collect what these runs take."""
+        """Collect as many actions as these runs take."""
         lengths = [run["l"] for run in self.ep_info_buffer or ()]
         if lengths:
-            least = max(FEWEST, math.ceil(self.batch_size / env.num_envs))
+            minimum = max(MIN_STEPS, math.ceil(self.batch_size / env.num_envs))
             steps = math.ceil(self.runs * np.mean(lengths) / env.num_envs)
-            self.n_steps = n_rollout_steps = int(min(MOST, max(least, steps)))
+            self.n_steps = n_rollout_steps = int(min(MAX_STEPS, max(minimum, steps)))
         if n_rollout_steps != rollout_buffer.buffer_size:
-            rollout_buffer.buffer_size = n_rollout_steps  # reset() makes it anew
+            rollout_buffer.buffer_size = n_rollout_steps  # reset() allocates it
         return super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps)

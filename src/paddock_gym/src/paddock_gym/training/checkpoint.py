@@ -1,4 +1,4 @@
-"""Checkpoints: network, optimiser and random numbers."""
+"""Checkpoints: network, optimizer and random states."""
 
 import os
 import pickle
@@ -7,23 +7,23 @@ import random
 import numpy as np
 import torch
 
-FILE, NUMBERS = "checkpoint.zip", "random.pickle"
+FILE, RANDOM_STATE = "checkpoint.zip", "random.pickle"
 
 
 def save(model, folder):
-    """Save a model so that no reader ever sees half of it."""
+    """Save a model atomically: a reader never gets a part of it."""
     part = os.path.join(folder, "part.zip")
     model.save(part)
     os.replace(part, os.path.join(folder, FILE))
-    numbers = (torch.get_rng_state(), np.random.get_state(), random.getstate())
-    with open(os.path.join(folder, NUMBERS + ".part"), "wb") as stream:
-        pickle.dump(numbers, stream)
-    os.replace(os.path.join(folder, NUMBERS + ".part"), os.path.join(folder, NUMBERS))
+    states = (torch.get_rng_state(), np.random.get_state(), random.getstate())
+    with open(os.path.join(folder, RANDOM_STATE + ".part"), "wb") as stream:
+        pickle.dump(states, stream)
+    os.replace(os.path.join(folder, RANDOM_STATE + ".part"), os.path.join(folder, RANDOM_STATE))
 
 
-def restore_numbers(folder):
-    """Go on with the random numbers of the last save."""
-    with open(os.path.join(folder, NUMBERS), "rb") as stream:
+def restore_random_state(folder):
+    """Restore the states of the random number generators."""
+    with open(os.path.join(folder, RANDOM_STATE), "rb") as stream:
         of_torch, of_numpy, of_python = pickle.load(stream)
     torch.set_rng_state(of_torch)
     np.random.set_state(of_numpy)

@@ -1,4 +1,4 @@
-"""python -m paddock_gym.training.cli: what ./run train becomes."""
+"""python -m paddock_gym.training.cli: the process of ./run train."""
 
 import dataclasses
 import json
@@ -21,29 +21,29 @@ def main(arguments=None):
         settings = prepared(table, folder, resume)
         from paddock_gym.training.learn import train
 
-        report = train(settings, folder, resume, say, ray)
+        report = train(settings, folder, resume, log, ray)
     except (GymError, RewardError, ValueError) as error:
         print(f"train: {error}", file=sys.stderr)
         return 1
-    say(summary(report, folder))
+    log(summary(report, folder))
     return 0
 
 
-def say(line):
-    """Print a line at once."""
+def log(line):
+    """Print a line immediately."""
     print(line, flush=True)
 
 
 def prepared(table, folder, resume):
-    """Settings of a training, checked, and its folder, ready.
+    """Return the checked settings of a training and create its folder.
 
     Args:
-        table: Settings as a dict; with resume only what the command line gave.
+        table: Settings as a dict; with resume only those of the command line.
         folder: of the training.
-        resume: whether to go on.
+        resume: whether to continue.
 
     Raises:
-        GymError, TrackError: something is wrong.
+        GymError, TrackError: a setting is not valid.
     """
     if resume:
         settings = Settings.load(folder)
@@ -73,7 +73,7 @@ def _plain(value):
 
 
 def check(settings):
-    """Check the users' files before anything long begins."""
+    """Check the users' files before the training starts."""
     if settings.env not in ENVS:
         raise GymError(f"env is {settings.env!r}; there are {', '.join(ENVS)}")
     actions.parse(settings.metadata or "continuous")
@@ -84,7 +84,7 @@ def check(settings):
 
 
 def summary(report, folder):
-    """The last words: how it drives, what is in the folder."""
+    """Text of the results and of the files in the folder."""
     if "arrived" in report:
         result = f"arrived from {report['arrived']} of {report['evaluated_starts']} unseen starts"
     else:

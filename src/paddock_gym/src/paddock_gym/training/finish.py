@@ -1,4 +1,4 @@
-"""The end of a training: the better of two policies, its report and its pictures."""
+"""The end of a training: the better of two policies, its report and its plots."""
 
 import os
 
@@ -14,29 +14,29 @@ from paddock_gym.evaluation.laps import PolicyDriver, drive, film_lap, starts
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
-from paddock_gym.training import watch
+from paddock_gym.training import monitor
 
 STARTS = 10  # of the evaluation at the end
 POLICY, FILM = "policy.onnx", "best_lap.mp4"
 
 
 def success(settings):
-    """(end of a run that made it, word for several) of a training's environment."""
+    """(end of a successful run, noun for several) of a training's environment."""
     return (ARRIVED, "arrivals") if settings.env == BACKING else (LAP, "laps")
 
 
 def finish(settings, folder, model):
-    """Choose the policy, write it, judge it, draw; returns its part of the report.
+    """Write the better policy, its evaluation and plots; returns its part of the report.
 
     Args:
         settings: Settings.
         folder: of the training.
-        model: PPO as it is after the last step; the best along the way is in best.zip.
+        model: PPO as it is after the last step; the best one so far is in best.zip.
     """
     work = _finish_backing if settings.env == BACKING else _finish_laps
-    rows = watch.episodes(folder)
+    rows = monitor.episodes(folder)
     curve = os.path.join(folder, "learning_curve.png")
-    watch.learning_curve(rows, curve, *success(settings))
+    monitor.learning_curve(rows, curve, *success(settings))
     return work(settings, folder, model, rows)
 
 
@@ -53,67 +53,68 @@ def _finish_laps(settings, folder, model, rows):
         settings.race,
     )
 
-    def judge(path):
+    def evaluate(path):
         driver = PolicyDriver(path)
         laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(STARTS))]
         return (sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])), laps
 
-    laps = _choose(folder, model, env, description, judge)
-    watch.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
+    laps = _write_better(folder, model, env, description, evaluate)
+    monitor.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
     plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
-    whole = [lap for lap in laps if lap.is_lap]
-    best = min(whole or laps, key=lambda lap: (-lap.progress, lap.time))
+    complete = [lap for lap in laps if lap.is_lap]
+    times = [lap.time for lap in complete]
+    best = min(complete or laps, key=lambda lap: (-lap.progress, lap.time))
     filmed, driver = starts(STARTS)[laps.index(best)], PolicyDriver(os.path.join(folder, POLICY))
     film_lap(env, driver, filmed, os.path.join(folder, FILM))
     env.close()
     return {
         "track_length": round(float(env.scene.projector.length), 3),
         "evaluated_starts": STARTS,
-        "laps": len(whole),
-        "lap_times": [round(lap.time, 3) for lap in whole],
-        "mean_lap_time": round(float(np.mean([lap.time for lap in whole])), 3) if whole else None,
+        "laps": len(complete),
+        "lap_times": [round(seconds, 3) for seconds in times],
+        "mean_lap_time": round(float(np.mean(times)), 3) if times else None,
         "ends": [lap.end for lap in laps],
     }
 
 
 def _finish_backing(settings, folder, model, _rows):
     env = BackingEnv()
-    steering = float(np.degrees(env.rig.geometry.max_steering))
+    steering = float(np.degrees(env.truck.geometry.max_steering))
     actions = Continuous((-steering, steering), (-TOP_SPEED, TOP_SPEED))
-    rate = 1.0 / env.rig.period
+    rate = 1.0 / env.truck.period
     description = PolicyDescription(settings.observation, False, actions, rate, "", "", env=BACKING)
 
-    def judge(path):
+    def evaluate(path):
         runs = backing.runs(env, PolicyDriver(path, BACKING), STARTS)
         arrived = sum(run.end == ARRIVED for run in runs)
         return (arrived, -np.mean([run.rms_lateral for run in runs])), runs
 
-    runs = _choose(folder, model, env, description, judge)
+    runs = _write_better(folder, model, env, description, evaluate)
     env.close()
-    row = backing.row_of("policy", runs)
+    row = backing.summary("policy", runs)
     return {"evaluated_starts": row.pop("starts"), **row, "ends": [run.end for run in runs]}
 
 
-def _choose(folder, model, env, description, judge):
+def _write_better(folder, model, env, description, evaluate):
     """Write the better of the last and the best policy as POLICY; returns its runs.
 
     Args:
-        judge: function of a policy's path: (score, runs).
+        evaluate: function of a policy's path: (score, runs).
     """
     best = os.path.join(folder, "best.zip")
-    found = {"last": model}
+    candidates = {"last": model}
     if os.path.exists(best):
-        found["best"] = PPO.load(best, device="cpu")
-    chosen = None
-    for name, candidate in found.items():
+        candidates["best"] = PPO.load(best, device="cpu")
+    better = None
+    for name, candidate in candidates.items():
         path = os.path.join(folder, f"{name}.onnx")
         export(candidate.policy, env.observation_space, description, path)
-        score, runs = judge(path)
-        if chosen is None or score > chosen[0]:
-            chosen = score, path, runs
-    os.replace(chosen[1], os.path.join(folder, POLICY))
-    for name in found:
+        score, runs = evaluate(path)
+        if better is None or score > better[0]:
+            better = score, path, runs
+    os.replace(better[1], os.path.join(folder, POLICY))
+    for name in candidates:
         path = os.path.join(folder, f"{name}.onnx")
         if os.path.exists(path):
             os.remove(path)
-    return chosen[2]
+    return better[2]

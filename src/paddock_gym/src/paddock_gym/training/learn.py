@@ -12,45 +12,47 @@ from stable_baselines3.common.logger import configure
 from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
-from paddock_gym.training.watch import Watch
+from paddock_gym.training.monitor import TrainingMonitor
 from paddock_gym.training.workers import Workers, factory
 
 REPORT = "report.json"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
 
 
-def train(settings, folder, resume=False, say=print, ray=None):
+def train(settings, folder, resume=False, log=print, ray=None):
     """Train, and write everything into the folder, also after Ctrl-C.
 
     Args:
         settings: Settings.
         folder: exists, with settings.json.
-        resume: go on from its checkpoint.
-        say: function of one line.
+        resume: continue from its checkpoint.
+        log: function of one line.
         ray: address of a Ray cluster (auto, HOST:PORT) for the workers; None: processes here.
 
     Returns:
         The report, a dict.
     """
-    # Small networks are fastest on one thread; those for pictures learn while the workers wait.
+    # Small networks are fastest on one thread; those for images learn while the workers wait.
     torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
-    settings, workers = _workers(settings, folder, ray, say)
-    begin = time.monotonic()
+    settings, workers = _workers(settings, folder, ray, log)
+    started_at = time.monotonic()
     try:
         model = _model(settings, folder, workers, resume)
         already = model.num_timesteps
         model.set_logger(configure(folder, ["csv"]))
-        with StopRequest() as stop:  # Ctrl-C ends the training in order
-            watch = Watch(folder, settings.steps, say, stop.requested, *success(settings))
+        with StopRequest() as stop:  # Ctrl-C stops the training cleanly
+            monitor = TrainingMonitor(
+                folder, settings.steps, log, stop.requested, *success(settings)
+            )
             model.learn(
-                max(0, settings.steps - already), callback=watch, reset_num_timesteps=not resume
+                max(0, settings.steps - already), callback=monitor, reset_num_timesteps=not resume
             )
         checkpoint.save(model, folder)
-        seconds = time.monotonic() - begin
+        seconds = time.monotonic() - started_at
         lost = workers.lost
     finally:
         workers.close()
-    say(f"train: {model.num_timesteps} steps done, now runs from {STARTS} unseen starts")
+    log(f"train: {model.num_timesteps} steps done, now runs from {STARTS} unseen starts")
     report = {
         "settings": vars(settings),
         "steps": model.num_timesteps,
@@ -66,13 +68,13 @@ def train(settings, folder, resume=False, say=print, ray=None):
     return report
 
 
-def _workers(settings, folder, address, say):
+def _workers(settings, folder, address, log):
     """(settings with the number of workers, the workers)."""
     if not address:
         return settings, Workers([factory(settings.environment())] * settings.workers)
     from paddock_gym.training import ray_actors
 
-    nodes = ray_actors.connect(address, say)
+    nodes = ray_actors.connect(address, log)
     if not settings.workers:
         settings = dataclasses.replace(settings, workers=max(1, int(sum(nodes))))
         settings.save(folder)
@@ -86,17 +88,19 @@ def _model(settings, folder, workers, resume):
         model = algorithm.of(settings, workers).load(
             os.path.join(folder, checkpoint.FILE), env=workers, device="cpu"
         )
-        workers.seed(settings.seed + model.num_timesteps)  # other starts than at the beginning
-        checkpoint.restore_numbers(folder)
+        workers.seed(
+            settings.seed + model.num_timesteps
+        )  # other starts than those of the first part
+        checkpoint.restore_random_state(folder)
         return model
-    kinds = settings.observation
+    names = settings.observation
     network = {
         "log_std_init": INITIAL_DEVIATION,
         "features_extractor_class": Features,
         "net_arch": [64, 64],
     }
-    policy = "CnnPolicy" if kinds == ("camera",) else "MlpPolicy"
-    if len(kinds) > 1:
+    policy = "CnnPolicy" if names == ("camera",) else "MlpPolicy"
+    if len(names) > 1:
         policy = "MultiInputPolicy"
     arguments = settings.algorithm()
     return algorithm.of(settings, workers)(

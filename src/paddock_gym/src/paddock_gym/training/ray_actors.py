@@ -21,20 +21,20 @@ from paddock_gym.training.workers import ATTEMPTS, died_again
 
 
 class RayPPO(PPO):
-    """PPO for RayWorkers: everything but how a rollout is collected is that of PPO."""
+    """PPO for RayWorkers: it differs from PPO only in how rollouts are collected."""
 
     def collect_rollouts(self, env, callback, rollout_buffer, n_rollout_steps):
-        """Fill the buffer; False: the callback ended the training."""
+        """Fill the buffer; False: the callback stopped the training."""
         self.policy.set_training_mode(False)
         rollout_buffer.reset()
         callback.on_rollout_start()
         parts = [[] for _ in range(env.num_envs)]
-        for number, segment in env.unwrapped.collect(self.policy, n_rollout_steps):
+        for index, segment in env.unwrapped.collect(self.policy, n_rollout_steps):
             if segment is None:
-                cut_off(parts[number], self.gamma)
+                cut_off(parts[index], self.gamma)
                 infos = [{"end": LOST}]
             else:
-                parts[number].append(segment)
+                parts[index].append(segment)
                 self.num_timesteps += len(segment)
                 infos = segment.infos
             callback.update_locals({"infos": infos})
@@ -47,7 +47,7 @@ class RayPPO(PPO):
 
 
 def cut_off(parts, gamma):
-    """End a dead actor's run: its last reward gets the value of what would have followed."""
+    """End a dead actor's run; its last reward includes the value of the next state."""
     if parts and not parts[-1].done:
         rewards = parts[-1].rewards.copy()  # Ray's arrays are read-only
         rewards[-1] += gamma * parts[-1].value
@@ -59,16 +59,23 @@ def fill(rollout_buffer, parts):
 
     Args:
         rollout_buffer: of stable-baselines3, empty.
-        parts: for each actor a list of Segments, as many actions in all as the buffer takes.
+        parts: for each actor a list of Segments, together as many actions as the buffer has rows.
     """
     columns = [
         side_by_side(parts, name)
         for name in ("observations", "actions", "rewards", "starts", "values", "log_probs")
     ]
     for time in range(rollout_buffer.buffer_size):
-        seen, actions, rewards, starts, values, log_probs = (at(time, column) for column in columns)
+        observations, actions, rewards, starts, values, log_probs = (
+            at(time, column) for column in columns
+        )
         rollout_buffer.add(
-            seen, actions, rewards, starts, torch.as_tensor(values), torch.as_tensor(log_probs)
+            observations,
+            actions,
+            rewards,
+            starts,
+            torch.as_tensor(values),
+            torch.as_tensor(log_probs),
         )
     last = [segments[-1] for segments in parts]
     rollout_buffer.compute_returns_and_advantage(
@@ -78,14 +85,16 @@ def fill(rollout_buffer, parts):
 
 
 def side_by_side(parts, name):
-    """Arrays (time, actor, ...) of an attribute of segments, or a dict of such."""
-    found = [[getattr(segment, name) for segment in segments] for segments in parts]
-    if isinstance(found[0][0], dict):
+    """Arrays (time, actor, ...) of an attribute of segments, or a dict of these."""
+    columns = [[getattr(segment, name) for segment in segments] for segments in parts]
+    if isinstance(columns[0][0], dict):
         return {
-            key: np.stack([np.concatenate([part[key] for part in own]) for own in found], axis=1)
-            for key in found[0][0]
+            key: np.stack(
+                [np.concatenate([array[key] for array in arrays]) for arrays in columns], axis=1
+            )
+            for key in columns[0][0]
         }
-    return np.stack([np.concatenate(own) for own in found], axis=1)
+    return np.stack([np.concatenate(arrays) for arrays in columns], axis=1)
 
 
 def at(time, column):
@@ -103,10 +112,10 @@ class Segment:
     """A part of a run, at most to its end.
 
     Attributes:
-        observations: (K, ...) as the policy sees them, or a dict of such.
-        actions: (K, ...) as drawn, not yet clipped.
-        rewards: (K,); of a run cut off with the value of what would have followed.
-        starts: (K,) whether a run began with the action's observation.
+        observations: (K, ...) as the policy sees them, or a dict of these.
+        actions: (K, ...) as sampled, before clipping.
+        rewards: (K,); the last one of a truncated run includes the value of the next state.
+        starts: (K,) whether a run started with the action's observation.
         values, log_probs: (K,) of the policy.
         done: whether the run ended.
         value: of the observation after the last action; of the new run's first, where it ended.
@@ -141,7 +150,7 @@ class Collector:
         self._policy, self._version, self._observation = None, -1, None
 
     def pid(self):
-        """Number of its process."""
+        """ID of its process."""
         return os.getpid()
 
     def spaces(self):
@@ -149,7 +158,7 @@ class Collector:
         return self.env.observation_space, self.env.action_space
 
     def reset(self, seed=None):
-        """Start a run; returns the observation. The seed is that of actions, too."""
+        """Start a run; returns the observation. The seed also applies to the actions."""
         if seed is not None:
             torch.manual_seed(seed)
         self._observation, _ = self.env.reset(seed=seed)
@@ -157,7 +166,7 @@ class Collector:
         return self._observation
 
     def learn(self, version, maker, arguments, weights):
-        """Take over a policy.
+        """Load a policy.
 
         Args:
             version: number of the policy.
@@ -166,19 +175,19 @@ class Collector:
             weights: dict of name -> array.
         """
         if self._policy is None:
-            with torch.random.fork_rng():  # the first weights are drawn and thrown away
+            with torch.random.fork_rng():  # the initial weights are random and overwritten
                 self._policy = maker(**arguments)
             self._policy.set_training_mode(False)
         state = {name: torch.as_tensor(array) for name, array in weights.items()}
         self._policy.load_state_dict(state)
         self._version = version
 
-    def collect(self, version, most):
+    def collect(self, version, max_actions):
         """Drive until the run ends.
 
         Args:
             version: number of the policy that must drive.
-            most: greatest number of actions.
+            max_actions: maximum number of actions.
 
         Returns:
             Segment.
@@ -188,32 +197,32 @@ class Collector:
         rows, infos, done = [], [], False
         if self._observation is None:
             self.reset()
-        while not done and len(rows) < min(most, LONGEST):
+        while not done and len(rows) < min(max_actions, LONGEST):
             row, done, info = self._step()
             rows.append(row)
         if done:
             infos = [info]
             self.reset()
-        seen, *columns = zip(*rows)
+        observations, *columns = zip(*rows)
         columns = [np.array(column) for column in columns]
         value = self._value(self._observation)
-        return Segment(_stacked(seen), *columns, done, value, infos)
+        return Segment(_stacked(observations), *columns, done, value, infos)
 
     def _step(self):
         """One action; returns (a row of the segment, whether the run ended, info)."""
-        seen, _ = self._policy.obs_to_tensor(self._observation)
+        observations, _ = self._policy.obs_to_tensor(self._observation)
         with torch.no_grad():
-            drawn, value, log_prob = self._policy(seen)
-        drawn = drawn.numpy()[0]
-        action, space = drawn, self.env.action_space
+            sampled, value, log_prob = self._policy(observations)
+        sampled = sampled.numpy()[0]
+        action, space = sampled, self.env.action_space
         if isinstance(space, spaces.Box):
-            action = np.clip(drawn, space.low, space.high)
+            action = np.clip(sampled, space.low, space.high)
         observation, reward, terminated, truncated, info = self.env.step(action)
         if truncated and not terminated:
             reward += self._gamma * self._value(observation)
         row = (
-            seen,
-            np.atleast_1d(drawn),
+            observations,
+            np.atleast_1d(sampled),
             float(reward),
             self._start,
             float(value),
@@ -229,7 +238,7 @@ class Collector:
 
 
 def _stacked(tensors):
-    """Arrays (K, ...) of tensors (1, ...), or of dicts of such."""
+    """Arrays (K, ...) of tensors (1, ...), or of dicts of these."""
     if isinstance(tensors[0], dict):
         return {name: _stacked([tensor[name] for tensor in tensors]) for name in tensors[0]}
     return torch.cat(tensors).numpy()
@@ -237,17 +246,17 @@ def _stacked(tensors):
 
 AUTO = "auto"
 START_ATTEMPTS = 3  # to start on a busy machine
-PATIENCE = 10.0  # [s] for a head to take a connection
-SILENT = {"RAY_USAGE_STATS_ENABLED": "0"}
+CONNECT_TIMEOUT = 10.0  # [s] for a connection to a head
+ENVIRONMENT = {"RAY_USAGE_STATS_ENABLED": "0"}
 
 
-def connect(address, say=print):
+def connect(address, log=print):
     """Join a cluster.
 
     Args:
         address: HOST:PORT of its head, or auto: the one that this machine belongs to; without one,
-            a cluster of this machine alone is started and ends with this process.
-        say: function of one line.
+            a cluster of this machine alone is started and stops with this process.
+        log: function of one line.
 
     Returns:
         Processors of each node.
@@ -255,7 +264,7 @@ def connect(address, say=print):
     Raises:
         GymError: there is no such cluster.
     """
-    os.environ.update(SILENT)
+    os.environ.update(ENVIRONMENT)
     if address != AUTO:
         _check_listens(address)
     common = {"log_to_driver": False, "logging_level": logging.ERROR}
@@ -263,43 +272,43 @@ def connect(address, say=print):
         ray.init(address=address, **common)
     except ConnectionError as error:
         if address != AUTO:
-            raise _wrong(address, error) from error
+            raise _bad_address(address, error) from error
         _start_here(common)
     except (ValueError, RuntimeError) as error:
-        raise _wrong(address, error) from error
+        raise _bad_address(address, error) from error
     nodes = [node["Resources"].get("CPU", 0.0) for node in ray.nodes() if node["Alive"]]
     if not sum(nodes):
         raise GymError(f"the Ray cluster {address} offers no processors; it must have one or more")
-    words = "1 node" if len(nodes) == 1 else f"{len(nodes)} nodes"
-    say(f"train: Ray with {words}, {sum(nodes):g} processors")
+    text = "1 node" if len(nodes) == 1 else f"{len(nodes)} nodes"
+    log(f"train: Ray with {text}, {sum(nodes):g} processors")
     return nodes
 
 
 def _check_listens(address):
-    """Raise GymError where nobody listens; Ray itself would try again for minutes."""
+    """Raise GymError if the port does not listen; Ray itself would retry for minutes."""
     host, _, port = address.rpartition(":")
     try:
-        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), CONNECT_TIMEOUT).close()
     except (OSError, ValueError, OverflowError) as error:
-        raise _wrong(address, error) from error
+        raise _bad_address(address, error) from error
 
 
 def _start_here(common):
     """Start a cluster of this machine alone, on loopback and not on the machine's address."""
     os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # read by Ray's processes as they start
-    ray_constants.ENABLE_RAY_CLUSTER = False  # what this process made of it
+    ray_constants.ENABLE_RAY_CLUSTER = False  # this process has read it before
     for attempt in range(START_ATTEMPTS):
         try:
             ray.init(address="local", include_dashboard=False, **common)
             return
-        except Exception as error:  # Ray gives itself 30 s and raises a plain Exception
+        except Exception as error:  # Ray's time-out is 30 s, and it raises a plain Exception
             ray.shutdown()
             if "timed out" not in str(error) or attempt == START_ATTEMPTS - 1:
                 reason = str(error).strip().split("\n")[0]
                 raise GymError(f"Ray did not start on this machine: {reason}") from error
 
 
-def _wrong(address, error):
+def _bad_address(address, error):
     reason = str(error).strip().split("\n")[0]
     return GymError(
         f"ray is {address!r}; it must be auto, or HOST:PORT of the head of a cluster that this "
@@ -307,24 +316,24 @@ def _wrong(address, error):
     )
 
 
-def share_of(nodes, count):
-    """The share of a processor for each of some actors, so that all find a place.
+def cpus_per_actor(nodes, count):
+    """Return the fraction of a processor per actor with which all actors fit on the nodes.
 
     Args:
         nodes: processors of each node.
         count: of actors.
     """
-    share = min(1.0, sum(nodes) / count)
-    while sum(int(processors / share) for processors in nodes) < count:
-        share *= 0.95
-    return int(share * 1000) / 1000
+    cpus = min(1.0, sum(nodes) / count)
+    while sum(int(processors / cpus) for processors in nodes) < count:
+        cpus *= 0.95
+    return int(cpus * 1000) / 1000
 
 
 START_TIME = 300.0  # [s] until all actors must run
 
 
 class Actor(Collector):
-    """What runs on a node.
+    """A Collector that runs on a node.
 
     Args:
         parcel: Parcel of the environment's options.
@@ -333,11 +342,11 @@ class Actor(Collector):
 
     def __init__(self, parcel, gamma):
         super().__init__(environment(parcel.unpacked()), gamma)
-        torch.seed()  # those that replace dead ones get none: each draws actions of its own
+        torch.seed()  # actors that replace dead ones are not seeded: their actions differ
 
 
 class RayWorkers(VecEnv):
-    """Actors that drive by themselves; for RayPPO, which asks for segments and not for steps.
+    """Actors that drive alone; for RayPPO, which requests segments instead of steps.
 
     Args:
         options: keyword arguments of the environment.
@@ -355,13 +364,13 @@ class RayWorkers(VecEnv):
     def __init__(self, options, count, nodes, gamma):
         self._made_of = ray.put(Parcel.packed(options)), gamma
         self._actor, self._version = ray.remote(Actor), 0
-        share = share_of(nodes, count)
-        self.actors, self.lost = [self._new(share) for _ in range(count)], 0
+        cpus = cpus_per_actor(nodes, count)
+        self.actors, self.lost = [self._new(cpus) for _ in range(count)], 0
         super().__init__(count, *self._spaces())
 
-    def _new(self, share):
-        """An actor; Ray starts it where there is place, evenly over the nodes."""
-        options = {"num_cpus": share, "scheduling_strategy": "SPREAD"}
+    def _new(self, cpus):
+        """Create an actor; Ray starts it on a node with free processors, evenly."""
+        options = {"num_cpus": cpus, "scheduling_strategy": "SPREAD"}
         return self._actor.options(**options).remote(*self._made_of)
 
     def _spaces(self):
@@ -378,19 +387,19 @@ class RayWorkers(VecEnv):
 
     def reset(self):
         """Start a run in each; returns the observations."""
-        begun = [actor.reset.remote(seed) for actor, seed in zip(self.actors, self._seeds)]
+        started = [actor.reset.remote(seed) for actor, seed in zip(self.actors, self._seeds)]
         self._reset_seeds()
-        return _stack_obs(ray.get(begun), self.observation_space)
+        return _stack_obs(ray.get(started), self.observation_space)
 
     def collect(self, policy, count):
-        """Let all actors drive by a policy.
+        """Make all actors drive by a policy.
 
         Args:
             policy: of stable-baselines3.
             count: of actions of each actor.
 
         Yields:
-            (number of the actor, Segment), or (number, None): it died and was replaced.
+            (index of the actor, Segment), or (index, None): it died and was replaced.
 
         Raises:
             GymError: an actor died again and again.
@@ -401,57 +410,57 @@ class RayWorkers(VecEnv):
         lesson = self._version, type(policy), arguments, ray.put(weights)
         for actor in self.actors:
             actor.learn.remote(*lesson)
-        left, deaths = [count] * self.num_envs, [0] * self.num_envs
-        asked = {self._ask(number, count): number for number in range(self.num_envs)}
-        while asked:
-            ready = ray.wait(list(asked))[0][0]
-            number, segment = asked.pop(ready), None
+        left, failures = [count] * self.num_envs, [0] * self.num_envs
+        pending = {self._collect(index, count): index for index in range(self.num_envs)}
+        while pending:
+            ready = ray.wait(list(pending))[0][0]
+            index, segment = pending.pop(ready), None
             try:
                 segment = ray.get(ready)
-                left[number] -= len(segment)
-                deaths[number] = 0
-            except RayTaskError:  # a fault of the program, not of the machine
+                left[index] -= len(segment)
+                failures[index] = 0
+            except RayTaskError:  # an error of the program, not of the machine
                 raise
             except RayError:  # actor or node died, or the node with the segment on it
-                deaths[number] += 1
-                if deaths[number] > ATTEMPTS:
-                    raise died_again(number, self.num_envs) from None
-                self._replace(number, lesson)
-            if left[number]:
-                asked[self._ask(number, left[number])] = number
-            yield number, segment
+                failures[index] += 1
+                if failures[index] > ATTEMPTS:
+                    raise died_again(index, self.num_envs) from None
+                self._replace(index, lesson)
+            if left[index]:
+                pending[self._collect(index, left[index])] = index
+            yield index, segment
 
-    def _ask(self, number, most):
-        return self.actors[number].collect.remote(self._version, most)
+    def _collect(self, index, max_actions):
+        return self.actors[index].collect.remote(self._version, max_actions)
 
-    def _replace(self, number, lesson):
-        """Start an actor anew.
+    def _replace(self, index, lesson):
+        """Replace an actor.
 
-        It asks for no share of processors: when a node was lost, the others take its actors.
+        It requests no processors: when a node has died, the others take its actors.
         """
         self.lost += 1
-        ray.kill(self.actors[number])  # where only the way to it was lost
-        self.actors[number] = self._new(0)
-        self.actors[number].learn.remote(*lesson)
+        ray.kill(self.actors[index])  # if only the connection to it was lost
+        self.actors[index] = self._new(0)
+        self.actors[index].learn.remote(*lesson)
 
     def pids(self):
         """Process of each actor, on its node."""
         return ray.get([actor.pid.remote() for actor in self.actors])
 
     def close(self):
-        """End all actors, and the connection to the cluster."""
+        """Kill all actors and close the connection to the cluster."""
         for actor in self.actors:
             ray.kill(actor)
         ray.shutdown()
 
     def step_async(self, actions):
         """Refused: a call for each action would take longer than the action."""
-        raise NotImplementedError("actors drive by themselves: collect()")
+        raise NotImplementedError("actors drive alone: collect()")
 
     step_wait = step_async
 
     def get_attr(self, attr_name, indices=None):
-        """None of each: actors give no attributes away."""
+        """None of each: attributes of actors are not available."""
         return [None for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name, value, indices=None):

@@ -1,4 +1,4 @@
-"""Settings of a training, kept in its folder so that it can go on."""
+"""Settings of a training, stored in its folder so that it can continue."""
 
 import json
 import os
@@ -15,17 +15,17 @@ MAY_CHANGE = ("steps", "workers")  # by --resume
 
 @dataclass(frozen=True)
 class Settings:
-    """What a training is.
+    """Settings of a training.
 
     Attributes:
         name: of the folder in out/train/.
-        env: deepracer or backing; with backing the options up to metadata mean nothing.
+        env: deepracer or backing; with backing the options up to metadata have no effect.
         track, observation, race, walls, colour: as the environment's options.
-        randomize: names of what is random, with start.
+        randomize: names of randomize.RANDOMIZABLE.
         reward: progress, or the absolute path of a file.
         metadata: absolute path of a model_metadata.json, or "".
         hyperparameters: absolute path of a hyperparameters.json, or "".
-        steps: actions of the whole training.
+        steps: actions of the full training.
         workers: processes or Ray actors with one car each; 0: one for each processor of Ray.
         seed: of the network, the starts and the noise.
     """
@@ -64,19 +64,19 @@ class Settings:
 
     def algorithm(self):
         """Keyword arguments of PPO."""
-        pictures = "camera" in self.observation
-        chosen = {
+        with_images = "camera" in self.observation
+        arguments = {
             "n_steps": 512,
             "batch_size": 256,
-            "n_epochs": 4 if pictures else 10,
-            "learning_rate": 5e-4 if pictures else 1e-3,
+            "n_epochs": 4 if with_images else 10,
+            "learning_rate": 5e-4 if with_images else 1e-3,
             "gamma": 0.99 if self.env == BACKING else 0.98,
             "gae_lambda": 0.95,
             "ent_coef": 0.0,
         }
         if self.hyperparameters:
-            chosen.update(_of_file(hyperparameters.load(self.hyperparameters)))
-        return chosen
+            arguments.update(_of_file(hyperparameters.load(self.hyperparameters)))
+        return arguments
 
     def save(self, folder):
         """Write them into a folder."""
@@ -89,7 +89,7 @@ class Settings:
         """Read what save() wrote.
 
         Raises:
-            GymError: there is nothing to go on with.
+            GymError: there is no training to continue.
         """
         path = os.path.join(folder, FILE)
         try:
@@ -102,13 +102,13 @@ class Settings:
         return cls(**table)
 
 
-def _of_file(given):
-    """PPO's arguments of a hyperparameters.json; what it does not name stays ours."""
+def _of_file(parameters):
+    """PPO's arguments of a hyperparameters.json; only the ones that it names."""
     named = {
-        "batch_size": given.batch_size,
-        "n_epochs": given.num_epochs,
-        "learning_rate": given.lr,
-        "ent_coef": given.beta_entropy,
-        "gamma": given.discount_factor,
+        "batch_size": parameters.batch_size,
+        "n_epochs": parameters.num_epochs,
+        "learning_rate": parameters.lr,
+        "ent_coef": parameters.beta_entropy,
+        "gamma": parameters.discount_factor,
     }
     return {key: value for key, value in named.items() if value is not None}

@@ -1,4 +1,4 @@
-"""One environment of a training, in whatever process it runs; needs no torch."""
+"""One environment of a training, for any process; needs no torch."""
 
 import os
 import pathlib
@@ -11,13 +11,13 @@ from bullet_sim.files import OwnFolder
 from paddock_gym.errors import RewardError
 
 LOST = "worker lost"  # as the end of a run
-KEPT = ("end", "progress", "time", "x", "y")  # of the last info, for the log of runs
+LOGGED_KEYS = ("end", "progress", "time", "x", "y")  # of the last info, for the log of runs
 FILES = ("track", "action", "reward")  # options that may be paths
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """Options of an environment with the content of the files they name, for another machine.
+    """Options of an environment with the content of their files, for another machine.
 
     Attributes:
         options: keyword arguments of the environment.
@@ -36,7 +36,7 @@ class Parcel:
         return cls(options, files)
 
     def unpacked(self):
-        """Options whose files are there: written to a temporary folder where they differ here.
+        """Options whose files exist: written to a temporary folder where they differ.
 
         The folder lives as long as this process, see bullet_sim.files.
         """
@@ -53,13 +53,13 @@ class Parcel:
 
 
 def environment(options):
-    """One environment, in a process that leaves Ctrl-C to its parent.
+    """Create an environment, in a process that ignores SIGINT (its parent handles it).
 
     Args:
         options: keyword arguments of the environment; id: its Gymnasium id (DeepRacer).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa draws in this process's one thread
+    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa renders in this process's one thread
     from paddock_gym.ids import IDS  # the package registers the environments
 
     env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))
@@ -67,7 +67,7 @@ def environment(options):
 
 
 class Reporting(gymnasium.Wrapper):
-    """Reports what a user's reward function raised: the run ends with info["error"]."""
+    """Reports an error of a user's reward function: the run ends with info["error"]."""
 
     def reset(self, **options):
         """Start a run."""
@@ -75,7 +75,7 @@ class Reporting(gymnasium.Wrapper):
         return self._last
 
     def step(self, action):
-        """Take an action."""
+        """Apply an action."""
         try:
             observation, reward, terminated, truncated, info = self.env.step(action)
         except RewardError as error:

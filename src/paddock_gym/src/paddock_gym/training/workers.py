@@ -1,4 +1,4 @@
-"""Environments in processes of their own; one that dies is replaced and costs only its episode."""
+"""Environments in separate processes; one that dies is replaced, only its episode is lost."""
 
 import multiprocessing
 
@@ -11,7 +11,7 @@ from paddock_gym.errors import GymError
 from paddock_gym.training.worker import LOST, environment
 
 ATTEMPTS = 3  # to replace a worker
-_GONE = (EOFError, ConnectionError)
+_CONNECTION_LOST = (EOFError, ConnectionError)
 
 
 def factory(options):
@@ -23,10 +23,10 @@ def factory(options):
     return lambda: environment(options)
 
 
-def died_again(number, count):
+def died_again(index, count):
     """The error of a worker that cannot be replaced."""
     return GymError(
-        f"worker {number} died {ATTEMPTS} times in a row; is there memory for {count} workers?"
+        f"worker {index} died {ATTEMPTS} times in a row; is there memory for {count} workers?"
     )
 
 
@@ -47,12 +47,12 @@ class Workers(SubprocVecEnv):
 
     def reset(self):
         """Reset all."""
-        for number in range(self.num_envs):
-            self._send(number, ("reset", (self._seeds[number], self._options[number])))
-        results = [self._receive(number) for number in range(self.num_envs)]
+        for index in range(self.num_envs):
+            self._send(index, ("reset", (self._seeds[index], self._options[index])))
+        results = [self._receive(index) for index in range(self.num_envs)]
         results = [
-            self._replace(number) if result is None else result
-            for number, result in enumerate(results)
+            self._replace(index) if result is None else result
+            for index, result in enumerate(results)
         ]
         observations, self.reset_infos = zip(*results)
         self._before = list(observations)
@@ -62,17 +62,17 @@ class Workers(SubprocVecEnv):
 
     def step_async(self, actions):
         """Send the actions."""
-        for number, action in enumerate(actions):
-            self._send(number, ("step", action))
+        for index, action in enumerate(actions):
+            self._send(index, ("step", action))
         self.waiting = True
 
     def step_wait(self):
-        """Collect what they led to; a dead worker's run ends here, cut off."""
+        """Collect their results; the run of a dead worker is truncated."""
         self.waiting = False
-        results = [self._receive(number) for number in range(self.num_envs)]
+        results = [self._receive(index) for index in range(self.num_envs)]
         results = [
-            self._cut_off(number) if result is None else result
-            for number, result in enumerate(results)
+            self._truncate(index) if result is None else result
+            for index, result in enumerate(results)
         ]
         observations, rewards, dones, infos, self.reset_infos = zip(*results)
         self._before = list(observations)
@@ -80,58 +80,58 @@ class Workers(SubprocVecEnv):
         return stacked, np.stack(rewards), np.stack(dones), infos
 
     def close(self):
-        """End all processes, also after an error."""
+        """Stop all processes, also after an error."""
         if not self.closed:
-            for number in range(self.num_envs):
-                self._send(number, ("close", None))
+            for index in range(self.num_envs):
+                self._send(index, ("close", None))
             for process in self.processes:
                 process.join()
             self.closed = True
 
-    def _send(self, number, message):
+    def _send(self, index, message):
         try:
-            self.remotes[number].send(message)
-        except _GONE:
+            self.remotes[index].send(message)
+        except _CONNECTION_LOST:
             pass  # _receive() notices
 
-    def _receive(self, number):
-        """A worker's answer, or None: it is dead."""
+    def _receive(self, index):
+        """A worker's response, or None: it is dead."""
         try:
-            return self.remotes[number].recv()
-        except _GONE:
+            return self.remotes[index].recv()
+        except _CONNECTION_LOST:
             return None
 
-    def _cut_off(self, number):
-        info = {"TimeLimit.truncated": True, "terminal_observation": self._before[number]}
-        observation, reset_info = self._replace(number)
+    def _truncate(self, index):
+        info = {"TimeLimit.truncated": True, "terminal_observation": self._before[index]}
+        observation, reset_info = self._replace(index)
         return observation, 0.0, True, dict(info, end=LOST), reset_info
 
-    def _replace(self, number):
-        """Start a process anew; returns (observation, info) of its reset.
+    def _replace(self, index):
+        """Replace a process; returns (observation, info) of its reset.
 
         Raises:
-            GymError: new ones die as well.
+            GymError: the new ones die as well.
         """
         for _ in range(ATTEMPTS):
             self.lost += 1
-            self._start(number)
-            self._send(number, ("reset", (None, {})))
-            begun = self._receive(number)
-            if begun is not None:
-                return begun
-        raise died_again(number, self.num_envs)
+            self._start(index)
+            self._send(index, ("reset", (None, {})))
+            started = self._receive(index)
+            if started is not None:
+                return started
+        raise died_again(index, self.num_envs)
 
-    def _start(self, number):
-        self.remotes[number].close()
-        self.processes[number].join()
+    def _start(self, index):
+        self.remotes[index].close()
+        self.processes[index].join()
         context = multiprocessing.get_context("forkserver")
         here, there = context.Pipe()
         process = context.Process(
             target=_worker,
-            args=(there, here, CloudpickleWrapper(self._makers[number])),
+            args=(there, here, CloudpickleWrapper(self._makers[index])),
             daemon=True,
         )
         process.start()
         there.close()
-        self.remotes = (*self.remotes[:number], here, *self.remotes[number + 1 :])
-        self.processes[number] = process
+        self.remotes = (*self.remotes[:index], here, *self.remotes[index + 1 :])
+        self.processes[index] = process

@@ -1,4 +1,4 @@
-"""Calls of the controller manager's services, and bringing controllers up and down."""
+"""Calls of the controller manager's services, and starting and stopping controllers."""
 
 import socket
 import threading
@@ -12,7 +12,7 @@ from paddock_common import waiting
 
 
 class Spawner:
-    """Brings controllers up and down.
+    """Loads and starts, stops and unloads controllers.
 
     Args:
         manager: ManagerClient, or anything with its load, unload, switch and running.
@@ -30,7 +30,7 @@ class Spawner:
     def bring_up(self, controllers, start):
         """Loads controllers and starts those that loaded, all in one step.
 
-        If one of them cannot start (for example its joint is taken), the others start without it.
+        If one of them cannot start (for example its joint is claimed), the others start without it.
 
         Args:
             controllers: names.
@@ -43,7 +43,7 @@ class Spawner:
             if self._manager.load(name):
                 self.loaded.append(name)
             else:
-                self.warn(f"Controller '{name}' did not load; the simulator's log says why")
+                self.warn(f"Controller '{name}' did not load; see the simulator's log")
         complete = len(self.loaded) == len(controllers)
         if not start or not self.loaded:
             return complete
@@ -53,7 +53,7 @@ class Spawner:
             running = self._manager.running()
             self.started = [name for name in self.loaded if name in running]
             self.warn(
-                "Controllers did not start: {}; the simulator's log says why".format(
+                "Controllers did not start: {}; see the simulator's log".format(
                     ", ".join(name for name in self.loaded if name not in running)
                 )
             )
@@ -82,26 +82,26 @@ SERVICES = {
 
 
 class ManagerError(Exception):
-    """The controller manager is missing or a request failed; the text says which."""
+    """The controller manager is missing or a request failed; the text is the reason."""
 
 
 class ManagerClient:
     """Calls a controller manager's services.
 
     Args:
-        namespace: namespace of the manager; relative to the node's, '' for the node's own.
-        ended: callable; whether a shutdown was requested; None: rospy.is_shutdown.
+        namespace: namespace of the manager; relative to the node's; '': the node's.
+        stop_requested: callable; whether a shutdown was requested; None: rospy.is_shutdown.
     """
 
-    def __init__(self, namespace="", ended=None):
-        self._ended = ended
+    def __init__(self, namespace="", stop_requested=None):
+        self._stop_requested = stop_requested
         prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._names = {
             name: rospy.resolve_name(f"{prefix}controller_manager/{name}") for name in SERVICES
         }
 
     def wait(self, timeout, services=("load_controller", "switch_controller", "unload_controller")):
-        """Waits until services answer.
+        """Waits until services are available.
 
         Args:
             timeout: wall-clock limit for all of them together [s].
@@ -114,11 +114,11 @@ class ManagerClient:
         for name in services:
             try:
                 left = max(0.0, deadline - time.monotonic())
-                waiting.wait_for_service(self._names[name], left, self._ended)
+                waiting.wait_for_service(self._names[name], left, self._stop_requested)
             except waiting.WaitTimeout:
                 raise ManagerError(
-                    f"service {self._names[name]} did not come within {timeout:g} s. Is the "
-                    "simulator running, and does its robot bring a controller manager "
+                    f"service {self._names[name]} was not available within {timeout:g} s. Is the "
+                    "simulator running, and does its robot have a controller manager "
                     "(libgazebo_ros_control.so) in this namespace?"
                 ) from None
 
@@ -193,19 +193,19 @@ class ManagerClient:
 
 
 def run_bounded(work, timeout):
-    """Runs a callable in a thread, which is abandoned when it takes too long.
+    """Runs a callable in a thread, which is abandoned after a time-out.
 
     A rospy service call has no time-out, and a simulator that shuts down may accept a call and
     never respond.
 
     Args:
-        work: callable; ManagerError it raises is kept.
+        work: callable; the text of an exception is returned.
         timeout: wall-clock limit [s].
 
     Returns:
         None when it succeeded, else the reason as a str.
     """
-    reason = [f"no answer within {timeout:g} s"]
+    reason = [f"no response within {timeout:g} s"]
 
     def _run():
         try:

@@ -63,7 +63,7 @@ def _common(parser):
         metavar="T",
         type=float,
         default=30.0,
-        help="wall-clock limit for the services to come [s] (default: 30)",
+        help="wall-clock limit for the services to be available [s] (default: 30)",
     )
 
 
@@ -74,16 +74,16 @@ def expand(names):
         names: controller names and paths of YAML files.
 
     Returns:
-        (controllers, parameters): names in order, each once; dict of name -> parameters found in
+        (controllers, parameters): names in order, each once; dict of name -> parameters in
         the files, to be put on the parameter server.
 
     Raises:
-        ValueError: a file holds something else than a mapping.
+        ValueError: the content of a file is not a mapping.
     """
     controllers, parameters = [], {}
     for name in names:
         if not os.path.isfile(name):
-            found = [name]
+            names = [name]
         else:
             try:
                 content = yaml_file.read(name)
@@ -95,12 +95,12 @@ def expand(names):
                     f"parameters, found {type(content).__name__}"
                 )
             parameters.update(content)
-            found = list(content)
-        controllers.extend(c for c in found if c not in controllers)
+            names = list(content)
+        controllers.extend(c for c in names if c not in controllers)
     return controllers, parameters
 
 
-TIMEOUT = 30.0  # [s], wall clock; launch files start it beside the simulator
+TIMEOUT = 30.0  # [s], wall clock; launch files start it with the simulator
 
 
 def format_controller(state):
@@ -129,39 +129,40 @@ def _list_types(manager, _):
 
 def _reload(manager, names):
     before = manager.list() if "--restore" in names else []
-    done = _say(manager.reload_libraries(True), "reload", "the libraries")
+    success = _report(manager.reload_libraries(True), "reload", "the libraries")
     for state in before:
-        done = _say(manager.load(state.name), "load", state.name) and done
+        success = _report(manager.load(state.name), "load", state.name) and success
     running = [state.name for state in before if state.state == "running"]
     if running:
-        done = (
-            _say(manager.switch(start=running, strict=False), "start", ", ".join(running)) and done
+        success = (
+            _report(manager.switch(start=running, strict=False), "start", ", ".join(running))
+            and success
         )
-    return done
+    return success
 
 
-def _say(done, verb, what):
+def _report(success, verb, label):
     print(
-        "{} {} {}".format("Did" if done else "Could not", verb, what),
-        file=sys.stdout if done else sys.stderr,
+        "{} {} {}".format("Did" if success else "Could not", verb, label),
+        file=sys.stdout if success else sys.stderr,
     )
-    return done
+    return success
 
 
 def _load(manager, names):
-    return all([_say(manager.load(n), "load", n) for n in names])
+    return all([_report(manager.load(n), "load", n) for n in names])
 
 
 def _unload(manager, names):
-    return all([_say(manager.unload(n), "unload", n) for n in names])
+    return all([_report(manager.unload(n), "unload", n) for n in names])
 
 
 def _start(manager, names):
-    return _say(manager.switch(start=names), "start", ", ".join(names))
+    return _report(manager.switch(start=names), "start", ", ".join(names))
 
 
 def _stop(manager, names):
-    return _say(manager.switch(stop=names), "stop", ", ".join(names))
+    return _report(manager.switch(stop=names), "stop", ", ".join(names))
 
 
 # name: (function, needs controller names, help)
@@ -182,8 +183,8 @@ SHORT = {"lc": "list", "lt": "list-types", "sp": "spawn", "kl": "kill"}
 def usage():
     """Returns the help text."""
     rows = [
-        f"  {name + (' <name> ...' if row[1] else ''):<28} {row[2]}"
-        for name, row in COMMANDS.items()
+        f"  {name + (' <name> ...' if entry[1] else ''):<28} {entry[2]}"
+        for name, entry in COMMANDS.items()
     ]
     return "\n".join(["usage: controller_manager <command>", *rows])
 

@@ -14,7 +14,7 @@ LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time 
 
 
 def start_node(name):
-    """Starts a node that still calls services after a signal has asked it to end.
+    """Starts a node that still calls services after a signal has requested its exit.
 
     Returns:
         Function without arguments: whether a shutdown was requested.
@@ -24,12 +24,12 @@ def start_node(name):
     return lambda: stop.requested() or rospy.is_shutdown()
 
 
-def wait_for_true(topic, ended):
-    """Waits for a Bool that is true; logs when none has come for a while.
+def wait_for_true(topic, stop_requested):
+    """Waits for a Bool that is true; logs when none has arrived for a while.
 
     Args:
         topic: name.
-        ended: of start_node.
+        stop_requested: of start_node.
     """
     received = []
     subscriber = rospy.Subscriber(topic, Bool, lambda message: received.append(message.data))
@@ -40,14 +40,14 @@ def wait_for_true(topic, ended):
             rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
         return True in received
 
-    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, is_shutdown=ended)
+    waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, is_shutdown=stop_requested)
     subscriber.unregister()
 
 
-def end_quietly(spawner, manager, timeout):
-    """Takes controllers down; warns about failures unless the manager shuts down, too.
+def take_down_quietly(spawner, manager, timeout):
+    """Stops and unloads controllers; warns about failures unless the manager shuts down, too.
 
-    roslaunch stops all nodes at once, and the controllers end with the simulator.
+    roslaunch stops all nodes together, and the controllers stop with the simulator.
 
     Args:
         spawner: client.Spawner.
@@ -58,7 +58,7 @@ def end_quietly(spawner, manager, timeout):
     spawner.warn = failures.append
     reason = run_bounded(spawner.take_down, timeout)
     if reason:
-        failures.append(f"Controllers were not taken down: {reason}")
+        failures.append(f"Controllers were not unloaded: {reason}")
     deadline = time.monotonic() + LEAVING_TIME
     while failures and manager.is_there():
         if time.monotonic() > deadline:
@@ -69,43 +69,43 @@ def end_quietly(spawner, manager, timeout):
 
 
 def main():
-    """Runs the node; returns its exit code: 0, or 1 when nothing could be brought up."""
+    """Runs the node; returns its exit code: 0, or 1 when no controller loaded."""
     opts = command_line.parse_spawner(rospy.myargv()[1:])
-    ended = start_node("spawner")
-    manager = ManagerClient(opts.namespace, ended)
+    stop_requested = start_node("spawner")
+    manager = ManagerClient(opts.namespace, stop_requested)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
     try:
-        return run(opts, manager, spawner, ended)
+        return run(opts, manager, spawner, stop_requested)
     except rospy.ROSInterruptException:
         return 0
     except (ManagerError, ValueError, OSError) as error:
-        if ended():
+        if stop_requested():
             return 0
         rospy.logfatal("spawner: %s", error)
         return 1
     finally:
-        end_quietly(spawner, manager, opts.shutdown_timeout)
-        rospy.signal_shutdown("the spawner has ended")
+        take_down_quietly(spawner, manager, opts.shutdown_timeout)
+        rospy.signal_shutdown("the spawner has stopped")
 
 
-def run(opts, manager, spawner, ended):
-    """Brings the controllers up and waits for the end; returns the exit code.
+def run(opts, manager, spawner, stop_requested):
+    """Loads and starts the controllers and waits for the shutdown; returns the exit code.
 
     Args:
         opts: of command_line.parse_spawner.
         manager: ManagerClient.
         spawner: client.Spawner.
-        ended: of start_node.
+        stop_requested: of start_node.
     """
-    begin = time.monotonic()
+    start_time = time.monotonic()
     controllers, parameters = command_line.expand(opts.controllers)
     for name, value in parameters.items():
         rospy.set_param(name, value)
     manager.wait(opts.timeout)
     if opts.wait_for:
-        wait_for_true(opts.wait_for, ended)
+        wait_for_true(opts.wait_for, stop_requested)
     spawner.bring_up(controllers, start=not opts.stopped)
-    if not spawner.loaded and not ended():
+    if not spawner.loaded and not stop_requested():
         rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
         return 1
     done = spawner.started or spawner.loaded
@@ -114,10 +114,10 @@ def run(opts, manager, spawner, ended):
         "Started" if spawner.started else "Loaded",
         len(done),
         len(controllers),
-        time.monotonic() - begin,
+        time.monotonic() - start_time,
         ", ".join(done),
     )
-    while not ended():
+    while not stop_requested():
         time.sleep(waiting.POLL_PERIOD)
     return 0
 
@@ -128,8 +128,8 @@ SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 def unspawn():
     """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
     opts = command_line.parse_unspawner(rospy.myargv()[1:])
-    ended = start_node("unspawner")
-    manager = ManagerClient(opts.namespace, ended)
+    stop_requested = start_node("unspawner")
+    manager = ManagerClient(opts.namespace, stop_requested)
     try:
         manager.wait(opts.timeout, ["switch_controller"])
         if not manager.switch(stop=opts.controllers):
@@ -140,12 +140,12 @@ def unspawn():
         rospy.logfatal("unspawner: %s", error)
         return 1
     rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
-    while not ended():
+    while not stop_requested():
         time.sleep(waiting.POLL_PERIOD)
     reason = run_bounded(
         lambda: manager.switch(start=opts.controllers, strict=False), SHUTDOWN_TIMEOUT
     )
     if reason and manager.is_there():
         rospy.logwarn(f"Controllers were not started again: {reason}")
-    rospy.signal_shutdown("the unspawner has ended")
+    rospy.signal_shutdown("the unspawner has stopped")
     return 0

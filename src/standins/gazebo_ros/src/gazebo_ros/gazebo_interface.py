@@ -18,7 +18,7 @@ def spawn_sdf_model_client(
         gazebo_namespace: of the simulator, e.g. /gazebo.
 
     Returns:
-        Whether it was spawned; the log says why not.
+        Whether it was spawned; the reason is in the log.
     """
     return _spawn(
         "spawn_sdf_model",
@@ -52,7 +52,7 @@ def set_model_configuration_client(
     """Puts joints of a model at positions [rad, m].
 
     Returns:
-        Whether they were put there; the log says why not.
+        Whether they were set; the reason is in the log.
     """
     return _call(
         gazebo_namespace,
@@ -80,12 +80,12 @@ def _spawn(
     )
 
 
-def _call(namespace, service, kind, *values):
+def _call(namespace, service, service_type, *values):
     name = "{}/{}".format(namespace.rstrip("/"), service)
     rospy.loginfo("Waiting for service %s", name)
     rospy.wait_for_service(name)
     try:
-        response = rospy.ServiceProxy(name, kind)(*values)
+        response = rospy.ServiceProxy(name, service_type)(*values)
     except rospy.ServiceException as error:
         rospy.logerr("%s failed: %s", name, error)
         return False

@@ -1,4 +1,4 @@
-"""gzserver and gzclient: Gazebo's options, the simulator's node in their place."""
+"""gzserver and gzclient: Gazebo's options for the simulator's node."""
 
 import argparse
 import json
@@ -23,7 +23,7 @@ def parse(argv, program="gzserver"):
         program: name for the help text.
 
     Returns:
-        (argparse.Namespace, list of sentences about options without effect).
+        (argparse.Namespace, list of messages about options without effect).
     """
     parser = argparse.ArgumentParser(prog=program, description="Start the simulator with a world.")
     parser.add_argument(
@@ -47,7 +47,7 @@ def parse(argv, program="gzserver"):
         action="append",
         default=[],
         metavar="FILE",
-        help="plugins for ROS are built in, others are left out",
+        help="plugins for ROS are built in, others are skipped",
     )
     for flags in (
         ("-g", "--gui-plugin"),
@@ -65,13 +65,13 @@ def parse(argv, program="gzserver"):
     parser.add_argument("-v", "--version", action="version", version="Gazebo stand-in on PyBullet")
     options, unknown = parser.parse_known_args(argv)
     return options, _without_effect(options) + [
-        f"argument '{word}' is not known and has no effect" for word in unknown
+        f"argument '{argument}' is not known and has no effect" for argument in unknown
     ]
 
 
 def _without_effect(options):
     notes = [
-        f"server plugin '{name}' cannot be loaded here and is left out"
+        f"server plugin '{name}' cannot be loaded here and is skipped"
         for name in options.server_plugin
         if name.rsplit("/", 1)[-1] not in ROS_PLUGINS
     ]
@@ -97,18 +97,18 @@ def parameters(options, gui):
     """Private parameters for the bridge, as command line arguments.
 
     Args:
-        options: as parse gives them.
+        options: of parse().
         gui: whether the viewer is to open.
     """
-    words = [
+    arguments = [
         f"_world_file:={json.dumps(options.world)}",
         f"_paused:={str(options.pause).lower()}",
         f"_gui:={str(gui).lower()}",
         f"_headless:={str(not gui).lower()}",
     ]
     if options.seed is not None:
-        words.append(f"_seed:={options.seed}")
-    return words
+        arguments.append(f"_seed:={options.seed}")
+    return arguments
 
 
 BRIDGE = ("bullet_bridge", "bridge")
@@ -123,25 +123,25 @@ def command(argv, gui, program):
         program: name for help and messages.
 
     Returns:
-        (arguments after the executable's name, sentences about options without effect).
+        (arguments after the executable's name, messages about options without effect).
     """
-    own = rospy.myargv([program] + list(argv))[1:]
-    remappings = [word for word in argv if word not in own]
-    options, notes = parse(own, program)
+    program_arguments = rospy.myargv([program] + list(argv))[1:]
+    remappings = [argument for argument in argv if argument not in program_arguments]
+    options, notes = parse(program_arguments, program)
     return parameters(options, gui) + remappings, notes
 
 
 def main(program, gui=False):
     """Replaces this process by the bridge; returns 1 when the bridge is missing."""
     arguments, notes = command(sys.argv[1:], gui, program)
-    for sentence in notes:
-        print(f"{program}: {sentence}", file=sys.stderr)
-    found = roslib.packages.find_node(*BRIDGE)
-    if not found:
+    for note in notes:
+        print(f"{program}: {note}", file=sys.stderr)
+    executables = roslib.packages.find_node(*BRIDGE)
+    if not executables:
         print("{}: package {} has no executable {}".format(program, *BRIDGE), file=sys.stderr)
         return 1
     sys.stdout.flush()
-    os.execv(found[0], [found[0]] + arguments)
+    os.execv(executables[0], [executables[0]] + arguments)
     return 1  # not reached
 
 
@@ -160,10 +160,10 @@ def open_viewer(service=SERVICE, timeout=TIMEOUT):
     """
     try:
         waiting.wait_for_service(service, timeout)
-        answer = rospy.ServiceProxy(service, Trigger)()
+        response = rospy.ServiceProxy(service, Trigger)()
     except (waiting.WaitTimeout, rospy.ServiceException) as error:
         return str(error)
-    return "" if answer.success else answer.message
+    return "" if response.success else response.message
 
 
 def view():

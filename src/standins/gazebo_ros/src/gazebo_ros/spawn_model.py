@@ -21,7 +21,7 @@ def parse_options(argv, default_robot_namespace="/"):
 
     Args:
         argv: arguments without the program's name and without ROS remappings.
-        default_robot_namespace: value of -robot_namespace when it is not given.
+        default_robot_namespace: value of -robot_namespace when it is missing.
 
     Returns:
         argparse.Namespace; joints is a list of (name, position [rad or m]).
@@ -44,9 +44,9 @@ def parse_options(argv, default_robot_namespace="/"):
 
 def _add_model(parser):
     """Which model, and where its text is."""
-    kind = parser.add_mutually_exclusive_group(required=True)
-    kind.add_argument("-urdf", action="store_true", help="the model is URDF")
-    kind.add_argument("-sdf", action="store_true", help="the model is SDF")
+    service_type = parser.add_mutually_exclusive_group(required=True)
+    service_type.add_argument("-urdf", action="store_true", help="the model is URDF")
+    service_type.add_argument("-sdf", action="store_true", help="the model is SDF")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("-file", metavar="FILE", help="read the model from a file")
     source.add_argument("-param", metavar="NAME", help="read the model from a ROS parameter")
@@ -56,7 +56,7 @@ def _add_model(parser):
     parser.add_argument(
         "-package_to_model",
         action="store_true",
-        help="turn package:// into model:// in mesh file names",
+        help="replace package:// by model:// in mesh file names",
     )
 
 
@@ -82,7 +82,7 @@ def _add_pose(parser):
         "-reference_frame",
         default="",
         metavar="FRAME",
-        help="model or link the pose is given in; empty or world: the world",
+        help="model or link of the pose; empty or world: the world",
     )
     for flag, text in (
         ("-x", "x [m]"),
@@ -142,7 +142,7 @@ def checked(text, source, package_to_model=False):
     Args:
         text: URDF or SDF, str or bytes.
         source: where it came from, for the error text.
-        package_to_model: turn package:// into model:// in mesh file names.
+        package_to_model: replace package:// by model:// in mesh file names.
 
     Returns:
         The text (str) as the service wants it.
@@ -158,12 +158,12 @@ def checked(text, source, package_to_model=False):
     except SimError as error:
         raise ModelTextError(str(error)) from None
     if package_to_model:
-        text = _MESH.sub(lambda found: found.group().replace("package://", "model://", 1), text)
+        text = _MESH.sub(lambda match: match.group().replace("package://", "model://", 1), text)
     return text
 
 
 class SpawnError(Exception):
-    """The model could not be spawned; the text says why."""
+    """The model could not be spawned; the text is the reason."""
 
 
 def read_model(opts):
@@ -205,16 +205,16 @@ class Simulator:
         self._namespace = namespace
         self._timeout = timeout
 
-    def call(self, service, kind, **fields):
+    def call(self, service, service_type, **fields):
         """Waits for a service and calls it; a refusal is an error.
 
         Raises:
-            SpawnError: the service did not come, failed or refused.
+            SpawnError: the service was not available, failed or refused.
         """
         name = f"{self._namespace}/{service}"
         try:
             waiting.wait_for_service(name, self._timeout)
-            response = rospy.ServiceProxy(name, kind)(**fields)
+            response = rospy.ServiceProxy(name, service_type)(**fields)
         except waiting.WaitTimeout as error:
             raise SpawnError(f"{error}. Is the simulator running?") from None
         except rospy.ServiceException as error:
@@ -241,7 +241,7 @@ class Simulator:
 
 
 def spawn(opts):
-    """Spawns the model as the options say.
+    """Spawns the model by the options.
 
     Raises:
         SpawnError, model_text.ModelTextError: spawning failed.

@@ -29,9 +29,9 @@ class Scale:
     lowest: float
     highest: float
 
-    def speed(self, way):
-        """Speed of a way [m or rad]."""
-        return max(min(self.factor * way, self.highest), self.lowest)
+    def speed(self, displacement):
+        """Speed of a displacement [m or rad]."""
+        return max(min(self.factor * displacement, self.highest), self.lowest)
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Drag:
 
     Attributes:
         linear: Dict of x, y, z -> Scale; the marker has no arrows for what is missing.
-        angular: Scale of the turn.
+        angular: Scale of the rotation.
     """
 
     linear: dict
@@ -54,11 +54,11 @@ class Drag:
             orientation: geometry_msgs/Quaternion.
 
         Returns:
-            ((x, y, z) [m/s], turn rate [rad/s]).
+            ((x, y, z) [m/s], yaw rate [rad/s]).
         """
         speeds = tuple(
-            self.linear[name].speed(way) if name in self.linear else 0.0
-            for name, way in zip(AXES, position)
+            self.linear[name].speed(displacement) if name in self.linear else 0.0
+            for name, displacement in zip(AXES, position)
         )
         return speeds, self.angular.speed(yaw_of(orientation))
 
@@ -156,14 +156,14 @@ def main():
         drag.linear,
     )
 
-    def take(feedback):
+    def publish_twist(feedback):
         at = feedback.pose.position
         linear, angular = drag.velocity((at.x, at.y, at.z), feedback.pose.orientation)
         publisher.publish(Twist(Vector3(*linear), Vector3(0.0, 0.0, angular)))
         server.setPose(marker.name, Pose(orientation=Quaternion(w=1.0)))  # back to the robot
         server.applyChanges()
 
-    server.insert(marker, take)
+    server.insert(marker, publish_twist)
     server.applyChanges()
     # Nobody has moved it yet. rospy's server, unlike roscpp's, counts its start as a movement by
     # somebody else and refuses all others for a second, which does not end where the clock stands.

@@ -10,7 +10,7 @@ from paddock_common import nodes
 
 
 class PublishTimer:
-    """Decides when to publish. All times are wall time: a hand does not move in simulated time.
+    """Decides when to publish. All times are wall time: operators do not move in simulated time.
 
     Args:
         autorepeat_rate: messages per second while nothing changes [Hz]; 0: none.
@@ -57,19 +57,19 @@ class PublishTimer:
 
 
 REST_NOISE = (
-    0.02  # part of the full range: an axis that moved less since the start counts as not moved
+    0.02  # fraction of the full range: an axis that moved less since the start counts as not moved
 )
 
 
 class PadState:
     """Axes and buttons of one pad.
 
-    Axes are positive to the left and up, -1..1; a hat (the cross of four arrows) gives two axes
+    Axes are positive to the left and up, -1..1; a hat (the cross of four arrows) is two axes
     after all others. A trigger rests at 1 and goes to -1, but the driver cannot know which axis is
     a trigger: like upstream, an axis is 0 until it is first moved, unless default_trigger is set.
 
     Args:
-        deadzone: part of an axis' range around its middle that counts as 0; the rest is scaled.
+        deadzone: fraction of an axis' range around its centre that counts as 0; the rest is scaled.
         default_trigger: report an axis unchanged from the start.
         sticky_buttons: a press toggles a button, a release does nothing.
     """
@@ -109,108 +109,104 @@ class PadState:
         if self._rest is None or len(self._rest) != len(raw):
             self._rest, self._moved = list(raw), set()
         self._moved |= {
-            number
-            for number, value in enumerate(raw)
-            if abs(value - self._rest[number]) > REST_NOISE
+            index for index, value in enumerate(raw) if abs(value - self._rest[index]) > REST_NOISE
         }
-        axes = [self._axis(number, value) for number, value in enumerate(raw)]
+        axes = [self._axis(index, value) for index, value in enumerate(raw)]
         buttons = self._pressed([int(bool(value)) for value in raw_buttons])
         changed = axes != self.axes, buttons != self.buttons
         self.axes, self.buttons = axes, buttons
         return changed
 
-    def _axis(self, number, value):
-        if not self._default_trigger and number not in self._moved:
+    def _axis(self, index, value):
+        if not self._default_trigger and index not in self._moved:
             return 0.0
-        way = max(0.0, abs(value) - self._deadzone) / (1.0 - self._deadzone)
-        return min(1.0, way) * (-1.0 if value > 0 else 1.0) if way else 0.0
+        deflection = max(0.0, abs(value) - self._deadzone) / (1.0 - self._deadzone)
+        return min(1.0, deflection) * (-1.0 if value > 0 else 1.0) if deflection else 0.0
 
     def _pressed(self, raw):
         if not self._sticky:
             return raw
         before = self._raw_buttons + [0] * (len(raw) - len(self._raw_buttons))
-        held = self.buttons + [0] * (len(raw) - len(self.buttons))
+        states = self.buttons + [0] * (len(raw) - len(self.buttons))
         self._raw_buttons = raw
         return [
-            int(not old) if now and not was else old for old, was, now in zip(held, before, raw)
+            int(not old) if now and not was else old for old, was, now in zip(states, before, raw)
         ]
 
 
-RETRY_PERIOD = 1.0  # wall time between two looks for a missing pad [s]
+RETRY_PERIOD = 1.0  # wall time between two checks for a missing pad [s]
 
 
 class Driver:
-    """Reads one pad and sends what it says.
+    """Reads one pad and sends its state.
 
     Args:
         open_pad: function -> pad or None. A pad has name, attached(), read() -> (axes, buttons,
-            hats) as PadState.update takes them, and close().
+            hats) for PadState.update, and close().
         state: PadState.
         timer: PublishTimer.
         send: function (axes, buttons).
         log: function (text).
         clock: function -> wall time [s].
-        wanted: what open_pad looks for, in words.
+        label: name of the pad for the log.
     """
 
-    def __init__(
-        self, open_pad, state, timer, send, log, clock=time.monotonic, wanted="a joystick"
-    ):
-        self._wanted = wanted
+    def __init__(self, open_pad, state, timer, send, log, clock=time.monotonic, label="a joystick"):
+        self._label = label
         self._open_pad, self._state, self._timer = open_pad, state, timer
         self._send, self._log, self._clock = send, log, clock
-        self._pad, self._next_look, self._said = None, float("-inf"), False
+        self._pad, self._next_check, self._logged = None, float("-inf"), False
 
     def spin_once(self):
         """One round; returns whether there is a pad."""
         now = self._clock()
-        if self._pad is None and not self._found(now):
+        if self._pad is None and not self._open(now):
             return False
         if not self._pad.attached():
-            self._lose(now)
+            self._disconnect(now)
             return False
         self._timer.input_changed(now, *self._state.update(*self._pad.read()))
         if self._timer.due(now):
             self._send(self._state.axes, self._state.buttons)
         return True
 
-    def _found(self, now):
-        if now < self._next_look:
+    def _open(self, now):
+        if now < self._next_check:
             return False
-        self._next_look = now + RETRY_PERIOD
+        self._next_check = now + RETRY_PERIOD
         self._pad = self._open_pad()
         if self._pad is None:
-            if not self._said:
-                self._log(f"waiting for {self._wanted}; looking for it every {RETRY_PERIOD:g} s")
-            self._said = True
+            if not self._logged:
+                self._log(f"waiting for {self._label}, checking every {RETRY_PERIOD:g} s")
+            self._logged = True
             return False
-        self._said = False
+        self._logged = False
         self._state.clear()
         self._timer.start(now)
         self._log(f"joystick '{self._pad.name}'")
         return True
 
-    def _lose(self, now):
-        """Whoever drives by this pad must not go on with its last numbers: send zeros, once."""
+    def _disconnect(self, now):
+        """Send zeros once: a client must not continue with the last values."""
         self._log(
-            f"joystick '{self._pad.name}' is gone; sent zeros; waiting for {self._wanted}, looking "
-            f"for it every {RETRY_PERIOD:g} s"
+            f"joystick '{self._pad.name}' is disconnected; sent zeros; waiting for {self._label}, "
+            f"checking every {RETRY_PERIOD:g} s"
         )
         self._pad.close()
-        self._pad, self._next_look, self._said = None, now + RETRY_PERIOD, True
+        self._pad, self._next_check, self._logged = None, now + RETRY_PERIOD, True
         self._state.zero()
         self._timer.stop()
         self._send(self._state.axes, self._state.buttons)
 
     def close(self):
-        """Let go of the pad."""
+        """Close the pad."""
         if self._pad is not None:
             self._pad.close()
             self._pad = None
 
 
 POLL_PERIOD = 0.004  # wall time between two readings [s]
-IDLE_PERIOD = 0.1  # wall time between two turns without a pad [s]
+IDLE_PERIOD = 0.1  # wall time between two checks without a pad [s]
 
 
 def _number(name, default):
@@ -241,7 +237,7 @@ def make_driver(pads, publisher):
         message.header.frame_id = device
         publisher.publish(message)
 
-    return Driver(pads.open, state, timer, send, rospy.loginfo, wanted=pads.wanted)
+    return Driver(pads.open, state, timer, send, rospy.loginfo, label=pads.label)
 
 
 def main():

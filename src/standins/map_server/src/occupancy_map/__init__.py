@@ -1,1 +1,1 @@
-"""Occupancy grids: map file and picture <-> cells <-> messages."""
+"""Occupancy grids: map file and image <-> cells <-> messages."""

@@ -1,4 +1,4 @@
-"""Maps: their cells, and the files that hold them."""
+"""Maps: their cells and files."""
 
 import math
 import os
@@ -11,34 +11,34 @@ from paddock_common import yaml_file
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 MODES = ("trinary", "scale", "raw")
-BLACK, WHITE, GRAY = 0, 254, 205  # how cells are drawn: occupied, free, unknown
+BLACK, WHITE, GRAY = 0, 254, 205  # pixels of cells: occupied, free, unknown
 
 
 def from_pixels(pixels, occupied_thresh, free_thresh, negate=False, mode="trinary"):
-    """Cells of a picture.
+    """Cells of an image.
 
     A pixel's darkness is 1 for black and 0 for white, of the mean over its channels. Above
     occupied_thresh the cell is occupied (100), below free_thresh it is free (0). Between them:
-    trinary: unknown (-1); scale: 1..99 in proportion, unknown where the picture is transparent.
+    trinary: unknown (-1); scale: 1..99 in proportion, unknown where the image is transparent.
     raw: the mean itself, 0..255 as a signed byte.
 
     Args:
         pixels: (H, W) or (H, W, channels) uint8; with two or four channels the last is alpha.
         occupied_thresh: Darkness, 0..1.
         free_thresh: Darkness, 0..1.
-        negate: Whether black and white swap their meaning.
+        negate: Whether black and white are swapped.
         mode: One of MODES.
 
     Returns:
-        (H, W) int8; row 0 is the picture's lowest.
+        (H, W) int8; row 0 is the image's lowest.
     """
     pixels = np.asarray(pixels)
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
     alpha = pixels[:, :, -1] if pixels.shape[2] in (2, 4) else None
-    # Alpha counts as a channel in trinary mode: that is what maps in use were made for.
-    colours = pixels if alpha is None or mode == "trinary" else pixels[:, :, :-1]
-    mean = colours.mean(axis=2)
+    # Alpha counts as a channel in trinary mode: maps in use were made for that.
+    channels = pixels if alpha is None or mode == "trinary" else pixels[:, :, :-1]
+    mean = channels.mean(axis=2)
     if negate:
         mean = 255.0 - mean
     if mode == "raw":
@@ -47,8 +47,8 @@ def from_pixels(pixels, occupied_thresh, free_thresh, negate=False, mode="trinar
         darkness = (255.0 - mean) / 255.0
         cells = np.full(mean.shape, UNKNOWN, np.int8)
         if mode == "scale":
-            way = (darkness - free_thresh) / max(occupied_thresh - free_thresh, 1e-12)
-            between = (1.0 + 98.0 * np.clip(way, 0.0, 1.0)).astype(np.int8)
+            ratio = (darkness - free_thresh) / max(occupied_thresh - free_thresh, 1e-12)
+            between = (1.0 + 98.0 * np.clip(ratio, 0.0, 1.0)).astype(np.int8)
             cells = between if alpha is None else np.where(alpha == 0, cells, between)
         cells[darkness > occupied_thresh] = OCCUPIED
         cells[darkness < free_thresh] = FREE
@@ -56,7 +56,7 @@ def from_pixels(pixels, occupied_thresh, free_thresh, negate=False, mode="trinar
 
 
 def to_pixels(cells, occupied=65, free=25):
-    """Draws cells.
+    """Pixels of cells.
 
     Args:
         cells: (H, W) int8, row 0 lowest.
@@ -130,7 +130,7 @@ def _map(content, folder):
     mode = content.get("mode", "trinary")
     if mode not in MODES:
         raise ValueError(f"mode is {yaml_file.formatted(mode)}, must be one of {', '.join(MODES)}")
-    return from_picture(
+    return from_image(
         os.path.join(folder, str(content["image"])),
         _number("resolution", content["resolution"]),
         tuple(_number("origin", value) for value in origin[:3]),
@@ -141,7 +141,7 @@ def _map(content, folder):
     )
 
 
-def from_picture(
+def from_image(
     path,
     resolution,
     origin=(0.0, 0.0, 0.0),
@@ -150,10 +150,10 @@ def from_picture(
     free_thresh=FREE_THRESH,
     mode="trinary",
 ):
-    """Reads a picture as a map.
+    """Reads an image as a map.
 
     Raises:
-        ValueError: The picture cannot be read, or the resolution is no size.
+        ValueError: The image cannot be read, or the resolution is not positive.
     """
     if not resolution > 0.0:
         raise ValueError(f"resolution is {resolution:g} m, must be above 0")
@@ -161,7 +161,7 @@ def from_picture(
         raise ValueError(f"image {path} does not exist")
     pixels = cv2.imread(path, cv2.IMREAD_UNCHANGED)
     if pixels is None:
-        raise ValueError(f"image {path} is no picture that can be read")
+        raise ValueError(f"image {path} is not an image that can be read")
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
     cells = from_pixels(pixels, occupied_thresh, free_thresh, negate, mode)
@@ -188,22 +188,22 @@ def save(name, grid, occupied=65, free=25):
         free: See to_pixels.
 
     Returns:
-        Paths of picture and map file.
+        Paths of image and map file.
 
     Raises:
         OSError: A file cannot be written.
     """
-    picture, path = f"{name}.pgm", f"{name}.yaml"
-    done, data = cv2.imencode(".pgm", to_pixels(grid.cells, occupied, free))
-    if not done:
-        raise OSError(f"{picture} cannot be drawn")
-    with open(picture, "wb") as stream:
+    image, path = f"{name}.pgm", f"{name}.yaml"
+    success, data = cv2.imencode(".pgm", to_pixels(grid.cells, occupied, free))
+    if not success:
+        raise OSError(f"{image} cannot be encoded")
+    with open(image, "wb") as stream:
         stream.write(data.tobytes())
     with open(path, "w", encoding="utf-8") as stream:
         stream.write(
-            f"image: {os.path.basename(picture)}\n"
+            f"image: {os.path.basename(image)}\n"
             f"resolution: {grid.resolution:f}\n"
             "origin: [{:f}, {:f}, {:f}]\n".format(*grid.origin)
             + f"negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
         )
-    return picture, path
+    return image, path

@@ -12,7 +12,7 @@ from paddock_common import nodes
 
 
 def parse(arguments):
-    """Reads the command line; ends the program when it is wrong."""
+    """Reads the command line; exits when it is wrong."""
     parser = argparse.ArgumentParser(
         prog="map_saver", description="Waits for one map and writes it."
     )
@@ -34,11 +34,11 @@ def main():
     rospy.loginfo("map_saver: waiting for %s", rospy.resolve_name("map"))
     try:
         message = rospy.wait_for_message("map", OccupancyGrid)
-        picture, path = save(options.name, from_message(message), options.occ, options.free)
+        image, path = save(options.name, from_message(message), options.occ, options.free)
     except rospy.ROSInterruptException:
         return 0
     except (OSError, ValueError) as error:
         rospy.logfatal("map_saver: %s", error)
         return 1
-    rospy.loginfo("map_saver: wrote %s and %s", picture, path)
+    rospy.loginfo("map_saver: wrote %s and %s", image, path)
     return 0

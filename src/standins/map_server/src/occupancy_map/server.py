@@ -15,7 +15,7 @@ from nav_msgs.srv import (
 )
 from paddock_common.geometry import quaternion_of, yaw_of
 
-from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, Map, from_picture, load
+from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, Map, from_image, load
 from paddock_common import nodes
 
 
@@ -46,7 +46,7 @@ def from_message(message):
 
 
 def valid_now():
-    """Waits for the clock; returns the time, or None when ROS ends first."""
+    """Waits for the clock; returns the time, or None when ROS shuts down first."""
     while not rospy.is_shutdown():
         now = rospy.Time.now()
         if now != rospy.Time():
@@ -55,11 +55,11 @@ def valid_now():
     return None
 
 
-USAGE = "usage: map_server MAP.yaml, or (old) map_server PICTURE RESOLUTION"
+USAGE = "usage: map_server MAP.yaml, or (old) map_server IMAGE RESOLUTION"
 
 
 class MapServer:
-    """Publishes a map and hands it out.
+    """Publishes a map and serves it.
 
     Args:
         grid: Map.
@@ -101,12 +101,12 @@ class MapServer:
 def _read(arguments):
     if len(arguments) == 1:
         return load(arguments[0])
-    rospy.logwarn("map_server: a picture and a resolution: better a map file")
+    rospy.logwarn("map_server: an image and a resolution: better a map file")
     try:
         resolution = float(arguments[1])
     except ValueError:
         raise ValueError(f"resolution is '{arguments[1]}', must be a number") from None
-    return from_picture(
+    return from_image(
         arguments[0],
         resolution,
         negate=bool(rospy.get_param("~negate", 0)),

@@ -1,14 +1,14 @@
 """The extended Kalman filter: state, motion model, fusion of measurements.
 
-The motion model: constant acceleration and constant turn rates in the robot's frame. Position moves
-with velocity v and acceleration a, turned into the world by the angles q, which move with the rates
-w:
+The motion model: constant acceleration and constant angular rates in the robot's frame. Position
+moves with velocity v and acceleration a, rotated into the world by the angles q, which move with
+the rates w:
 
     p' = p + R(q_m) (v dt + a dt^2 / 2),  q' = q + T(q_m) w dt,  v' = v + a dt,
     q_m = q + T(q) w dt / 2
 
-T turns rates into the angles' derivatives. Taking R and T halfway (the midpoint rule) makes the
-error of a turn of third order in the step.
+T maps rates to the angles' derivatives. R and T at the midpoint make the error of a rotation of
+third order in the step.
 """
 
 import heapq
@@ -56,12 +56,12 @@ PROCESS_NOISE = np.diag(
 
 @dataclass(frozen=True)
 class Measurement:
-    """Some of the state's numbers, measured.
+    """Measured values of the state.
 
     Attributes:
         source: Name of the input.
         time: When it was measured [s].
-        index: (n,) which numbers of the state.
+        index: (n,) indices of the state.
         value: (n,).
         covariance: (n, n).
         threshold: Mahalanobis distance from which on it counts as an outlier.
@@ -75,12 +75,12 @@ class Measurement:
     threshold: float = float("inf")
 
 
-STEEPEST = 1e-6  # smallest cosine of the pitch that is divided by
+MIN_COSINE = 1e-6  # minimum cosine of the pitch in divisions
 UNIT_3 = np.eye(3)
 
 
 def advance(state, step):
-    """Moves a state on.
+    """Predicts a state.
 
     Args:
         state: (15,).
@@ -90,28 +90,28 @@ def advance(state, step):
         (state (15,), its derivative by the state before (15, 15)).
     """
     rates = state[RATES]
-    turn, turn_by_angles = _angle_rates(state[ANGLES], rates)
-    middle = state[ANGLES] + 0.5 * step * (turn @ rates)
-    middle_by_angles = UNIT_3 + 0.5 * step * turn_by_angles
-    middle_by_rates = 0.5 * step * turn
-    turn, turn_by_middle = _angle_rates(middle, rates)
-    way = step * state[VELOCITY] + 0.5 * step * step * state[ACCELERATION]
-    rotation = matrix(*middle)
-    way_by_middle = _rotated_by_angles(middle, rotation, way)
+    rate_matrix, rate_matrix_by_angles = _angle_rates(state[ANGLES], rates)
+    midpoint = state[ANGLES] + 0.5 * step * (rate_matrix @ rates)
+    midpoint_by_angles = UNIT_3 + 0.5 * step * rate_matrix_by_angles
+    midpoint_by_rates = 0.5 * step * rate_matrix
+    rate_matrix, rate_matrix_by_midpoint = _angle_rates(midpoint, rates)
+    displacement = step * state[VELOCITY] + 0.5 * step * step * state[ACCELERATION]
+    rotation = matrix(*midpoint)
+    displacement_by_midpoint = _rotated_by_angles(midpoint, rotation, displacement)
 
     after = state.copy()
-    after[POSITION] += rotation @ way
-    after[ANGLES] += step * (turn @ rates)
+    after[POSITION] += rotation @ displacement
+    after[ANGLES] += step * (rate_matrix @ rates)
     after[ANGLES] = [wrap(angle) for angle in after[ANGLES]]
     after[VELOCITY] += step * state[ACCELERATION]
 
     jacobian = np.eye(SIZE)
-    jacobian[POSITION, ANGLES] = way_by_middle @ middle_by_angles
-    jacobian[POSITION, RATES] = way_by_middle @ middle_by_rates
+    jacobian[POSITION, ANGLES] = displacement_by_midpoint @ midpoint_by_angles
+    jacobian[POSITION, RATES] = displacement_by_midpoint @ midpoint_by_rates
     jacobian[POSITION, VELOCITY] = step * rotation
     jacobian[POSITION, ACCELERATION] = 0.5 * step * step * rotation
-    jacobian[ANGLES, ANGLES] += step * (turn_by_middle @ middle_by_angles)
-    jacobian[ANGLES, RATES] = step * (turn + turn_by_middle @ middle_by_rates)
+    jacobian[ANGLES, ANGLES] += step * (rate_matrix_by_midpoint @ midpoint_by_angles)
+    jacobian[ANGLES, RATES] = step * (rate_matrix + rate_matrix_by_midpoint @ midpoint_by_rates)
     jacobian[VELOCITY, ACCELERATION] = step * UNIT_3
     return after, jacobian
 
@@ -120,12 +120,12 @@ def _angle_rates(angles, rates):
     """T of the angles, and the derivative of T w by the angles; both (3, 3)."""
     roll, pitch = angles[0], angles[1]
     sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
-    cp = math.copysign(max(abs(cp), STEEPEST), cp)
+    cp = math.copysign(max(abs(cp), MIN_COSINE), cp)
     tp = sp / cp
     _, p, q = rates
-    turn = np.array(((1.0, sr * tp, cr * tp), (0.0, cr, -sr), (0.0, sr / cp, cr / cp)))
+    rate_matrix = np.array(((1.0, sr * tp, cr * tp), (0.0, cr, -sr), (0.0, sr / cp, cr / cp)))
     by_roll, by_pitch = cr * p - sr * q, sr * p + cr * q
-    return turn, np.array(
+    return rate_matrix, np.array(
         (
             (by_roll * tp, by_pitch / (cp * cp), 0.0),
             (-by_pitch, 0.0, 0.0),
@@ -142,10 +142,14 @@ def _rotated_by_angles(angles, rotation, vector):
     sp, cp = math.sin(angles[1]), math.cos(angles[1])
     sr, cr = math.sin(angles[0]), math.cos(angles[0])
     by_roll = rotation @ (0.0, -z, y)
-    ahead = -sp * x + cp * (sr * y + cr * z)  # of Ry Rx vector, by the pitch
+    forward_part = -sp * x + cp * (sr * y + cr * z)  # of Ry Rx vector, by the pitch
     down = -cp * x - sp * (sr * y + cr * z)
     return np.array(
-        ((by_roll[0], cy * ahead, -ry), (by_roll[1], sy * ahead, rx), (by_roll[2], down, 0.0))
+        (
+            (by_roll[0], cy * forward_part, -ry),
+            (by_roll[1], sy * forward_part, rx),
+            (by_roll[2], down, 0.0),
+        )
     )
 
 
@@ -157,10 +161,10 @@ class Fusion:
 
     Args:
         ekf: Ekf.
-        sensor_timeout: Silence after which the state is predicted without a measurement [s].
+        sensor_timeout: Time without a measurement after which the state is predicted [s].
         to_now: Whether to predict up to the present each time.
-        history: How far back a late measurement may reach [s]; None: late ones correct the present
-            state. With a history the filter goes back and takes all since then again.
+        history: Maximum age of a late measurement [s]; None: late ones correct the present
+            state. With a history the filter goes back and repeats all measurements since then.
     """
 
     def __init__(self, ekf, sensor_timeout, to_now=False, history=None):
@@ -171,9 +175,9 @@ class Fusion:
         self.clear()
 
     def clear(self):
-        """Forgets what waits and what was."""
+        """Clears the queue and the history."""
         self._queue = []
-        self._states, self._taken = deque(), deque()
+        self._states, self._processed = deque(), deque()
 
     def add(self, measurement):
         """Puts a measurement into the queue."""
@@ -185,33 +189,33 @@ class Fusion:
         return count
 
     def advance(self, now):
-        """Takes all measurements up to now [s], and predicts where that is due."""
+        """Processes all measurements up to now [s], and predicts if that is due."""
         ekf, due = self.ekf, self._to_now
         if self._queue:
             if self._length is not None and self._queue[0][0] < ekf.time and ekf.initialized:
-                self._go_back(self._queue[0][0])
+                self._rewind(self._queue[0][0])
             while self._queue and self._queue[0][0] <= now:
-                self._take(heapq.heappop(self._queue)[2])
+                self._process(heapq.heappop(self._queue)[2])
         elif ekf.initialized and now - ekf.time >= self._timeout:
             due = True
         if ekf.initialized and due and now > ekf.time:
             ekf.predict(now - ekf.time)
             ekf.time = now
         if self._length is not None:
-            self._forget(ekf.time - self._length)
+            self._drop_before(ekf.time - self._length)
 
-    def _take(self, measurement):
+    def _process(self, measurement):
         if not self.ekf.process(measurement):
             self._outliers += 1
         if self._length is None:
             return
-        self._taken.append(measurement)
+        self._processed.append(measurement)
         if not self._queue or abs(self._queue[0][0] - self.ekf.time) > SAME_TIME:
             ekf = self.ekf
             self._states.append((ekf.time, ekf.state.copy(), ekf.covariance.copy()))
 
-    def _go_back(self, time):
-        """Back to the last state before a time, or the oldest; what came since waits again."""
+    def _rewind(self, time):
+        """Restores the last state before a time, or the oldest; queues later measurements again."""
         oldest = None
         while self._states and self._states[-1][0] > time - SAME_TIME:
             oldest = self._states.pop()
@@ -223,29 +227,29 @@ class Fusion:
             return
         ekf = self.ekf
         ekf.time, ekf.state, ekf.covariance = oldest[0], oldest[1].copy(), oldest[2].copy()
-        while self._taken and self._taken[-1].time > ekf.time + SAME_TIME:
-            self.add(self._taken.pop())
+        while self._processed and self._processed[-1].time > ekf.time + SAME_TIME:
+            self.add(self._processed.pop())
 
-    def _forget(self, time):
-        while self._taken and self._taken[0].time < time:
-            self._taken.popleft()
+    def _drop_before(self, time):
+        while self._processed and self._processed[0].time < time:
+            self._processed.popleft()
         while self._states and self._states[0][0] < time:
             self._states.popleft()
 
 
-FIRST_VARIANCE = 1e-9  # of each number before the first measurement
-LEAST_VARIANCE = 1e-9  # of a measured number
+FIRST_VARIANCE = 1e-9  # of each value before the first measurement
+MIN_VARIANCE = 1e-9  # of a measured value
 UNIT = np.eye(SIZE)
 LONGEST_STEP = 1e5  # a longer one is a clock that was not set yet [s]
 STEP_INSTEAD = 0.01  # [s]
 
 
 class Ekf:
-    """State, covariance, and the time that they are of.
+    """State, covariance and their time.
 
     Args:
         process_noise: (15, 15) covariance that grows in each second.
-        state: (15,) first state; zeros if not given.
+        state: (15,) first state; None: zeros.
         covariance: (15, 15) first covariance.
         scaled_noise: Whether the pose's process noise grows with the square of the speed.
 
@@ -268,19 +272,19 @@ class Ekf:
         self.reset()
 
     def reset(self):
-        """Back to the first state and covariance, without a measurement."""
+        """Resets to the first state and covariance, without a measurement."""
         self.state = self._first_state.copy()
         self.covariance = self._first_covariance.copy()
         self.initialized = False
 
     def process(self, measurement):
-        """Takes a measurement: predicts up to its time and corrects.
+        """Processes a measurement: predicts up to its time and corrects.
 
-        The first one sets the numbers that it measures. One from before the filter's time corrects
+        The first one sets the values that it measures. One from before the filter's time corrects
         the present state.
 
         Returns:
-            Whether it was taken; False for an outlier.
+            Whether it was used; False for an outlier.
         """
         if not self.initialized:
             self._start(measurement)
@@ -298,7 +302,7 @@ class Ekf:
         self.initialized, self.time = True, measurement.time
 
     def predict(self, step):
-        """Moves state and covariance on by a step [s]; the filter's time stays as it is."""
+        """Predicts state and covariance after a step [s]; the filter's time stays."""
         if step > LONGEST_STEP:
             step = STEP_INSTEAD
         noise = self._noise
@@ -309,13 +313,13 @@ class Ekf:
         self.covariance = jacobian @ self.covariance @ jacobian.T + step * noise
 
     def correct(self, measurement):
-        """Corrects the state by a measurement of its own time; False for an outlier."""
+        """Corrects the state by a measurement of the same time; False for an outlier."""
         index, value, noise = _usable(measurement)
         if not index.size:
             return False
         innovation = value - self.state[index]
-        for place in np.flatnonzero((index >= ANGLES.start) & (index < ANGLES.stop)):
-            innovation[place] = wrap(innovation[place])
+        for entry in np.flatnonzero((index >= ANGLES.start) & (index < ANGLES.stop)):
+            innovation[entry] = wrap(innovation[entry])
         cross = self.covariance[:, index]
         expected = cross[index] + noise
         try:
@@ -328,20 +332,20 @@ class Ekf:
         self.state = self.state + gain @ innovation
         self.state[ANGLES] = [wrap(angle) for angle in self.state[ANGLES]]
         # Joseph's form keeps the covariance symmetric and positive.
-        rest = UNIT.copy()
-        rest[:, index] -= gain
-        self.covariance = rest @ self.covariance @ rest.T + gain @ noise @ gain.T
+        complement = UNIT.copy()
+        complement[:, index] -= gain
+        self.covariance = complement @ self.covariance @ complement.T + gain @ noise @ gain.T
         return True
 
 
 def _usable(measurement):
-    """Index, value and covariance of the finite numbers, with variances that can be inverted."""
+    """Index, value and covariance of the finite values, with variances that can be inverted."""
     index, value, covariance = measurement.index, measurement.value, measurement.covariance
     variance = covariance.diagonal()
-    good = np.isfinite(value) & np.isfinite(variance)
-    if not good.all():
-        index, value, variance = index[good], value[good], variance[good]
-        covariance = covariance[np.ix_(good, good)]
+    finite = np.isfinite(value) & np.isfinite(variance)
+    if not finite.all():
+        index, value, variance = index[finite], value[finite], variance[finite]
+        covariance = covariance[np.ix_(finite, finite)]
     covariance = np.where(np.isfinite(covariance), covariance, 0.0)
-    covariance[np.diag_indices(len(index))] = np.maximum(np.abs(variance), LEAST_VARIANCE)
+    covariance[np.diag_indices(len(index))] = np.maximum(np.abs(variance), MIN_VARIANCE)
     return index, value, covariance

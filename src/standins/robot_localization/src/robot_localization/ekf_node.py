@@ -35,7 +35,7 @@ from robot_localization.ekf import (
     Fusion,
 )
 from robot_localization.frames import Frames, Transform, matrix, to_message, to_quaternion
-from robot_localization.sensors import Reader, doubts
+from robot_localization.sensors import Reader, configuration_warnings
 from robot_localization.srv import (
     SetPose,
     SetPoseResponse,
@@ -44,11 +44,11 @@ from robot_localization.srv import (
 )
 
 PERIOD = 1.0  # wall time between two messages [s]
-LARGE = 1e3  # a variance from which on a number is not known
+LARGE = 1e3  # a variance from which on a value is not known
 
 
 class Diagnostics:
-    """Doubts about the sensors, how often an estimate comes, outliers.
+    """Warnings about the sensors, rate of the estimates, outliers.
 
     Args:
         options: Options.
@@ -56,7 +56,7 @@ class Diagnostics:
     """
 
     def __init__(self, options, sensors):
-        self._doubts = doubts(sensors, options.two_d_mode)
+        self._warnings = configuration_warnings(sensors, options.two_d_mode)
         self._frequency = options.frequency
         self._count = self._outliers = 0
         self._since = self._due = time.monotonic()
@@ -83,12 +83,12 @@ class Diagnostics:
 
     def _state(self, status):
         level = DiagnosticStatus.OK
-        for error, name, words in self._doubts:
+        for error, name, text in self._warnings:
             level = max(level, DiagnosticStatus.ERROR if error else DiagnosticStatus.WARN)
-            status.add(f"{name}_configuration", words)
+            status.add(f"{name}_configuration", text)
         if self._outliers:
             level = max(level, DiagnosticStatus.WARN)
-            status.add("outliers", f"{self._outliers} measurements were left out as outliers")
+            status.add("outliers", f"{self._outliers} measurements were skipped as outliers")
         if self._unknown:
             level = max(level, DiagnosticStatus.WARN)
             status.add("covariance", f"hardly known: {', '.join(self._unknown)}")
@@ -131,7 +131,7 @@ def acceleration(ekf, robot, stamp, rates_change, step):
         ekf: Ekf.
         robot: Name of its frame.
         stamp: rospy.Time.
-        rates_change: (3,) change of the turn rates [rad/s^2].
+        rates_change: (3,) change of the angular rates [rad/s^2].
         step: Time between the two rates that it is made of [s].
     """
     message = AccelWithCovarianceStamped()
@@ -151,17 +151,17 @@ TYPES = {
     "twist": TwistWithCovarianceStamped,
     "imu": Imu,
 }
-WARN_PERIOD = 5.0  # between two warnings of a kind [s]
+WARN_PERIOD = 5.0  # between two equal warnings [s]
 
 
 class EkfNode:
     """Subscribes to the sensors, publishes the estimate.
 
     Args:
-        name: Of the node, for its words.
+        name: Of the node, for its messages.
 
     Raises:
-        ValueError: A parameter that it cannot do without is wrong.
+        ValueError: A required parameter is wrong.
     """
 
     def __init__(self, name):
@@ -175,7 +175,7 @@ class EkfNode:
         for note in notes + more + notes_of_sensors:
             rospy.logwarn("%s: %s", name, note)
         if not inputs:
-            rospy.logwarn("%s: no sensor is given; nothing will be published", name)
+            rospy.logwarn("%s: no sensor is configured; nothing will be published", name)
         option, self._name = self._options, name
         self._lock = threading.RLock()
         self._ekf = Ekf(scaled_noise=option.dynamic_process_noise_covariance, **arrays)
@@ -201,7 +201,7 @@ class EkfNode:
             else None
         )
         self._broadcaster = tf2_ros.TransformBroadcaster()
-        self._ends = [
+        self._interfaces = [
             rospy.Subscriber("set_pose", PoseWithCovarianceStamped, self._set_pose, queue_size=1),
             rospy.Service("set_pose", SetPose, self._set_pose_service),
             rospy.Service("~enable", Empty, self._enable),
@@ -209,20 +209,20 @@ class EkfNode:
         ] + [
             rospy.Subscriber(
                 sensor.topic,
-                TYPES[sensor.kind],
-                self._take,
+                TYPES[sensor.input_type],
+                self._process,
                 sensor,
                 queue_size=sensor.queue_size,
                 tcp_nodelay=sensor.nodelay,
             )
             for sensor in inputs
         ]
-        # reset: a clock that is set back must not end the timer.
+        # reset: a clock that is set back must not stop the timer.
         self._timer = rospy.Timer(
             rospy.Duration(1.0 / option.frequency), lambda _: self.update(), reset=True
         )
 
-    def _take(self, message, sensor):
+    def _process(self, message, sensor):
         stamp = message.header.stamp
         with self._lock:
             if stamp <= self._ignore_until:
@@ -233,13 +233,13 @@ class EkfNode:
                     rospy.logwarn_throttle(
                         WARN_PERIOD,
                         f"{self._name}: a message of {sensor.name} is older than the one before "
-                        "and is ignored; was the clock set back? reset_on_time_jump starts the "
-                        "filter anew",
+                        "and is ignored; was the clock set back? reset_on_time_jump restarts "
+                        "the filter",
                     )
                     return
                 self._reset()
             self._last_stamp[sensor.name] = stamp
-            self._reader.take(sensor, message)
+            self._reader.process(sensor, message)
 
     def _reset(self):
         self._fusion.clear()
@@ -249,7 +249,7 @@ class EkfNode:
         self._last_stamp.clear()
         self._ignore_until = self._published = rospy.Time()
         self._last_update = None
-        rospy.logwarn("%s: the clock was set back; the filter starts anew", self._name)
+        rospy.logwarn("%s: the clock was set back; the filter restarts", self._name)
 
     def _set_pose(self, message):
         with self._lock:
@@ -279,7 +279,7 @@ class EkfNode:
         return ToggleFilterProcessingResponse(status=changed)
 
     def update(self):
-        """Takes what came and publishes the estimate."""
+        """Processes the received messages and publishes the estimate."""
         if not self._enabled:
             rospy.loginfo_once(f"{self._name}: waits for its service enable")
             return

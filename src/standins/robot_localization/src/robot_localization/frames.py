@@ -84,7 +84,7 @@ class Transform(NamedTuple):
     translation: np.ndarray
 
     def of(self, other):
-        """Pose of what has the pose `other` in this frame."""
+        """Pose in the parent of a pose `other` in this frame."""
         return Transform(
             self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
         )
@@ -106,7 +106,7 @@ def cross(a, b):
 
 
 def twice(rotation):
-    """(6, 6) block matrix that rotates two vectors at once."""
+    """(6, 6) block matrix that rotates two vectors."""
     both = np.zeros((6, 6))
     both[:3, :3] = both[3:, 3:] = rotation
     return both
@@ -134,29 +134,29 @@ def to_message(transform, parent, child, stamp):
 
 
 class Frames:
-    """Looks frames up.
+    """Looks up frames.
 
     Args:
-        timeout: Longest wait for a frame [s].
+        timeout: Maximum wait for a frame [s].
     """
 
     def __init__(self, timeout=0.0):
         self._timeout = rospy.Duration(timeout)
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
-        self._silent = bool(rospy.get_param("/silent_tf_failure", False))
+        self._suppressed = bool(rospy.get_param("/silent_tf_failure", False))
 
     def clear(self):
-        """Forgets all frames."""
+        """Clears all frames."""
         self._buffer.clear()
 
     def find(self, target, source, stamp):
         """The pose of a frame in another.
 
         Args:
-            target: Name of the frame that it is given in; a leading slash counts for nothing.
+            target: Name of the reference frame; a leading slash is ignored.
             source: Name of the frame; empty: the same.
-            stamp: rospy.Time; where nothing is known of that time, the latest is taken.
+            stamp: rospy.Time; if that time is unknown, the latest is used.
 
         Returns:
             Transform, or None with a warning.
@@ -166,12 +166,12 @@ class Frames:
             return IDENTITY
         for time, timeout in ((stamp, self._timeout), (rospy.Time(), rospy.Duration())):
             try:
-                found = self._buffer.lookup_transform(target, source, time, timeout).transform
+                transform = self._buffer.lookup_transform(target, source, time, timeout).transform
             except tf2_ros.TransformException as error:
                 reason = str(error)
             else:
-                return to_transform(found.translation, found.rotation)
-        if not self._silent:
+                return to_transform(transform.translation, transform.rotation)
+        if not self._suppressed:
             rospy.logwarn_throttle(
                 WARN_PERIOD, f"no transform from '{source}' to '{target}': {reason}"
             )

@@ -37,31 +37,31 @@ class UtmGrid:
 
     @classmethod
     def at(cls, latitude, longitude):
-        """The zone of a place.
+        """The zone of a position.
 
         Raises:
-            ValueError: UTM does not reach it.
+            ValueError: UTM does not cover it.
         """
         _, _, zone, _ = utm.from_latlon(latitude, longitude)
         return cls(zone, latitude >= 0.0)
 
     @classmethod
     def named(cls, text):
-        """The zone that a name such as 31U means; letters from N on are north.
+        """The zone of a name such as 31U; letters from N on are north.
 
         Raises:
-            ValueError: It is no such name.
+            ValueError: It is not such a name.
         """
-        found = re.fullmatch(r"\s*(\d{1,2})\s*([C-HJ-NP-Xc-hj-np-x]).*", text)
-        if found is None or not 1 <= int(found[1]) <= 60:
+        match = re.fullmatch(r"\s*(\d{1,2})\s*([C-HJ-NP-Xc-hj-np-x]).*", text)
+        if match is None or not 1 <= int(match[1]) <= 60:
             raise ValueError(f"UTM zone is '{text}', must be 1 to 60 and a letter, such as 31U")
-        return cls(int(found[1]), found[2].upper() >= "N")
+        return cls(int(match[1]), match[2].upper() >= "N")
 
     def forward(self, latitude, longitude, altitude=0.0):
-        """(east [m], north [m], altitude [m]) of a place.
+        """(east [m], north [m], altitude [m]) of a position on the earth.
 
         Raises:
-            ValueError: UTM does not reach it.
+            ValueError: UTM does not cover it.
         """
         east, north, _, _ = utm.from_latlon(
             latitude, longitude, force_zone_number=self.zone, force_northern=self.north
@@ -108,10 +108,10 @@ class LocalPlane:
         self._origin = _to_earth(phi, lam, 0.0)
 
     def forward(self, latitude, longitude, altitude=0.0):
-        """(east [m], north [m], altitude [m]) of a place; as on the UTM grid, the last is kept."""
-        place = _to_earth(math.radians(latitude), math.radians(longitude), altitude)
-        way = [a - b for a, b in zip(place, self._origin)]
-        east, north, _ = (sum(a * b for a, b in zip(axis, way)) for axis in self._axes)
+        """(east [m], north [m], altitude [m]) of a position; the altitude is kept, as in UTM."""
+        position = _to_earth(math.radians(latitude), math.radians(longitude), altitude)
+        displacement = [a - b for a, b in zip(position, self._origin)]
+        east, north, _ = (sum(a * b for a, b in zip(axis, displacement)) for axis in self._axes)
         return east, north, altitude
 
     def back(self, east, north, altitude=0.0):
@@ -120,8 +120,11 @@ class LocalPlane:
         for _ in range(4):
             x, y, z = (
                 start
-                + sum(axis[place] * way for axis, way in zip(self._axes, (east, north, above)))
-                for place, start in enumerate(self._origin)
+                + sum(
+                    axis[index] * displacement
+                    for axis, displacement in zip(self._axes, (east, north, above))
+                )
+                for index, start in enumerate(self._origin)
             )
             phi, lam, height = _from_earth(x, y, z)
             above += altitude - height
@@ -148,7 +151,7 @@ def _from_earth(x, y, z):
         normal = SEMI_MAJOR / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(phi) ** 2)
         phi = math.atan2(z + ECCENTRICITY_2 * normal * math.sin(phi), out)
     normal = SEMI_MAJOR / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(phi) ** 2)
-    # Of two ways to the height, this one holds at the poles and at the equator.
+    # Of two formulas of the height, this one is valid at the poles and at the equator.
     height = out * math.cos(phi) + z * math.sin(phi) - SEMI_MAJOR**2 / normal
     return phi, math.atan2(y, x), height
 
@@ -158,32 +161,32 @@ class NotAligned(RuntimeError):
 
 
 class Alignment:
-    """Collects what is needed and turns places into positions of the world.
+    """Collects fix, attitude and pose, and converts positions on the earth to the world.
 
     Args:
         declination: Of magnetic north, where the heading is of a compass [rad].
-        yaw_offset: What the heading reads facing east, with the other sign [rad].
+        yaw_offset: Negative of the heading's value when facing east [rad].
         local: Whether to use east and north of the first fix instead of UTM.
         flat: Whether altitudes of the world are 0.
 
     Attributes:
         grid: UtmGrid or LocalPlane, or None before the first fix.
         grid_in_world: Transform, or None before it is aligned.
-        manual: Whether a datum was set by hand.
+        manual: Whether a datum was set explicitly.
     """
 
     def __init__(self, declination=0.0, yaw_offset=0.0, local=False, flat=False):
-        self._turn, self._local, self._flat = declination + yaw_offset, local, flat
+        self._yaw_offset, self._local, self._flat = declination + yaw_offset, local, flat
         self._zone, self.grid, self.manual = None, None, False
         self._fix = self._attitude = self._pose = None
         self._convergence = 0.0
         self.grid_in_world = None
 
-    def take_fix(self, latitude, longitude, altitude):
-        """Takes the robot's place [deg, deg, m]; counts until it is aligned.
+    def set_fix(self, latitude, longitude, altitude):
+        """Sets the robot's position [deg, deg, m]; ignored once it is aligned.
 
         Raises:
-            ValueError: UTM does not reach it.
+            ValueError: UTM does not cover it.
         """
         if self.grid_in_world is None and not self.manual:
             self._set_fix(latitude, longitude, altitude)
@@ -196,27 +199,27 @@ class Alignment:
         self._fix = np.array(grid.forward(latitude, longitude, altitude))
         self._convergence, self.grid = grid.convergence(latitude, longitude), grid
 
-    def take_attitude(self, rotation):
-        """Takes the robot's (3, 3) attitude, in east, north, up."""
+    def set_attitude(self, rotation):
+        """Sets the robot's (3, 3) attitude, in east, north, up."""
         self._attitude = rotation
 
-    def take_pose(self, pose):
-        """Takes the robot's pose in its world; counts until it is aligned."""
+    def set_pose(self, pose):
+        """Sets the robot's pose in its world; ignored once it is aligned."""
         if self.grid_in_world is None and not self.manual:
             self._pose = pose
 
     def set_datum(self, latitude, longitude, altitude, rotation):
-        """Puts the world's origin to a place, with an attitude; from now on by hand.
+        """Sets the world's origin and attitude explicitly.
 
         Raises:
-            ValueError: UTM does not reach it.
+            ValueError: UTM does not cover it.
         """
         self._set_fix(latitude, longitude, altitude)
         self.manual, self.grid_in_world = True, None
         self._attitude, self._pose = rotation, Transform(np.eye(3), np.zeros(3))
 
     def set_zone(self, text):
-        """Uses one UTM zone from now on; the next fix, heading and pose align anew.
+        """Uses one UTM zone from now on; the next fix, heading and pose align again.
 
         Raises:
             ValueError: The text names no zone.
@@ -226,10 +229,10 @@ class Alignment:
         self._fix = self._attitude = self._pose = None
 
     def align(self, antenna=None):
-        """Finds the transform, when everything was taken.
+        """Computes the transform once fix, attitude and pose are set.
 
         Args:
-            antenna: (3,) place of the receiver on the robot [m].
+            antenna: (3,) position of the receiver on the robot [m].
 
         Returns:
             Whether it is aligned now.
@@ -238,27 +241,27 @@ class Alignment:
         if self.grid_in_world is not None or missing:
             return self.grid_in_world is not None
         roll, pitch, yaw = angles(self._attitude)
-        heading = yaw + self._turn + self._convergence
-        place = self._fix
+        heading = yaw + self._yaw_offset + self._convergence
+        position = self._fix
         if antenna is not None and not self.manual:
-            place = place - matrix(roll, pitch, heading) @ antenna
-        on_grid = Transform(matrix(0.0, 0.0, heading), place)
+            position = position - matrix(roll, pitch, heading) @ antenna
+        on_grid = Transform(matrix(0.0, 0.0, heading), position)
         upright = matrix(0.0, 0.0, angles(self._pose.rotation)[2])
         self.grid_in_world = Transform(upright, self._pose.translation).of(on_grid.inverse())
         return True
 
     def to_world(self, latitude, longitude, altitude):
-        """Position (3,) [m] in the world of a place.
+        """Position (3,) [m] in the world of a position on the earth.
 
         Raises:
             NotAligned: There is no transform yet.
-            ValueError: The grid does not reach it.
+            ValueError: The grid does not cover it.
         """
         transform = self._transform()
         position = np.array(self.grid.forward(latitude, longitude, altitude))
         return self.flat(transform.rotation @ position + transform.translation)
 
-    def to_place(self, position):
+    def to_geodetic(self, position):
         """(latitude [deg], longitude [deg], altitude [m]) of a position in the world.
 
         Raises:
@@ -291,15 +294,17 @@ def fix_as_odometry(alignment, fix, world, position):
     message.header.stamp, message.header.frame_id = fix.header.stamp, world
     message.pose.pose.position = Point(*position.tolist())
     message.pose.pose.orientation.w = 1.0
-    turn = alignment.grid_in_world.rotation
+    rotation = alignment.grid_in_world.rotation
     covariance = np.zeros((6, 6))
-    covariance[:3, :3] = turn @ np.array(fix.position_covariance, float).reshape(3, 3) @ turn.T
+    covariance[:3, :3] = (
+        rotation @ np.array(fix.position_covariance, float).reshape(3, 3) @ rotation.T
+    )
     message.pose.covariance = covariance.ravel().tolist()
     return message
 
 
 def odometry_as_fix(alignment, odometry, robot, pose):
-    """The robot's place on the earth.
+    """The robot's position on the earth.
 
     Args:
         alignment: Alignment.
@@ -312,10 +317,10 @@ def odometry_as_fix(alignment, odometry, robot, pose):
     """
     message = NavSatFix()
     message.header.stamp, message.header.frame_id = odometry.header.stamp, robot
-    message.latitude, message.longitude, message.altitude = alignment.to_place(pose.translation)
-    turn = alignment.grid_in_world.rotation.T
+    message.latitude, message.longitude, message.altitude = alignment.to_geodetic(pose.translation)
+    rotation = alignment.grid_in_world.rotation.T
     covariance = np.array(odometry.pose.covariance, float).reshape(6, 6)[:3, :3]
-    message.position_covariance = (turn @ covariance @ turn.T).ravel().tolist()
+    message.position_covariance = (rotation @ covariance @ rotation.T).ravel().tolist()
     message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
     message.status.status = NavSatStatus.STATUS_GBAS_FIX
     return message

@@ -29,32 +29,32 @@ from robot_localization.srv import (
 
 
 class Services:
-    """Answers from an Alignment.
+    """Services of an Alignment.
 
     Args:
         alignment: Alignment.
-        lock: held while it is used.
-        on_zone: called, holding the lock, after a zone was set.
+        lock: acquired while it is used.
+        on_zone: called with the lock acquired, after a zone was set.
     """
 
     def __init__(self, alignment, lock, on_zone):
         self._alignment, self._lock, self._on_zone = alignment, lock, on_zone
-        self._ends = [
+        self._interfaces = [
             rospy.Service("datum", SetDatum, self._set_datum),
-            rospy.Service("toLL", ToLL, self._to_place),
+            rospy.Service("toLL", ToLL, self._to_geodetic),
             rospy.Service("fromLL", FromLL, self._to_world),
             rospy.Service("setUTMZone", SetUTMZone, self._set_zone),
         ]
 
     def _set_datum(self, request):
-        place, turned = request.geo_pose.position, request.geo_pose.orientation
+        position, orientation = request.geo_pose.position, request.geo_pose.orientation
         with self._lock:
             try:
                 self._alignment.set_datum(
-                    place.latitude,
-                    place.longitude,
-                    place.altitude,
-                    from_quaternion(turned.x, turned.y, turned.z, turned.w),
+                    position.latitude,
+                    position.longitude,
+                    position.altitude,
+                    from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w),
                 )
             except ValueError as error:
                 raise rospy.ServiceException(str(error)) from None
@@ -69,24 +69,24 @@ class Services:
             self._on_zone()
         return SetUTMZoneResponse()
 
-    def _to_place(self, request):
+    def _to_geodetic(self, request):
         point = request.map_point
         with self._lock:
             try:
                 return ToLLResponse(
-                    GeoPoint(*self._alignment.to_place(np.array((point.x, point.y, point.z))))
+                    GeoPoint(*self._alignment.to_geodetic(np.array((point.x, point.y, point.z))))
                 )
             except (NotAligned, ValueError) as error:
                 raise rospy.ServiceException(str(error)) from None
 
     def _to_world(self, request):
-        place = request.ll_point
+        position = request.ll_point
         with self._lock:
             try:
                 return FromLLResponse(
                     Point(
                         *self._alignment.to_world(
-                            place.latitude, place.longitude, place.altitude
+                            position.latitude, position.longitude, position.altitude
                         ).tolist()
                     )
                 )
@@ -94,7 +94,7 @@ class Services:
                 raise rospy.ServiceException(str(error)) from None
 
 
-WARN_PERIOD = 5.0  # between two warnings of a kind [s]
+WARN_PERIOD = 5.0  # between two equal warnings [s]
 BROADCAST = "broadcast_cartesian_transform"
 AS_PARENT = "broadcast_cartesian_transform_as_parent_frame"
 OLD_NAMES = {
@@ -111,16 +111,16 @@ class NavsatNode:
     """
 
     def __init__(self):
-        given = rospy.get_param("~", {})
+        parameters = rospy.get_param("~", {})
         for old, new in OLD_NAMES.items():
-            if old in given:
-                given.setdefault(new, given[old])
+            if old in parameters:
+                parameters.setdefault(new, parameters[old])
 
         def true(name):
-            return truth(name, given.get(name, False))
+            return truth(name, parameters.get(name, False))
 
         def value(name, default=0.0):
-            return converted(name, given.get(name, default))
+            return converted(name, parameters.get(name, default))
 
         self._lock = threading.RLock()
         self._alignment = Alignment(
@@ -129,28 +129,28 @@ class NavsatNode:
             true("use_local_cartesian"),
             true("zero_altitude"),
         )
-        self._own_yaw = true("use_odometry_yaw")
+        self._use_odometry_yaw = true("use_odometry_yaw")
         self._broadcast, self._as_parent = true(BROADCAST), true(AS_PARENT)
-        self._grid_frame = given.get("cartesian_frame_id")
+        self._grid_frame = parameters.get("cartesian_frame_id")
         self._frames = Frames(value("transform_timeout"))
         self._world, self._robot = "odom", "base_link"
         self._fix = None  # the latest, until it is used
         self._odometry, self._odometry_is_new = None, False
-        self._begin = rospy.get_time() + value("delay")
+        self._start_time = rospy.get_time() + value("delay")
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
         waits = true("wait_for_datum")
-        if waits and "datum" in given:
-            self._datum_of(given["datum"])
+        if waits and "datum" in parameters:
+            self._datum_of(parameters["datum"])
         self._alignment.manual = waits
 
         self._positions = rospy.Publisher("odometry/gps", Odometry, queue_size=10)
-        self._places = None
+        self._filtered = None
         if true("publish_filtered_gps"):
-            self._places = rospy.Publisher("gps/filtered", NavSatFix, queue_size=10)
-        self._ends = [
+            self._filtered = rospy.Publisher("gps/filtered", NavSatFix, queue_size=10)
+        self._interfaces = [
             Services(self._alignment, self._lock, self._listen_to_heading),
-            rospy.Subscriber("odometry/filtered", Odometry, self._take_odometry, queue_size=1),
-            rospy.Subscriber("gps/fix", NavSatFix, self._take_fix, queue_size=1),
+            rospy.Subscriber("odometry/filtered", Odometry, self._on_odometry, queue_size=1),
+            rospy.Subscriber("gps/fix", NavSatFix, self._on_fix, queue_size=1),
         ]
         self._imu = None
         if not waits:
@@ -161,8 +161,8 @@ class NavsatNode:
         self._timer = rospy.Timer(rospy.Duration(1.0 / rate), lambda _: self.update(), reset=True)
 
     def _listen_to_heading(self):
-        if not self._own_yaw and self._imu is None:
-            self._imu = rospy.Subscriber("imu/data", Imu, self._take_imu, queue_size=1)
+        if not self._use_odometry_yaw and self._imu is None:
+            self._imu = rospy.Subscriber("imu/data", Imu, self._on_imu, queue_size=1)
 
     def _datum_of(self, values):
         if not isinstance(values, list) or len(values) < 3:
@@ -170,48 +170,50 @@ class NavsatNode:
         latitude, longitude, heading = (converted("datum", item) for item in values[:3])
         self._alignment.set_datum(latitude, longitude, 0.0, matrix(0.0, 0.0, heading))
 
-    def _take_odometry(self, message):
+    def _on_odometry(self, message):
         pose = to_transform(message.pose.pose.position, message.pose.pose.orientation)
         with self._lock:
             self._world = message.header.frame_id.lstrip("/")
             self._robot = message.child_frame_id.lstrip("/") or self._robot
             self._odometry, self._odometry_is_new = (message, pose), True
-            self._alignment.take_pose(pose)
-            if self._own_yaw and not self._alignment.manual:
-                self._alignment.take_attitude(pose.rotation)
+            self._alignment.set_pose(pose)
+            if self._use_odometry_yaw and not self._alignment.manual:
+                self._alignment.set_attitude(pose.rotation)
 
-    def _take_imu(self, message):
+    def _on_imu(self, message):
         with self._lock:
             if self._odometry is None:  # the robot's frame is not known yet
                 return
             mount = self._frames.find(self._robot, message.header.frame_id, message.header.stamp)
             if mount is not None and not self._alignment.manual:
-                turned = message.orientation
-                attitude = from_quaternion(turned.x, turned.y, turned.z, turned.w)
-                self._alignment.take_attitude(attitude @ mount.rotation.T)
+                orientation = message.orientation
+                attitude = from_quaternion(
+                    orientation.x, orientation.y, orientation.z, orientation.w
+                )
+                self._alignment.set_attitude(attitude @ mount.rotation.T)
 
-    def _take_fix(self, message):
-        place = message.latitude, message.longitude, message.altitude
+    def _on_fix(self, message):
+        position = message.latitude, message.longitude, message.altitude
         if message.status.status == NavSatStatus.STATUS_NO_FIX or not all(
-            math.isfinite(item) for item in place
+            math.isfinite(item) for item in position
         ):
             return
         with self._lock:
             try:
-                self._alignment.take_fix(*place)
+                self._alignment.set_fix(*position)
             except ValueError as error:
                 rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
                 return
-            self._fix = message, place
+            self._fix = message, position
 
     def _antenna(self, stamp):
-        """(3,) place of the receiver on the robot [m], or None when its frame is not known."""
-        found = self._frames.find(self._robot, self._fix[0].header.frame_id, stamp)
-        return None if found is None else found.translation
+        """(3,) position of the receiver on the robot [m], or None when its frame is not known."""
+        mount = self._frames.find(self._robot, self._fix[0].header.frame_id, stamp)
+        return None if mount is None else mount.translation
 
     def update(self):
         """Aligns, or publishes what is new."""
-        if rospy.get_time() < self._begin:
+        if rospy.get_time() < self._start_time:
             return
         with self._lock:
             if self._alignment.grid_in_world is None:
@@ -221,9 +223,9 @@ class NavsatNode:
                 return
             if self._fix and self._odometry:
                 self._publish_position()
-            if self._places and self._odometry_is_new:
+            if self._filtered and self._odometry_is_new:
                 self._odometry_is_new = False
-                self._publish_place()
+                self._publish_filtered()
 
     def _aligned(self):
         transform = self._alignment.grid_in_world
@@ -248,10 +250,10 @@ class NavsatNode:
         self._broadcaster.sendTransform(message)
 
     def _publish_position(self):
-        (fix, place), antenna = self._fix, self._antenna(self._fix[0].header.stamp)
+        (fix, position), antenna = self._fix, self._antenna(self._fix[0].header.stamp)
         self._fix, stamp = None, fix.header.stamp
         try:
-            position = self._alignment.to_world(*place)
+            position = self._alignment.to_world(*position)
         except ValueError as error:
             rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
             return
@@ -261,14 +263,14 @@ class NavsatNode:
                 position = self._alignment.flat(position - robot.rotation @ antenna)
         self._positions.publish(fix_as_odometry(self._alignment, fix, self._world, position))
 
-    def _publish_place(self):
+    def _publish_filtered(self):
         odometry, pose = self._odometry
         try:
             message = odometry_as_fix(self._alignment, odometry, self._robot, pose)
         except ValueError as error:
             rospy.logerr_throttle(WARN_PERIOD, f"navsat_transform_node: {error}")
             return
-        self._places.publish(message)
+        self._filtered.publish(message)
 
 
 def main():

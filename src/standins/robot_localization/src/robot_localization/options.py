@@ -11,7 +11,7 @@ TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 
 def truth(name, value):
-    """Whether something holds: true, 1, "true" and so on.
+    """Boolean of a parameter: true, 1, "true" and so on.
 
     Raises:
         ValueError: It is neither true nor false; names the parameter and its value.
@@ -27,7 +27,7 @@ def frame(name, value):
     """Name of a frame, without the leading slash of tf 1.
 
     Raises:
-        ValueError: It is no name.
+        ValueError: It is not a name.
     """
     if not isinstance(value, str) or not value.strip("/ "):
         raise ValueError(f"{name} is {value!r}, must be the name of a frame")
@@ -58,21 +58,21 @@ class Options:
 
     Attributes:
         frequency: Estimates per second [Hz].
-        sensor_timeout: Silence after which one is predicted [s]; None: one period.
+        sensor_timeout: Time without measurements after which to predict [s]; None: one period.
         two_d_mode: Whether the robot stays in the plane.
         map_frame, odom_frame, base_link_frame: Names of REP 105's frames.
         base_link_frame_output: The robot's frame in what is published; None: base_link_frame.
         world_frame: The frame of the estimate: odom_frame (the default), or map_frame.
         transform_time_offset: Added to the stamps of published frames [s].
-        transform_timeout: Longest wait for a frame [s].
+        transform_timeout: Maximum wait for a frame [s].
         publish_tf: Whether frames are published.
         invert_tf: Whether the world is published as a child of the robot.
         publish_acceleration: Whether accel/filtered is published.
         permit_corrected_publication: Whether a time that was published may be again.
         print_diagnostics: Whether /diagnostics is published.
-        reset_on_time_jump: Whether a clock that was set back starts the filter anew.
+        reset_on_time_jump: Whether a clock that was set back restarts the filter.
         predict_to_current_time: Whether each estimate is of the present.
-        smooth_lagged_data: Whether late measurements are taken at their own time.
+        smooth_lagged_data: Whether late measurements are fused at their stamps.
         history_length: How late they may be [s].
         dynamic_process_noise_covariance: Whether process noise grows with the speed.
         disabled_at_startup: Whether to wait for the service `enable`.
@@ -114,20 +114,20 @@ def read(parameters, prefix=""):
         prefix: tf_prefix: put before the frames' names.
 
     Returns:
-        (Options, one sentence for each that is not used).
+        (Options, one message for each that is not used).
 
     Raises:
-        ValueError: The frames are not all different, or the frequency is no frequency.
+        ValueError: The frames are not all different, or the frequency is not positive.
     """
-    given, notes = {}, []
+    values, notes = {}, []
     for item in fields(Options):
         if item.name not in parameters:
             continue
         try:
-            given[item.name] = READERS[item.type](item.name, parameters[item.name])
+            values[item.name] = READERS[item.type](item.name, parameters[item.name])
         except ValueError as error:
             notes.append(f"{error}; the default is used")
-    options = Options(**given)
+    options = Options(**values)
     if not options.frequency > 0.0:
         raise ValueError(f"frequency is {options.frequency:g} Hz, must be above 0")
     ignored = [name for name in IGNORED if parameters.get(name)]
@@ -174,9 +174,9 @@ def read_arrays(parameters):
         parameters: Dict of the node's parameters.
 
     Returns:
-        (dict of arguments of Ekf, one sentence for each that is not used).
+        (dict of arguments of Ekf, one message for each that is not used).
     """
-    given, notes = {"process_noise": PROCESS_NOISE}, []
+    arguments, notes = {"process_noise": PROCESS_NOISE}, []
     for name, argument, shape in (
         ("initial_state", "state", (SIZE,)),
         ("initial_estimate_covariance", "covariance", (SIZE, SIZE)),
@@ -185,10 +185,10 @@ def read_arrays(parameters):
         if name not in parameters:
             continue
         try:
-            given[argument] = _array(name, parameters[name], shape)
+            arguments[argument] = _array(name, parameters[name], shape)
         except ValueError as error:
             notes.append(f"{error}; the default is used")
-    return given, notes
+    return arguments, notes
 
 
 def _array(name, values, shape):

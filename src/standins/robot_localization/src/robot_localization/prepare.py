@@ -1,7 +1,7 @@
 """Data of sensors in the filter's frames, as measurements of its state.
 
-A sensor's `used` truth values are about the sensor's own axes. They are turned like its data: a
-number of the state counts as measured when a used axis has a part in it.
+A sensor's `used` truth values are about the sensor's axes. They are rotated like its data: a
+value of the state counts as measured when a used axis has a component in it.
 """
 
 import numpy as np
@@ -10,12 +10,12 @@ from robot_localization.ekf import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
 from robot_localization.frames import IDENTITY, Transform, angles, cross, matrix, twice
 
 FLAT = np.array(OUT_OF_PLANE)
-LEAST_PART = 1e-6  # of a used axis in a number of the state
-PLANE_VARIANCE = 1e-6  # of what is 0 in the plane
+MIN_COMPONENT = 1e-6  # of a used axis in a value of the state
+PLANE_VARIANCE = 1e-6  # of values that are 0 in the plane
 
 
-class Numbers:
-    """Measured numbers of the state.
+class StateValues:
+    """Measured values of the state.
 
     Attributes:
         used: (15,) bool.
@@ -39,23 +39,23 @@ class Numbers:
         self.covariance[FLAT, FLAT] = PLANE_VARIANCE
         return self
 
-    def pick(self):
-        """(index, value, covariance) of what is used."""
+    def select(self):
+        """(index, value, covariance) of the used ones."""
         index = np.flatnonzero(self.used)
         return index, self.value[index], self.covariance[np.ix_(index, index)]
 
 
-def turned(rotation, used):
-    """Which numbers a turned sensor's used axes have a part in; for three or six of them."""
+def rotated(rotation, used):
+    """Which values the used axes of a rotated sensor contribute to; for three or six axes."""
     if rotation is IDENTITY.rotation:
         return np.array(used, bool)
-    parts = np.abs(rotation) >= LEAST_PART
+    parts = np.abs(rotation) >= MIN_COMPONENT
     used = np.asarray(used, bool).reshape(-1, 3)
     return (parts & used[:, None, :]).any(axis=2).ravel()
 
 
 def spread(rotation, covariance):
-    """(6, 6) covariance of two vectors that are turned."""
+    """(6, 6) covariance of two rotated vectors."""
     covariance = np.asarray(covariance, float)
     if rotation is IDENTITY.rotation:
         return covariance
@@ -64,12 +64,12 @@ def spread(rotation, covariance):
 
 
 class PoseInput:
-    """Poses of one sensor; remembers the first and the last one.
+    """Poses of one sensor; stores the first and the last one.
 
     Args:
         used: Six truth values.
         differential: Whether to make velocities of them.
-        relative: Whether to take them from the first one.
+        relative: Whether they are relative to the first one.
     """
 
     def __init__(self, used, differential=False, relative=False):
@@ -78,10 +78,10 @@ class PoseInput:
         self.clear()
 
     def clear(self):
-        """Forgets the first and the last one."""
+        """Clears the first and the last one."""
         self._first = self._last = None
 
-    def take(self, time, pose, covariance, frame=IDENTITY, base=IDENTITY, used=None):
+    def process(self, time, pose, covariance, frame=IDENTITY, base=IDENTITY, used=None):
         """Poses of the robot.
 
         Args:
@@ -93,7 +93,7 @@ class PoseInput:
             used: Six truth values instead of the sensor's.
 
         Returns:
-            Numbers, or None: the first pose of a differential sensor.
+            StateValues, or None: the first pose of a differential sensor.
         """
         used = self._used if used is None else used
         covariance = np.array(covariance, float)
@@ -106,18 +106,18 @@ class PoseInput:
             self._first = pose if self._first is None else self._first
             pose = self._first.inverse().of(pose)
         pose = frame.of(pose)
-        return Numbers().set(
+        return StateValues().set(
             POSE,
-            turned(frame.rotation, used),
+            rotated(frame.rotation, used),
             np.concatenate((pose.translation, angles(pose.rotation))),
             spread(frame.rotation, covariance),
         )
 
-    def take_attitude(self, time, rotation, covariance, mount=IDENTITY):
+    def process_attitude(self, time, rotation, covariance, mount=IDENTITY):
         """Attitudes of an IMU.
 
-        Its frame is how it is mounted, and not what its attitude is about: the mounting is taken
-        off, and what is used and how sure it is turn with the mounting's yaw alone.
+        Its frame is its mounting, and not the reference of its attitude: the mounting is removed,
+        and used axes and covariance rotate with the mounting's yaw alone.
 
         Args:
             time: [s].
@@ -126,13 +126,13 @@ class PoseInput:
             mount: Transform: the IMU in the robot.
 
         Returns:
-            Numbers, or None: the first attitude of a differential sensor.
+            StateValues, or None: the first attitude of a differential sensor.
         """
         pose = Transform(rotation @ mount.rotation.T, np.zeros(3))
         yaw = matrix(0.0, 0.0, angles(mount.rotation)[2])
         full = np.zeros((6, 6))
         full[3:, 3:] = yaw @ covariance @ yaw.T
-        return self.take(time, pose, full, used=turned(yaw, self._used))
+        return self.process(time, pose, full, used=rotated(yaw, self._used))
 
     def _velocity(self, time, pose, covariance, base, used):
         last, self._last = self._last, (time, pose, covariance)
@@ -160,17 +160,18 @@ def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
         covariance: (6, 6).
         used: Six truth values.
         mount: Transform: the sensor in the robot.
-        rates: (3,) turn rates of the robot, for a sensor off its centre [rad/s]; None: `angular`.
+        rates: (3,) angular rates of the robot, for a sensor off its centre [rad/s];
+            None: `angular`.
 
     Returns:
-        Numbers.
+        StateValues.
     """
     angular = mount.rotation @ angular
     rates = angular if rates is None else rates
     linear = mount.rotation @ linear + cross(mount.translation, rates)
-    return Numbers().set(
+    return StateValues().set(
         TWIST,
-        turned(mount.rotation, used),
+        rotated(mount.rotation, used),
         np.concatenate((linear, angular)),
         spread(mount.rotation, covariance),
     )
@@ -184,19 +185,19 @@ def acceleration(measured, covariance, used, mount, rates, rates_change):
         covariance: (3, 3).
         used: Three truth values.
         mount: Transform: the sensor in the robot.
-        rates: (3,) turn rates of the robot [rad/s].
+        rates: (3,) angular rates of the robot [rad/s].
         rates_change: (3,) their change [rad/s^2].
 
     Returns:
-        Numbers.
+        StateValues.
     """
     arm, rotation = mount.translation, mount.rotation
     value = rotation @ measured
     if arm.any():
         value = value - cross(rates_change, arm) - cross(rates, cross(rates, arm))
-    return Numbers().set(
+    return StateValues().set(
         ACCELERATION,
-        turned(rotation, used),
+        rotated(rotation, used),
         value,
         rotation @ np.asarray(covariance, float) @ rotation.T,
     )

@@ -1,4 +1,4 @@
-"""Inputs of a filter: topics, what counts of each, messages in order of time."""
+"""Inputs of a filter: topics, what is used of each, messages in order of time."""
 
 from dataclasses import dataclass
 
@@ -21,15 +21,15 @@ from robot_localization.options import truth
 from robot_localization.prepare import PoseInput, acceleration, gravity_of, twist
 
 NEVER = float("inf")
-KINDS = ("odom", "pose", "twist", "imu")
-# Numbers of the state that a message of each kind holds.
-HELD = {
+INPUT_TYPES = ("odom", "pose", "twist", "imu")
+# Values of the state in a message of each type.
+PROVIDED = {
     "odom": tuple(range(0, 12)),
     "pose": tuple(range(0, 6)),
     "twist": tuple(range(6, 12)),
     "imu": (3, 4, 5, 9, 10, 11, 12, 13, 14),
 }
-# Names of the outlier thresholds of each kind: for pose, twist, acceleration.
+# Names of the outlier thresholds of each type: for pose, twist, acceleration.
 THRESHOLDS = {
     "odom": ("_pose_rejection_threshold", "_twist_rejection_threshold", None),
     "pose": ("_rejection_threshold", None, None),
@@ -48,20 +48,20 @@ class Sensor:
 
     Attributes:
         name: Such as odom0.
-        kind: One of KINDS.
+        input_type: One of INPUT_TYPES.
         topic: Its topic.
-        used: 15 truth values: which numbers of the state it measures.
-        differential: Whether poses are taken as velocities between two of them.
-        relative: Whether poses are taken from the first one.
+        used: 15 truth values: which values of the state it measures.
+        differential: Whether poses are used as velocities between two of them.
+        relative: Whether poses are relative to the first one.
         thresholds: Mahalanobis distances of outliers for pose, twist, acceleration.
         queue_size: Messages that may wait.
-        nodelay: Whether its connection sends small packets at once.
+        nodelay: Whether its connection sends small packets immediately.
         child_frame: Whether an odometry's pose is that of its child frame, not of the robot's.
-        remove_gravity: Whether an accelerometer's reading holds gravity.
+        remove_gravity: Whether an accelerometer's reading includes gravity.
     """
 
     name: str
-    kind: str
+    input_type: str
     topic: str
     used: tuple
     differential: bool = False
@@ -78,47 +78,49 @@ class Sensor:
 
 
 def read(parameters):
-    """Reads the sensors; a wrong one is left out.
+    """Reads the sensors; an invalid one is skipped.
 
     Args:
         parameters: Dict of the node's parameters.
 
     Returns:
-        (sensors, one sentence for each that is left out or changed).
+        (sensors, one message for each that is skipped or changed).
     """
     sensors, notes = [], []
-    for kind in KINDS:
+    for input_type in INPUT_TYPES:
         count = 0
-        while f"{kind}{count}" in parameters:
-            name = f"{kind}{count}"
+        while f"{input_type}{count}" in parameters:
+            name = f"{input_type}{count}"
             try:
-                sensor, more = _sensor(kind, name, parameters)
+                sensor, more = _sensor(input_type, name, parameters)
                 notes += more
                 if any(sensor.used):
                     sensors.append(sensor)
                 else:
-                    notes.append(f"{name} is left out: {name}_config uses nothing of its messages")
+                    notes.append(f"{name} is skipped: {name}_config uses nothing of its messages")
             except ValueError as error:
-                notes.append(f"{name} is left out: {error}")
+                notes.append(f"{name} is skipped: {error}")
             count += 1
         later = sorted(
             key
             for key in parameters
-            if key.startswith(kind) and key[len(kind) :].isdigit() and int(key[len(kind) :]) > count
+            if key.startswith(input_type)
+            and key[len(input_type) :].isdigit()
+            and int(key[len(input_type) :]) > count
         )
         if later:
-            notes.append(f"{', '.join(later)}: not read, for there is no {kind}{count}")
+            notes.append(f"{', '.join(later)}: not read, for there is no {input_type}{count}")
     return sensors, notes
 
 
-def _sensor(kind, name, parameters):
+def _sensor(input_type, name, parameters):
     def truth_of(suffix):
         return truth(name + suffix, parameters.get(name + suffix, False))
 
     topic, notes = parameters[name], []
     if not isinstance(topic, str) or not topic.strip():
         raise ValueError(f"{name} is {topic!r}, must be a topic")
-    used = _used(kind, name, parameters.get(f"{name}_config"), notes)
+    used = _used(input_type, name, parameters.get(f"{name}_config"), notes)
     differential, relative = truth_of("_differential"), truth_of("_relative")
     if differential and relative:
         notes.append(f"{name}_differential and {name}_relative are both true; the first is used")
@@ -127,12 +129,12 @@ def _sensor(kind, name, parameters):
         converted(name + suffix, parameters[name + suffix])
         if suffix and name + suffix in parameters
         else NEVER
-        for suffix in THRESHOLDS[kind]
+        for suffix in THRESHOLDS[input_type]
     )
     return (
         Sensor(
             name=name,
-            kind=kind,
+            input_type=input_type,
             topic=topic.strip(),
             used=used,
             differential=differential,
@@ -147,7 +149,7 @@ def _sensor(kind, name, parameters):
     )
 
 
-def _used(kind, name, config, notes):
+def _used(input_type, name, config, notes):
     if not isinstance(config, list):
         raise ValueError(f"{name}_config is {config!r}, must be a list of {SIZE} truth values")
     if len(config) != SIZE:
@@ -157,14 +159,14 @@ def _used(kind, name, config, notes):
         )
     values = [truth(f"{name}_config", value) for value in config[:SIZE]]
     values += [False] * (SIZE - len(values))
-    unheld = [NAMES[i] for i in range(SIZE) if values[i] and i not in HELD[kind]]
-    # An odometry holds no acceleration and a pose no twist: upstream drops those without a word.
-    if unheld and kind == "imu":
-        notes.append(f"{name}_config: an IMU does not measure {', '.join(unheld)}")
-    return tuple(value and place in HELD[kind] for place, value in enumerate(values))
+    missing = [NAMES[i] for i in range(SIZE) if values[i] and i not in PROVIDED[input_type]]
+    # An odometry has no acceleration and a pose no twist: upstream drops those without a message.
+    if missing and input_type == "imu":
+        notes.append(f"{name}_config: an IMU does not measure {', '.join(missing)}")
+    return tuple(value and index in PROVIDED[input_type] for index, value in enumerate(values))
 
 
-def doubts(sensors, planar):
+def configuration_warnings(sensors, planar):
     """What in the sensors' choice leads to a poor estimate.
 
     Args:
@@ -172,38 +174,40 @@ def doubts(sensors, planar):
         planar: Whether the filter is in the plane.
 
     Returns:
-        List of (whether it is an error and not a warning, name of the number, sentence).
+        List of (whether it is an error and not a warning, name of the value, message).
     """
-    found = []
-    for place in range(6):
-        if planar and place in OUT_OF_PLANE:
+    warnings = []
+    for index in range(6):
+        if planar and index in OUT_OF_PLANE:
             continue
-        absolute = sum(sensor.used[place] and not sensor.differential for sensor in sensors)
+        absolute = sum(sensor.used[index] and not sensor.differential for sensor in sensors)
         rates = sum(
-            sensor.used[place + 6] or (sensor.used[place] and sensor.differential)
+            sensor.used[index + 6] or (sensor.used[index] and sensor.differential)
             for sensor in sensors
         )
-        name = NAMES[place]
+        name = NAMES[index]
         if absolute > 1:
-            found.append(
+            warnings.append(
                 (False, name, f"{absolute} sensors measure {name}; it may jump between them")
             )
         elif not absolute and not rates:
-            found.append((True, name, f"no sensor measures {name} or its rate; it will drift off"))
-    return found
+            warnings.append(
+                (True, name, f"no sensor measures {name} or its rate; it will drift off")
+            )
+    return warnings
 
 
 class Reader:
-    """Turns messages into the filter's frames and hands them on.
+    """Transforms messages into the filter's frames and passes them on.
 
     Args:
         options: Options.
         frames: Frames.
-        ekf: Ekf, for turn rates and attitude.
-        add: Function that takes a Measurement.
+        ekf: Ekf, for angular rates and attitude.
+        add: Function of a Measurement.
 
     Attributes:
-        rates_change: (3,) change of the turn rates [rad/s^2].
+        rates_change: (3,) change of the angular rates [rad/s^2].
         rates_step: Time that it is of [s].
     """
 
@@ -211,7 +215,7 @@ class Reader:
         self._options, self._frames, self._ekf, self._add = options, frames, ekf, add
         self._poses = {}
         self.rates_change, self.rates_step = np.zeros(3), 1.0
-        self._takers = {
+        self._handlers = {
             "odom": self._odometry,
             "pose": self._pose,
             "twist": self._twist,
@@ -219,12 +223,12 @@ class Reader:
         }
 
     def clear(self):
-        """Forgets first and last poses."""
+        """Clears first and last poses."""
         self._poses.clear()
 
-    def take(self, sensor, message):
-        """Takes a message of a Sensor."""
-        self._takers[sensor.kind](sensor, message)
+    def process(self, sensor, message):
+        """Processes a message of a Sensor."""
+        self._handlers[sensor.input_type](sensor, message)
 
     def pose_in_world(self, message):
         """Numbers of a geometry_msgs/PoseWithCovarianceStamped, or None without its frame."""
@@ -235,8 +239,8 @@ class Reader:
             return None
         pose = to_transform(message.pose.pose.position, message.pose.pose.orientation)
         covariance = _square(message.pose.covariance, 6)
-        numbers = PoseInput([True] * 6).take(0.0, pose, covariance, frame)
-        return numbers.flatten() if self._options.two_d_mode else numbers
+        values = PoseInput([True] * 6).process(0.0, pose, covariance, frame)
+        return values.flatten() if self._options.two_d_mode else values
 
     def _memory(self, sensor):
         if sensor.name not in self._poses:
@@ -245,28 +249,28 @@ class Reader:
             )
         return self._poses[sensor.name]
 
-    def _send(self, sensor, part, stamp, numbers):
-        if numbers is None:
+    def _send(self, sensor, part, stamp, values):
+        if values is None:
             return
         if self._options.two_d_mode:
-            numbers.flatten()
+            values.flatten()
         threshold = sensor.thresholds[(POSE, TWIST, ACCELERATION).index(part)]
-        self._add(Measurement(sensor.name, stamp.to_sec(), *numbers.pick(), threshold))
+        self._add(Measurement(sensor.name, stamp.to_sec(), *values.select(), threshold))
 
     def _odometry(self, sensor, message):
         if sensor.uses(POSE):
             child = message.child_frame_id if sensor.child_frame else None
-            self._take_pose(sensor, message.header, message.pose, child)
+            self._process_pose(sensor, message.header, message.pose, child)
         if sensor.uses(TWIST):
-            self._take_twist(sensor, message.header.stamp, message.child_frame_id, message.twist)
+            self._process_twist(sensor, message.header.stamp, message.child_frame_id, message.twist)
 
     def _pose(self, sensor, message):
-        self._take_pose(sensor, message.header, message.pose, None)
+        self._process_pose(sensor, message.header, message.pose, None)
 
     def _twist(self, sensor, message):
-        self._take_twist(sensor, message.header.stamp, message.header.frame_id, message.twist)
+        self._process_twist(sensor, message.header.stamp, message.header.frame_id, message.twist)
 
-    def _take_pose(self, sensor, header, value, child):
+    def _process_pose(self, sensor, header, value, child):
         option, find, stamp = self._options, self._frames.find, header.stamp
         memory = self._memory(sensor)
         frame = IDENTITY
@@ -276,14 +280,14 @@ class Reader:
         if frame is None or base is None:
             return
         pose = to_transform(value.pose.position, value.pose.orientation)
-        numbers = memory.take(stamp.to_sec(), pose, _square(value.covariance, 6), frame, base)
-        self._send(sensor, POSE, stamp, numbers)
+        values = memory.process(stamp.to_sec(), pose, _square(value.covariance, 6), frame, base)
+        self._send(sensor, POSE, stamp, values)
 
-    def _take_twist(self, sensor, stamp, frame, value):
+    def _process_twist(self, sensor, stamp, frame, value):
         mount = self._frames.find(self._options.base_link_frame, frame, stamp)
         if mount is None:
             return
-        numbers = twist(
+        values = twist(
             _vector(value.twist.linear),
             _vector(value.twist.angular),
             _square(value.covariance, 6),
@@ -291,31 +295,31 @@ class Reader:
             mount,
             self._ekf.state[RATES],
         )
-        self._send(sensor, TWIST, stamp, numbers)
+        self._send(sensor, TWIST, stamp, values)
 
     def _imu(self, sensor, message):
         stamp = message.header.stamp
         mount = self._frames.find(self._options.base_link_frame, message.header.frame_id, stamp)
         if mount is None:
             return
-        turned = message.orientation
-        attitude = from_quaternion(turned.x, turned.y, turned.z, turned.w)
+        orientation = message.orientation
+        attitude = from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w)
         if sensor.uses(POSE) and not _absent(message.orientation_covariance):
             covariance = _square(message.orientation_covariance, 3)
-            numbers = self._memory(sensor).take_attitude(
+            values = self._memory(sensor).process_attitude(
                 stamp.to_sec(), attitude, covariance, mount
             )
-            self._send(sensor, POSE, stamp, numbers)
+            self._send(sensor, POSE, stamp, values)
         if sensor.uses(TWIST) and not _absent(message.angular_velocity_covariance):
             covariance = np.zeros((6, 6))
             covariance[3:, 3:] = _square(message.angular_velocity_covariance, 3)
             rates = _vector(message.angular_velocity)
-            numbers = twist(np.zeros(3), rates, covariance, sensor.used[TWIST], mount)
-            self._send(sensor, TWIST, stamp, numbers)
+            values = twist(np.zeros(3), rates, covariance, sensor.used[TWIST], mount)
+            self._send(sensor, TWIST, stamp, values)
         if sensor.uses(ACCELERATION) and not _absent(message.linear_acceleration_covariance):
-            self._take_acceleration(sensor, message, attitude, mount)
+            self._process_acceleration(sensor, message, attitude, mount)
 
-    def _take_acceleration(self, sensor, message, attitude, mount):
+    def _process_acceleration(self, sensor, message, attitude, mount):
         measured = _vector(message.linear_acceleration)
         if sensor.remove_gravity:
             if _absent(message.orientation_covariance):
@@ -323,7 +327,7 @@ class Reader:
             elif sensor.relative:
                 attitude = attitude @ mount.rotation
             measured = measured - gravity_of(attitude, self._options.gravitational_acceleration)
-        numbers = acceleration(
+        values = acceleration(
             measured,
             _square(message.linear_acceleration_covariance, 3),
             sensor.used[ACCELERATION],
@@ -331,7 +335,7 @@ class Reader:
             self._ekf.state[RATES],
             self.rates_change,
         )
-        self._send(sensor, ACCELERATION, message.header.stamp, numbers)
+        self._send(sensor, ACCELERATION, message.header.stamp, values)
 
 
 def _vector(value):
@@ -343,5 +347,5 @@ def _square(values, size):
 
 
 def _absent(covariance):
-    """Whether an IMU says that it does not measure something: -1 as the first variance."""
+    """Whether an IMU does not measure a quantity: -1 as the first variance."""
     return abs(covariance[0] + 1.0) < 1e-9

@@ -14,7 +14,7 @@ NUMBER = Number()
 
 
 class Deadman:
-    """Turns a pad's messages into commands.
+    """Converts a pad's messages to commands.
 
     Args:
         mapping: Mapping.
@@ -25,7 +25,7 @@ class Deadman:
         self._stopped = False
 
     def command(self, axes, buttons):
-        """Takes one message of the pad.
+        """Processes one message of the pad.
 
         Args:
             axes: Joy.axes.
@@ -44,8 +44,8 @@ class Deadman:
         return STILL
 
     @staticmethod
-    def _held(number, buttons):
-        return 0 <= number < len(buttons) and bool(buttons[number])
+    def _held(index, buttons):
+        return 0 <= index < len(buttons) and bool(buttons[index])
 
 
 LINEAR = ("x", "y", "z")
@@ -57,22 +57,22 @@ class Axis:
     """One axis of the pad.
 
     Attributes:
-        number: Its place in Joy.axes.
+        index: In Joy.axes.
         scale: Speed at 1 [m/s or rad/s].
         turbo: The same with the turbo button.
     """
 
-    number: int
+    index: int
     scale: float
     turbo: float
 
 
 @dataclass(frozen=True)
 class Mapping:
-    """What axes and buttons do.
+    """Functions of axes and buttons.
 
     Attributes:
-        axes: Dict of x, y, z, roll, pitch, yaw -> Axis; what is missing stays 0.
+        axes: Dict of x, y, z, roll, pitch, yaw -> Axis; missing ones stay 0.
         enable_button: Drives only while it is held.
         turbo_button: Drives fast while it is held; below 0: none.
     """
@@ -95,9 +95,9 @@ class Mapping:
 
     def _value(self, axes, name, turbo):
         axis = self.axes.get(name)
-        if axis is None or not 0 <= axis.number < len(axes):
+        if axis is None or not 0 <= axis.index < len(axes):
             return 0.0
-        return axes[axis.number] * (axis.turbo if turbo else axis.scale)
+        return axes[axis.index] * (axis.turbo if turbo else axis.scale)
 
 
 def read(parameters):
@@ -115,37 +115,39 @@ def read(parameters):
     axes.update(_axes(parameters, "angular", ANGULAR, "yaw", 0, 0.5, None))
     return Mapping(
         axes,
-        _whole("enable_button", parameters.get("enable_button", 0)),
-        _whole("enable_turbo_button", parameters.get("enable_turbo_button", -1)),
+        _integer("enable_button", parameters.get("enable_button", 0)),
+        _integer("enable_turbo_button", parameters.get("enable_turbo_button", -1)),
     )
 
 
-def _axes(parameters, kind, names, alone, number, scale, turbo):
-    given = parameters.get("axis_" + kind, number)
-    if not isinstance(given, dict):
-        normal = NUMBER.check("scale_" + kind, parameters.get("scale_" + kind, scale))
-        fast = parameters.get(f"scale_{kind}_turbo", normal if turbo is None else turbo)
+def _axes(parameters, group, names, alone, index, scale, turbo):
+    setting = parameters.get("axis_" + group, index)
+    if not isinstance(setting, dict):
+        normal = NUMBER.check("scale_" + group, parameters.get("scale_" + group, scale))
+        turbo_scale = parameters.get(f"scale_{group}_turbo", normal if turbo is None else turbo)
         return {
             alone: Axis(
-                _whole("axis_" + kind, given), normal, NUMBER.check(f"scale_{kind}_turbo", fast)
+                _integer("axis_" + group, setting),
+                normal,
+                NUMBER.check(f"scale_{group}_turbo", turbo_scale),
             )
         }
-    unknown = sorted(set(map(str, given)) - set(names))
+    unknown = sorted(set(map(str, setting)) - set(names))
     if unknown:
-        raise ValueError(f"axis_{kind} names {', '.join(unknown)}, must be of {', '.join(names)}")
+        raise ValueError(f"axis_{group} names {', '.join(unknown)}, must be of {', '.join(names)}")
     scales = []
-    for key in ("scale_" + kind, f"scale_{kind}_turbo"):
+    for key in ("scale_" + group, f"scale_{group}_turbo"):
         value = parameters.get(key, {})
         if not isinstance(value, dict):
-            raise ValueError(f"{key} is {value!r}, must be a map of names as axis_{kind} is")
+            raise ValueError(f"{key} is {value!r}, must be a map of names as axis_{group} is")
         scales.append({name: NUMBER.check(f"{key}/{name}", value.get(name, 0.0)) for name in names})
     return {
-        name: Axis(_whole(f"axis_{kind}/{name}", axis), scales[0][name], scales[1][name])
-        for name, axis in given.items()
+        name: Axis(_integer(f"axis_{group}/{name}", axis), scales[0][name], scales[1][name])
+        for name, axis in setting.items()
     }
 
 
-def _whole(name, value):
+def _integer(name, value):
     if NUMBER.check(name, value) != int(value):
         raise ValueError(f"{name} is {value!r}, must be a whole number")
     return int(value)
@@ -166,18 +168,18 @@ def main():
         rospy.loginfo(
             "teleop_twist_joy: %s is axis %d times %g, with turbo %g",
             name,
-            axis.number,
+            axis.index,
             axis.scale,
             axis.turbo,
         )
     deadman = Deadman(mapping)
     publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1, latch=True)
 
-    def take(joy):
+    def publish_command(joy):
         command = deadman.command(joy.axes, joy.buttons)
         if command is not None:
             publisher.publish(Twist(Vector3(*command[:3]), Vector3(*command[3:])))
 
-    rospy.Subscriber("joy", Joy, take, queue_size=1)
+    rospy.Subscriber("joy", Joy, publish_command, queue_size=1)
     rospy.spin()
     return 0

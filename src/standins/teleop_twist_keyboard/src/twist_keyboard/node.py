@@ -13,7 +13,7 @@ from paddock_common.waiting import flush
 
 from paddock_common import nodes
 
-# (forward, left, up, turn to the left), each -1, 0 or 1
+# (forward, left, up, rotation to the left), each -1, 0 or 1
 MOVES = {
     "u": (1, 0, 0, 1),
     "i": (1, 0, 0, 0),
@@ -34,7 +34,7 @@ MOVES = {
     "t": (0, 0, 1, 0),
     "b": (0, 0, -1, 0),
 }
-# factors of (speed, turn rate)
+# factors of (speed, yaw rate)
 SCALES = {
     "q": (1.1, 1.1),
     "z": (0.9, 0.9),
@@ -63,34 +63,34 @@ Keys become velocity commands.
 
 
 class Keys:
-    """Where to go and how fast, changed by keys.
+    """Direction and speed, changed by keys.
 
     Args:
         speed: First speed [m/s].
-        turn: First turn rate [rad/s].
-        speed_limit: Highest speed [m/s].
-        turn_limit: Highest turn rate [rad/s].
+        yaw_rate: First yaw rate [rad/s].
+        speed_limit: Maximum speed [m/s].
+        yaw_rate_limit: Maximum yaw rate [rad/s].
 
     Attributes:
-        move: (forward, left, up, turn), each -1, 0 or 1.
+        move: (forward, left, up, yaw), each -1, 0 or 1.
     """
 
-    def __init__(self, speed=0.5, turn=1.0, speed_limit=1000.0, turn_limit=1000.0):
-        self.speed, self.turn = speed, turn
-        self._limits = speed_limit, turn_limit
+    def __init__(self, speed=0.5, yaw_rate=1.0, speed_limit=1000.0, yaw_rate_limit=1000.0):
+        self.speed, self.yaw_rate = speed, yaw_rate
+        self._limits = speed_limit, yaw_rate_limit
         self.move = STILL
 
     def press(self, key):
-        """Takes a key, or "" when none came in time.
+        """Processes a key, or "" when none arrived in time.
 
         Returns:
-            Whether there is something to send.
+            Whether there is a command to send.
         """
         if key in MOVES:
             self.move = MOVES[key]
         elif key in SCALES:
             self.speed = min(self._limits[0], self.speed * SCALES[key][0])
-            self.turn = min(self._limits[1], self.turn * SCALES[key][1])
+            self.yaw_rate = min(self._limits[1], self.yaw_rate * SCALES[key][1])
         else:
             if key == "" and self.move == STILL:
                 return False
@@ -99,14 +99,14 @@ class Keys:
 
     @property
     def velocity(self):
-        """(forward, left, up [m/s], turn [rad/s])."""
-        forward, left, up, turn = self.move
-        return forward * self.speed, left * self.speed, up * self.speed, turn * self.turn
+        """(forward, left, up [m/s], yaw [rad/s])."""
+        forward, left, up, yaw_rate = self.move
+        return forward * self.speed, left * self.speed, up * self.speed, yaw_rate * self.yaw_rate
 
     def status(self):
-        """One line: speed and turn rate, and whether they are at their limits."""
-        line = f"currently:\tspeed {self.speed:.4g} m/s\tturn {self.turn:.4g} rad/s"
-        for name, value, limit in zip(("speed", "turn"), (self.speed, self.turn), self._limits):
+        """One line: speed and yaw rate, and whether they are at their limits."""
+        line = f"currently:\tspeed {self.speed:.4g} m/s\tturn {self.yaw_rate:.4g} rad/s"
+        for name, value, limit in zip(("speed", "turn"), (self.speed, self.yaw_rate), self._limits):
             if value >= limit:
                 line += f"\t{name} is at its limit"
         return line
@@ -128,20 +128,20 @@ class Sender:
         )
         self._period = 1.0 / repeat_rate if repeat_rate else None
         self._condition = threading.Condition()
-        self._velocity, self._waiting, self._ended = None, False, False
+        self._velocity, self._waiting, self._closed = None, False, False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def send(self, velocity):
-        """Publishes (forward, left, up [m/s], turn [rad/s])."""
+        """Publishes (forward, left, up [m/s], yaw [rad/s])."""
         with self._condition:
             self._velocity, self._waiting = velocity, True
             self._condition.notify()
 
     def close(self):
-        """Publishes zeros and ends the thread."""
+        """Publishes zeros and stops the thread."""
         with self._condition:
-            self._ended = True
+            self._closed = True
             self._condition.notify()
         self._thread.join()
         self._publish((0.0, 0.0, 0.0, 0.0))
@@ -150,9 +150,9 @@ class Sender:
     def _run(self):
         while True:
             with self._condition:
-                if not (self._waiting or self._ended):
+                if not (self._waiting or self._closed):
                     self._condition.wait(self._period)
-                if self._ended:
+                if self._closed:
                     return
                 self._waiting, velocity = False, self._velocity
             if velocity is not None:
@@ -170,20 +170,20 @@ class Sender:
 
 
 class Terminal:
-    """A terminal that hands out each key at once; to be used with `with`.
+    """A terminal that returns each key immediately; to be used with `with`.
 
     Args:
         descriptor: File descriptor of the terminal.
 
     Raises:
-        ValueError: It is no terminal.
+        ValueError: It is not a terminal.
     """
 
     def __init__(self, descriptor):
         if not os.isatty(descriptor):
             raise ValueError(
-                "standard input is no terminal; start the node in one with rosrun, or in a launch "
-                "file with launch-prefix, such as launch-prefix='xterm -e'"
+                "standard input is not a terminal; start the node in one with rosrun, or in a "
+                "launch file with launch-prefix, such as launch-prefix='xterm -e'"
             )
         self._descriptor = descriptor
 
@@ -191,7 +191,7 @@ class Terminal:
         self._settings = termios.tcgetattr(self._descriptor)
         tty.setraw(self._descriptor, termios.TCSANOW)
         output_as_before = termios.tcgetattr(self._descriptor)
-        output_as_before[1] = self._settings[1]  # lines still end at the left margin
+        output_as_before[1] = self._settings[1]  # lines still start at the left margin
         termios.tcsetattr(self._descriptor, termios.TCSANOW, output_as_before)
         return self
 
@@ -202,10 +202,10 @@ class Terminal:
         """Waits for a key.
 
         Args:
-            timeout: Longest wait in wall time [s]; None: for good.
+            timeout: Maximum wait in wall time [s]; None: unlimited.
 
         Returns:
-            The key, "" when none came in time, or None when the terminal is gone.
+            The key, "" when none arrived in time, or None when the terminal was closed.
         """
         ready, _, _ = select.select([self._descriptor], [], [], timeout)
         if not ready:
@@ -217,7 +217,7 @@ class Terminal:
         return data.decode("latin-1") if data else None
 
 
-WAIT_PERIOD = 0.5  # wall time between two looks for a subscriber [s]
+WAIT_PERIOD = 0.5  # wall time between two checks for a subscriber [s]
 LINES_PER_HELP = 15  # status lines after which the keys are listed again
 
 
@@ -229,23 +229,23 @@ def _number(name, default):
 
 
 def wait_for_subscriber(terminal, publisher):
-    """Waits until somebody hears the commands.
+    """Waits for a subscriber of the commands.
 
     Returns:
-        Whether somebody does; False when Ctrl-C came first.
+        Whether there is one; False after Ctrl-C.
     """
-    looks = 0
+    checks = 0
     while not rospy.is_shutdown() and publisher.get_num_connections() == 0:
-        if looks % 5 == 4:
+        if checks % 5 == 4:
             print(f"waiting for a subscriber of {publisher.resolved_name}")
-        looks += 1
+        checks += 1
         if terminal.key(WAIT_PERIOD) in (QUIT, None):
             return False
     return not rospy.is_shutdown()
 
 
 def drive(terminal, keys, sender, key_timeout):
-    """Hands keys on until Ctrl-C or ROS ends it."""
+    """Processes keys until Ctrl-C or a shutdown of ROS."""
     print(HELP)
     print(keys.status())
     lines = 0

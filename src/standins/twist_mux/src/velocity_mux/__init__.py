@@ -1,1 +1,1 @@
-"""The multiplexer of velocity commands: parameters -> sources and locks -> who passes."""
+"""The multiplexer of velocity commands: parameters -> sources and locks -> the active source."""

@@ -1,4 +1,4 @@
-"""Which of several sources of twists counts: priorities, time-outs, locks."""
+"""Selects one of several sources of twists: priorities, time-outs, locks."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class Entry:
     Attributes:
         name: Any.
         topic: Relative to the node's namespace.
-        timeout: Age at which what was heard counts no more [s]; 0: it always counts.
+        timeout: Age at which a message expires [s]; 0: never.
         priority: 0..255.
     """
 
@@ -25,29 +25,31 @@ class Entry:
     priority: int
 
 
-def read(kind, value):
-    """Reads one of the two lists; a wrong entry costs nothing but itself.
+def read(list_name, value):
+    """Reads one of the two lists; an invalid entry is skipped.
 
     Args:
-        kind: "topics" or "locks", for the words.
+        list_name: "topics" or "locks", for the messages.
         value: The parameter's value.
 
     Returns:
-        (entries, one sentence for each entry that is left out or changed).
+        (entries, one message for each entry that is skipped or changed).
     """
     if not isinstance(value, list):
-        return [], [f"{kind} is {value!r}, must be a list of entries with {', '.join(MEMBERS)}"]
+        return [], [
+            f"{list_name} is {value!r}, must be a list of entries with {', '.join(MEMBERS)}"
+        ]
     entries, problems = [], []
-    for number, item in enumerate(value):
+    for index, item in enumerate(value):
         try:
             entry = _entry(item)
         except ValueError as error:
-            problems.append(f"{kind}[{number}] is left out: {error}")
+            problems.append(f"{list_name}[{index}] is skipped: {error}")
             continue
         priority = min(max(entry.priority, PRIORITIES[0]), PRIORITIES[1])
         if priority != entry.priority:
             problems.append(
-                f"{kind}[{number}]: priority is {entry.priority}, must be 0..255; "
+                f"{list_name}[{index}]: priority is {entry.priority}, must be 0..255; "
                 f"{priority} is used"
             )
         entries.append(Entry(entry.name, entry.topic, entry.timeout, priority))
@@ -69,8 +71,8 @@ def _entry(item):
     return Entry(str(item["name"]), topic.strip(), timeout, int(priority))
 
 
-class Heard:
-    """When something was last heard.
+class Input:
+    """An entry and the time of its last message.
 
     Args:
         entry: Entry.
@@ -80,29 +82,29 @@ class Heard:
         self.entry = entry
         self._time = None
 
-    def note(self, now):
-        """It was heard at a time [s]."""
+    def update(self, now):
+        """Stores the time of a message [s]."""
         self._time = now
 
     def expired(self, now):
-        """Whether it was never heard, or longer ago than its timeout; never if that is 0.
+        """Whether there was no message within its timeout; never if that is 0.
 
-        A time before the last message (the clock was set back) counts as longer ago.
+        A time before the last message (the clock was set back) counts as expired.
         """
         if self.entry.timeout == 0.0:
             return False
         return self._time is None or not 0.0 <= now - self._time <= self.entry.timeout
 
 
-class Lock(Heard):
-    """A lock and its last word."""
+class Lock(Input):
+    """A lock and its last value."""
 
     def __init__(self, entry):
         super().__init__(entry)
         self.value = False
 
     def locked(self, now):
-        """Whether it is set, or fell silent."""
+        """Whether it is set or has expired."""
         return self.value or self.expired(now)
 
 
@@ -115,45 +117,45 @@ class Mux:
     """
 
     def __init__(self, topics, locks):
-        self.sources = [Heard(entry) for entry in topics]
+        self.sources = [Input(entry) for entry in topics]
         self.locks = [Lock(entry) for entry in locks]
 
-    def command(self, number, now):
+    def command(self, index, now):
         """A source sent a command.
 
         Args:
-            number: Its place in `topics`.
+            index: In `topics`.
             now: Time [s].
 
         Returns:
             Whether the command passes.
         """
-        self.sources[number].note(now)
-        return self.driving(now) == number
+        self.sources[index].update(now)
+        return self.active_source(now) == index
 
-    def lock(self, number, value, now):
-        """A lock was set or opened at a time [s]."""
-        self.locks[number].value = bool(value)
-        self.locks[number].note(now)
+    def lock(self, index, value, now):
+        """A lock was set or released at a time [s]."""
+        self.locks[index].value = bool(value)
+        self.locks[index].update(now)
 
     def lock_priority(self, now):
         """Sources below this priority are stopped."""
         return max((item.entry.priority for item in self.locks if item.locked(now)), default=0)
 
-    def masked(self, number, now):
-        """Whether a source is silent or locked."""
-        source = self.sources[number]
+    def masked(self, index, now):
+        """Whether a source is expired or locked."""
+        source = self.sources[index]
         return source.expired(now) or source.entry.priority < self.lock_priority(now)
 
-    def driving(self, now):
-        """Place in `topics` of the source that drives, or None.
+    def active_source(self, now):
+        """Index in `topics` of the active source, or None.
 
-        Of equal priorities the first in the list drives. A source of priority 0 never does.
+        Of equal priorities the first in the list is active. A source of priority 0 never is.
         """
         best = None
-        for number, source in enumerate(self.sources):
+        for index, source in enumerate(self.sources):
             priority = source.entry.priority
             if priority > (self.sources[best].entry.priority if best is not None else 0):
-                if not self.masked(number, now):
-                    best = number
+                if not self.masked(index, now):
+                    best = index
         return best

@@ -18,7 +18,7 @@ SHAFT, HEAD = 0.05, 0.1  # diameters of the arrow [m]
 
 
 def tip(twist):
-    """Where the arrow ends: forward speed, and sideways the larger of drift and turn.
+    """Tip of the arrow: forward speed, and sideways the larger of lateral speed and yaw rate.
 
     Returns:
         (x, y) [m for m/s, and for rad/s].
@@ -56,8 +56,8 @@ class MuxNode:
 
     def __init__(self):
         lists = {}
-        for kind in ("topics", "locks"):
-            lists[kind], problems = read(kind, rospy.get_param("~" + kind, []))
+        for list_name in ("topics", "locks"):
+            lists[list_name], problems = read(list_name, rospy.get_param("~" + list_name, []))
             for problem in problems:
                 rospy.logerr("twist_mux: %s", problem)
         if not lists["topics"]:
@@ -66,17 +66,17 @@ class MuxNode:
         self._mux = Mux(lists["topics"], lists["locks"])
         self._publisher = rospy.Publisher("cmd_vel_out", Twist, queue_size=1)
         self._subscribers = [
-            rospy.Subscriber(entry.topic, Twist, self._command, number, queue_size=1)
-            for number, entry in enumerate(lists["topics"])
+            rospy.Subscriber(entry.topic, Twist, self._command, index, queue_size=1)
+            for index, entry in enumerate(lists["topics"])
         ] + [
-            rospy.Subscriber(entry.topic, Bool, self._set_lock, number, queue_size=1)
-            for number, entry in enumerate(lists["locks"])
+            rospy.Subscriber(entry.topic, Bool, self._set_lock, index, queue_size=1)
+            for index, entry in enumerate(lists["locks"])
         ]
-        for kind, entries in lists.items():
+        for list_name, entries in lists.items():
             for entry in entries:
                 rospy.loginfo(
                     "twist_mux: %s '%s': topic %s, timeout %s, priority %d",
-                    "source" if kind == "topics" else "lock",
+                    "source" if list_name == "topics" else "lock",
                     entry.name,
                     rospy.resolve_name(entry.topic),
                     f"{entry.timeout:g} s" if entry.timeout else "none",
@@ -86,37 +86,37 @@ class MuxNode:
         self._updater.setHardwareID("none")
         self._updater.add("Twist mux status", self._diagnose)
 
-    def _command(self, message, number):
+    def _command(self, message, index):
         with self._lock:
-            if self._mux.command(number, rospy.get_time()):
+            if self._mux.command(index, rospy.get_time()):
                 self._publisher.publish(message)
 
-    def _set_lock(self, message, number):
+    def _set_lock(self, message, index):
         with self._lock:
-            self._mux.lock(number, message.data, rospy.get_time())
+            self._mux.lock(index, message.data, rospy.get_time())
 
     def _diagnose(self, status):
         now = rospy.get_time()
         with self._lock:
             mux = self._mux
             status.summary(DiagnosticStatus.OK, "ok")
-            for number, source in enumerate(mux.sources):
-                state = "masked" if mux.masked(number, now) else "unmasked"
-                status.add(f"velocity {source.entry.name}", _words(state, source.entry))
+            for index, source in enumerate(mux.sources):
+                state = "masked" if mux.masked(index, now) else "unmasked"
+                status.add(f"velocity {source.entry.name}", _diagnostic_text(state, source.entry))
             for lock in mux.locks:
                 state = "locked" if lock.locked(now) else "free"
-                status.add(f"lock {lock.entry.name}", _words(state, lock.entry))
+                status.add(f"lock {lock.entry.name}", _diagnostic_text(state, lock.entry))
             status.add("current priority", str(mux.lock_priority(now)))
         return status
 
     def spin(self):
-        """Publishes the diagnostics until ROS ends."""
+        """Publishes the diagnostics until ROS shuts down."""
         while not rospy.is_shutdown():
             self._updater.force_update()
             rospy.rostime.wallsleep(DIAGNOSTICS_PERIOD)
 
 
-def _words(state, entry):
+def _diagnostic_text(state, entry):
     return (
         f"{state} (listening to {entry.topic} @ {entry.timeout:f}s with priority #{entry.priority})"
     )

@@ -18,44 +18,44 @@ from paddock_common import nodes
 class Range:
     """Speeds of the first and the last step [m/s or rad/s]."""
 
-    smallest: float
-    largest: float
+    minimum: float
+    maximum: float
 
     def at(self, step, steps):
-        """Speed at a step, 1..steps; with one step alone the smallest."""
+        """Speed at a step, 1..steps; with one step alone the minimum."""
         if steps == 1:
-            return self.smallest
-        return self.smallest + (self.largest - self.smallest) * (step - 1) / (steps - 1)
+            return self.minimum
+        return self.minimum + (self.maximum - self.minimum) * (step - 1) / (steps - 1)
 
 
 class Turbo:
-    """Steps for driving and for turning, changed by buttons.
+    """Steps for linear and angular speed, changed by buttons.
 
     Args:
         parameters: Values of `~turbo`: steps, init_step, linear_forward_min, _max and so on.
 
     Raises:
-        ValueError: A value is no positive number.
+        ValueError: A value is not a positive number.
     """
 
     def __init__(self, parameters):
-        def number(name, default):
+        def positive(name, default):
             return Number(above=0.0).check(f"turbo/{name}", parameters.get(name, default))
 
         def speeds(name, default):
             return Range(
-                number(name + "_min", default.smallest), number(name + "_max", default.largest)
+                positive(name + "_min", default.minimum), positive(name + "_max", default.maximum)
             )
 
         one = Range(1.0, 1.0)
-        self.steps = int(number("steps", 1))
+        self.steps = int(positive("steps", 1))
         self.forward = speeds("linear_forward", one)
         self.backward = speeds("linear_backward", self.forward)
         self.lateral = speeds("linear_lateral", one)
         self.angular = speeds("angular", one)
-        middle = (self.steps + 1) // 2
-        first = parameters.get("init_step", middle)
-        self._first = int(first) if 1 <= first <= self.steps else middle
+        centre = (self.steps + 1) // 2
+        first = parameters.get("init_step", centre)
+        self._first = int(first) if 1 <= first <= self.steps else centre
         self.reset()
 
     def reset(self):
@@ -68,31 +68,31 @@ class Turbo:
         self.change_angular(by)
 
     def change_angular(self, by):
-        """One step more (1) or less (-1) of the turn rate."""
+        """One step more (1) or less (-1) of the yaw rate."""
         self.angular_step = min(max(self.angular_step + by, 1), self.steps)
 
-    def scale(self, x, y, turn):
+    def scale(self, x, y, yaw):
         """Speeds of a joystick's command.
 
         Args:
             x: Forward, -1..1.
             y: To the left, -1..1.
-            turn: To the left, -1..1.
+            yaw: To the left, -1..1.
 
         Returns:
-            (forward [m/s], left [m/s], turn rate [rad/s]).
+            (forward [m/s], left [m/s], yaw rate [rad/s]).
 
         Raises:
             ValueError: A number is not within -1..1.
         """
-        for name, value in (("linear.x", x), ("linear.y", y), ("angular.z", turn)):
+        for name, value in (("linear.x", x), ("linear.y", y), ("angular.z", yaw)):
             if not -1.0 <= value <= 1.0:
                 raise ValueError(f"{name} is {value:g}, must be within -1..1")
-        ahead = self.forward if x >= 0.0 else self.backward
+        forward = self.forward if x >= 0.0 else self.backward
         return (
-            x * ahead.at(self.step, self.steps),
+            x * forward.at(self.step, self.steps),
             y * self.lateral.at(self.step, self.steps),
-            turn * self.angular.at(self.angular_step, self.steps),
+            yaw * self.angular.at(self.angular_step, self.steps),
         )
 
 

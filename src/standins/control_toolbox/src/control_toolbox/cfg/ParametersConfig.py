@@ -5,7 +5,7 @@ Servers take this module as their `type`. It is written by hand as a .cfg genera
 
 from paddock_common.reconfigure import describe
 
-# name, type, default, least, greatest, description; every one of level 1
+# name, type, default, minimum, maximum, description; every one of level 1
 _PARAMETERS = (
     ("p", "double", 10.0, -100000.0, 100000.0, "Proportional gain."),
     ("i", "double", 0.1, -1000.0, 1000.0, "Integral gain."),

@@ -32,7 +32,7 @@ class Manager:
     "leaves_after, works, count",
     [
         (0.0, None, 0),  # gone already: no warning
-        (0.3, False, 0),  # shutting down: it refuses, then it is gone
+        (0.3, False, 0),  # shutting down: it refuses, then it is disconnected
         (1e9, None, 1),  # it stays and the request fails
         (1e9, False, 1),
         (1e9, True, 0),
@@ -44,5 +44,5 @@ def test_warnings_only_about_a_manager_that_stays(monkeypatch, leaves_after, wor
     manager = Manager(leaves_after, works)
     spawner = Spawner(manager, lambda text: None, warnings.append)
     spawner.loaded = ["a"]
-    node.end_quietly(spawner, manager, 2.0)
+    node.take_down_quietly(spawner, manager, 2.0)
     assert len(warnings) == count

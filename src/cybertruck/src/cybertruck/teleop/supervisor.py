@@ -1,8 +1,8 @@
-"""A small parent process that restores the terminal after its teleop has ended.
+"""A small parent process that restores the terminal after its teleop has exited.
 
 A teleop that is killed with SIGKILL cannot clean up. So the process that the shell starts becomes
-this guard. It starts the teleop, waits for it, restores the terminal and, if the teleop was killed,
-publishes the zero in its place. If the guard is killed, the teleop gets a SIGTERM.
+this supervisor. It starts the teleop, waits for it, restores the terminal and, if the teleop was
+killed, publishes the zero. If the supervisor is killed, the teleop gets a SIGTERM.
 """
 
 import json
@@ -15,13 +15,13 @@ import time
 
 from paddock_common.process import signal_at_exit_of
 
-COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the guarded command line, as JSON
-GUARD = "CYBERTRUCK_TELEOP_GUARD"  # environment: the guard's process id
+COMMAND = "CYBERTRUCK_TELEOP_COMMAND"  # environment: the teleop's command line, as JSON
+SUPERVISOR_PID = "CYBERTRUCK_TELEOP_SUPERVISOR"  # environment: the supervisor's process id
 # leave the alternate screen, normal cursor keys and keypad, plain characters, visible cursor
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
 LONGEST = 2.0  # wait for a subscriber before the zero is published [s]
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)  # end a teleop in order
-VIOLENT = (
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)  # stop a teleop cleanly
+FATAL_SIGNALS = (
     signal.SIGKILL,
     signal.SIGSEGV,
     signal.SIGABRT,
@@ -34,13 +34,13 @@ VIOLENT = (
 
 
 def enter():
-    """Becomes the guard or, in the guarded process, asks for a SIGTERM when the guard ends.
+    """Becomes the supervisor or, in the teleop, requests a SIGTERM for when the supervisor exits.
 
     Without a terminal it does nothing.
     """
-    guard = os.environ.pop(GUARD, None)
-    if guard is not None:
-        if not signal_at_exit_of(int(guard)):
+    supervisor = os.environ.pop(SUPERVISOR_PID, None)
+    if supervisor is not None:
+        if not signal_at_exit_of(int(supervisor)):
             sys.exit(1)
         return
     if not sys.stdin.isatty():
@@ -50,7 +50,7 @@ def enter():
 
 
 def send_zero(arguments):
-    """Publishes one zero Twist in place of the killed teleop.
+    """Publishes one zero Twist instead of the killed teleop.
 
     Args:
         arguments: Its command line, for remappings.
@@ -67,7 +67,7 @@ def send_zero(arguments):
 
     remappings = [item for item in arguments if ":=" in item and not item.startswith("__name")]
     nodes.init_node(
-        "teleop_guard", argv=["guard", *remappings], anonymous=True, disable_signals=True
+        "teleop_guard", argv=["supervisor", *remappings], anonymous=True, disable_signals=True
     )
     publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
     deadline = time.monotonic() + LONGEST
@@ -83,13 +83,13 @@ def restore(terminal, settings):
 
     Args:
         terminal: File descriptor.
-        settings: What termios.tcgetattr gave.
+        settings: Result of termios.tcgetattr.
     """
     previous = signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # also from the background
     try:
         termios.tcsetattr(terminal, termios.TCSADRAIN, settings)
         os.write(terminal, SANE)
-    except (OSError, termios.error):  # the terminal is gone
+    except (OSError, termios.error):  # the terminal was closed
         pass
     signal.signal(signal.SIGTTOU, previous)
 
@@ -98,7 +98,7 @@ def main():
     """Starts the command of the environment, waits, cleans up.
 
     Returns:
-        The command's exit status, 128 + number of the signal that ended it.
+        The command's exit status, 128 + number of the signal that killed it.
     """
     command = json.loads(os.environ.pop(COMMAND))
     terminal = os.dup(sys.stdin.fileno())
@@ -106,24 +106,24 @@ def main():
     child = None
     early = []  # signals received before the child was started
 
-    def forward(number, _frame):
+    def forward(signal_number, _frame):
         if child is None:
-            early.append(number)
+            early.append(signal_number)
         elif child.returncode is None:
-            child.send_signal(number)
+            child.send_signal(signal_number)
 
-    for number in SIGNALS:
-        signal.signal(number, forward)
+    for signal_number in SIGNALS:
+        signal.signal(signal_number, forward)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-    child = subprocess.Popen(command, env=dict(os.environ, **{GUARD: str(os.getpid())}))
-    for number in early:
-        child.send_signal(number)
+    child = subprocess.Popen(command, env=dict(os.environ, **{SUPERVISOR_PID: str(os.getpid())}))
+    for signal_number in early:
+        child.send_signal(signal_number)
     status = child.wait()
     if status in (0, 1) or status >= 128:
         return status
     restore(terminal, settings)
-    if status < 0 and -status in VIOLENT:
-        print(f"the teleop was ended by {signal.Signals(-status).name}", file=sys.stderr)
+    if status < 0 and -status in FATAL_SIGNALS:
+        print(f"the teleop was killed by {signal.Signals(-status).name}", file=sys.stderr)
         send_zero(command)
     return 128 - status if status < 0 else status
 

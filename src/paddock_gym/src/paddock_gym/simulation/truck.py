@@ -14,8 +14,8 @@ from cybertruck.trailer.kinematics import rear_axle
 
 from paddock_gym.simulation.scene import CONTACT_BREAKING
 
-DRIVE_PERIOD = 0.008  # of the drive node, whose limits of rates count [s]
-# Against 1 ms and 50 iterations a drive of 4 s in an arc ends some 7 mm elsewhere.
+DRIVE_PERIOD = 0.008  # of the drive node, whose rate limits apply [s]
+# A drive of 4 s in an arc ends some 7 mm from where 1 ms and 50 iterations lead.
 TIME_STEP, ITERATIONS = 0.002, 10  # [s], of the solver
 PERIODS = 12  # of the drive node in an action
 HITCH = "hitch_yaw_joint"
@@ -24,15 +24,15 @@ REAR = ("rear_left_wheel_joint", "rear_right_wheel_joint")
 SETTLING = 1.0  # [s]
 
 
-def share():
+def share_folder():
     """Folder of cybertruck's files: urdf, config, meshes."""
     module = pathlib.Path(paths.__file__).resolve()
     source, installed = module.parents[3], module.parents[5] / "share" / "cybertruck"
     return source if (source / "urdf").is_dir() else installed
 
 
-class Rig:
-    """Truck and trailer, driven as the node `drive` drives them.
+class Truck:
+    """The truck, with or without trailer, driven as the node `drive` drives it.
 
     Args:
         trailer: with or without.
@@ -43,12 +43,12 @@ class Rig:
     """
 
     def __init__(self, trailer=True):
-        folder = share()
-        numbers = yaml.safe_load((folder / "config" / "truck.yaml").read_text(encoding="utf-8"))
+        folder = share_folder()
+        values = yaml.safe_load((folder / "config" / "truck.yaml").read_text(encoding="utf-8"))
         names = ("wheelbase", "hitch_offset", "tongue_length", "max_steering")
-        self.geometry = Geometry(**{name: numbers[name] for name in names})
+        self.geometry = Geometry(**{name: values[name] for name in names})
         self.period = PERIODS * DRIVE_PERIOD
-        truck = TruckGeometry(**numbers)
+        truck = TruckGeometry(**values)
         self._kinematics, self._limiter = CyberModel(truck), RateLimiter(truck)
         self.world = World(TIME_STEP)
         self.world.engine.set_contact_breaking(CONTACT_BREAKING)
@@ -63,12 +63,12 @@ class Rig:
         self._rear, self._hinges = map(self._hardware.handles, (REAR, HINGES))
         self._write(0.0, 0.0)
         self.world.step(round(SETTLING / TIME_STEP))
-        self._rest = self.model.pose
-        self._rested = self.world.engine.save_state()
+        self._rest_pose = self.model.pose
+        self._rest_state = self.world.engine.save_state()
 
     @staticmethod
     def _resolve(uri):
-        return uri.replace("package://cybertruck", str(share()))
+        return uri.replace("package://cybertruck", str(share_folder()))
 
     def place(self, x, y, trailer_heading, hitch_angle):
         """Put the trailer's axle at a pose [m], [rad] with a hitch angle [rad], at rest."""
@@ -76,28 +76,28 @@ class Rig:
         self.model.joints.set_positions({HITCH: float(hitch_angle)})
 
     def place_truck(self, x, y, heading):
-        """Put the truck's rear axle at a pose [m], [rad], at rest, the trailer straight behind."""
-        self.world.engine.restore_state(self._rested)
+        """Put the truck's rear axle at a pose [m], [rad], at rest, with a hitch angle of 0."""
+        self.world.engine.restore_state(self._rest_state)
         self.world.step_count = 0
-        turn = quaternion_from_rpy(0.0, 0.0, float(heading))
-        place = (float(x), float(y), self._rest.position[2])
-        self.model.set_state(Pose(place, multiply(turn, self._rest.orientation)))
+        rotation = quaternion_from_rpy(0.0, 0.0, float(heading))
+        position = (float(x), float(y), self._rest_pose.position[2])
+        self.model.set_state(Pose(position, multiply(rotation, self._rest_pose.orientation)))
         self.model.joints.set_positions(dict.fromkeys(self.model.joints.names, 0.0))
         self._limiter.reset()
         self._write(0.0, 0.0)
 
-    def truck(self):
+    def rear_axle_pose(self):
         """(x, y [m], heading [rad]) of the truck's rear axle."""
         pose = self.model.pose
         return (*pose.position[:2], pose.rpy[2])
 
-    def trailer(self):
+    def trailer_axle_pose(self):
         """(x, y [m], heading [rad]) of the trailer's axle."""
         pose = self.model.link_state("trailer_axle")[0]
         return (*pose.position[:2], pose.rpy[2])
 
     def hitch_angle(self):
-        """Angle of the trailer against the truck [rad]."""
+        """Angle between trailer and truck [rad]."""
         return self.model.joints.positions_of([HITCH])[0]
 
     def drive(self, steering, speed, periods=PERIODS):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from paddock_gym.course import STUCK_STEPS, Judge, Motion, motion_from
+from paddock_gym.course import STUCK_STEPS, Motion, RunEvaluator, motion_from
 from track_model.referee.course import Course, Projector
 from track_model.referee.referee import Car
 from track_model.track import load_track
@@ -14,23 +14,23 @@ def at(x, y=0.0, yaw=0.0):
     return Motion(x, y, yaw, 0.0, 0.0, 0.0)
 
 
-def judged(projector, first, *motions):
-    judge = Judge(projector)
-    judge.start(first)
+def evaluate(projector, first, *motions):
+    evaluator = RunEvaluator(projector)
+    evaluator.start(first)
     for motion in motions:
-        standing = judge.update(motion)
-    return standing
+        state = evaluator.update(motion)
+    return state
 
 
 def test_place_and_progress_on_a_straight(straight_track):
-    standing = judged(straight_track[1], at(1.0), at(1.25, 0.1, math.radians(10.0)))
-    assert standing.s == pytest.approx(1.25, abs=1e-6)
-    assert standing.lateral == pytest.approx(0.1, abs=1e-6)
-    assert math.degrees(standing.heading_error) == pytest.approx(10.0, abs=1e-3)
-    assert standing.gain == pytest.approx(0.25, abs=1e-6)
-    assert standing.progress == pytest.approx(100.0 * 0.25 / 5.0, abs=1e-3)
-    assert (standing.left, standing.right) == pytest.approx((0.4, 0.4))
-    assert standing.end == "" and standing.steps == 1
+    state = evaluate(straight_track[1], at(1.0), at(1.25, 0.1, math.radians(10.0)))
+    assert state.s == pytest.approx(1.25, abs=1e-6)
+    assert state.lateral == pytest.approx(0.1, abs=1e-6)
+    assert math.degrees(state.heading_error) == pytest.approx(10.0, abs=1e-3)
+    assert state.gain == pytest.approx(0.25, abs=1e-6)
+    assert state.progress == pytest.approx(100.0 * 0.25 / 5.0, abs=1e-3)
+    assert (state.left, state.right) == pytest.approx((0.4, 0.4))
+    assert state.end == "" and state.steps == 1
 
 
 @pytest.mark.parametrize(
@@ -47,17 +47,17 @@ def test_place_and_progress_on_a_straight(straight_track):
     ],
 )
 def test_wheels_beside_the_lane(straight_track, y, off, end):
-    standing = judged(straight_track[1], at(2.0), at(2.1, y))
-    assert standing.wheels_off == off
-    assert standing.end == end
-    assert standing.all_wheels_on == (not any(off))
+    state = evaluate(straight_track[1], at(2.0), at(2.1, y))
+    assert state.wheels_off == off
+    assert state.end == end
+    assert state.all_wheels_on == (not any(off))
 
 
 @pytest.mark.parametrize("name", ["default", "hard"])
 def test_wheels_are_judged_as_the_referee_does(name):
     """Against the referee's polygons of the lane, for poses all over the track."""
     course = Course(load_track(name).lane)
-    judge, rng = Judge(Projector(course)), np.random.default_rng(3)
+    evaluator, rng = RunEvaluator(Projector(course)), np.random.default_rng(3)
     differ = 0
     for _ in range(400):
         x, y, yaw = course.pose(rng.uniform(0.0, course.length))
@@ -65,42 +65,42 @@ def test_wheels_are_judged_as_the_referee_does(name):
         motion = at(x - side * math.sin(yaw), y + side * math.cos(yaw), yaw)
         turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = np.array(Car().wheels) @ turn.T + motion[:2]
-        differ += np.count_nonzero(~course.contains(wheels) != judge.start(motion).wheels_off)
+        differ += np.count_nonzero(~course.contains(wheels) != evaluator.start(motion).wheels_off)
     assert differ <= 4  # of 1600: wheels within millimetres of the edge
 
 
 def test_a_whole_round_is_a_lap(circuit):
     _, projector = circuit
-    judge, start = Judge(projector), 3.0
-    judge.start(at(*projector.pose(start)))
+    evaluator, start = RunEvaluator(projector), 3.0
+    evaluator.start(at(*projector.pose(start)))
     steps = 40
     for number in range(1, steps + 1):
-        standing = judge.update(at(*projector.pose(start + number * projector.length / steps)))
-        assert standing.progress == pytest.approx(100.0 * number / steps, abs=0.1)
-        assert (standing.end == "lap") == (number == steps)
+        state = evaluator.update(at(*projector.pose(start + number * projector.length / steps)))
+        assert state.progress == pytest.approx(100.0 * number / steps, abs=0.1)
+        assert (state.end == "lap") == (number == steps)
 
 
 def test_the_end_of_an_open_course_is_its_lap(straight_track):
-    assert judged(straight_track[1], at(5.5), at(5.7), at(5.9)).end == ""
-    assert judged(straight_track[1], at(5.5), at(5.7), at(5.99)).end == "lap"
+    assert evaluate(straight_track[1], at(5.5), at(5.7), at(5.9)).end == ""
+    assert evaluate(straight_track[1], at(5.5), at(5.7), at(5.99)).end == "lap"
 
 
 def test_a_car_without_progress_is_stuck(straight_track):
     moving = [at(1.0 + 0.01 * number) for number in range(1, STUCK_STEPS + 5)]
-    assert judged(straight_track[1], at(1.0), *moving).end == ""
-    assert judged(straight_track[1], at(1.0), *[at(1.0)] * (STUCK_STEPS - 1)).end == ""
-    assert judged(straight_track[1], at(1.0), *[at(1.0)] * STUCK_STEPS).end == "stuck"
+    assert evaluate(straight_track[1], at(1.0), *moving).end == ""
+    assert evaluate(straight_track[1], at(1.0), *[at(1.0)] * (STUCK_STEPS - 1)).end == ""
+    assert evaluate(straight_track[1], at(1.0), *[at(1.0)] * STUCK_STEPS).end == "stuck"
 
 
 def test_driving_back_ends_a_run(straight_track):
-    assert judged(straight_track[1], at(1.0), at(1.4), at(1.15)).end == ""
-    assert judged(straight_track[1], at(1.0), at(1.4), at(1.05)).end == "reversed"
+    assert evaluate(straight_track[1], at(1.0), at(1.4), at(1.15)).end == ""
+    assert evaluate(straight_track[1], at(1.0), at(1.4), at(1.05)).end == "reversed"
 
 
 def test_a_crash_ends_a_run(straight_track):
-    judge = Judge(straight_track[1])
-    judge.start(at(1.0))
-    assert judge.update(at(1.1), crashed=True).end == "crashed"
+    evaluator = RunEvaluator(straight_track[1])
+    evaluator.start(at(1.0))
+    assert evaluator.update(at(1.1), crashed=True).end == "crashed"
 
 
 def test_velocities_are_along_the_cars_axes():

@@ -1,4 +1,4 @@
-"""What a training shows: figures, pictures."""
+"""Monitors a training: log, plots."""
 
 import csv
 import os
@@ -14,40 +14,40 @@ from paddock_gym.course import LAP  # noqa: E402
 from paddock_gym.errors import RewardError
 from paddock_gym.evaluation.plots import draw_ground  # noqa: E402
 from paddock_gym.training.checkpoint import save
-from paddock_gym.training.worker import KEPT, LOST
+from paddock_gym.training.worker import LOGGED_KEYS, LOST
 
 RECENT = 40  # runs of a success rate
 PRINT_PERIOD = 5.0  # [s] of wall time
 CHECKPOINT_PERIOD = 30.0  # [s] of wall time
 EPISODES = "episodes.csv"
-COLUMNS = ("step", "wall_time", "reward", "length", *KEPT)
+COLUMNS = ("step", "wall_time", "reward", "length", *LOGGED_KEYS)
 
 
-class Watch(BaseCallback):
-    """Watches a training.
+class TrainingMonitor(BaseCallback):
+    """Logs a training and saves its checkpoints.
 
     Args:
         folder: of the training.
-        steps: at which it ends.
-        say: function of one line.
-        stop: function without arguments: whether the user asked to stop.
-        good: end of a run that made it.
-        word: for several of those.
+        steps: at which it stops.
+        log: function of one line.
+        stop: function without arguments: whether a stop was requested.
+        good: end of a successful run.
+        noun: for several of those.
 
     Attributes:
         best: (laps or arrivals, -their mean time) of the best RECENT runs so far.
     """
 
-    def __init__(self, folder, steps, say=print, stop=lambda: False, good=LAP, word="laps"):
+    def __init__(self, folder, steps, log=print, stop=lambda: False, good=LAP, noun="laps"):
         super().__init__()
-        self._good, self._word = good, word
-        self._folder, self._steps, self._say, self._stop = folder, steps, say, stop
+        self._good, self._noun = good, noun
+        self._folder, self._steps, self._log, self._stop = folder, steps, log, stop
         self._recent, self.best = deque(maxlen=RECENT), (0, 0.0)
         self._path = os.path.join(folder, EPISODES)
 
     def _on_training_start(self):
-        self._begin = self._printed = self._saved = time.monotonic()
-        self._first, self._told = self.num_timesteps, False
+        self._started_at = self._printed = self._saved = time.monotonic()
+        self._first, self._logged = self.num_timesteps, False
         new = not os.path.exists(self._path)
         self._stream = open(self._path, "a", newline="", encoding="utf-8")
         self._writer = csv.writer(self._stream)
@@ -59,28 +59,28 @@ class Watch(BaseCallback):
             if "error" in info:
                 raise RewardError(info["error"])
             if info.get("end") == LOST:
-                self._say("train: a worker died and was replaced; its run is lost")
+                self._log("train: a worker died and was replaced; its run is lost")
             elif "episode" in info:
-                self._note(info)
+                self._record(info)
         now = time.monotonic()
         if now - self._printed > PRINT_PERIOD:
-            self._tell()
+            self._log_line()
         return not self._stop()
 
-    def _tell(self):
-        self._printed, self._told = time.monotonic(), True
-        self._say(self.line())
+    def _log_line(self):
+        self._printed, self._logged = time.monotonic(), True
+        self._log(self.line())
 
-    def _note(self, info):
+    def _record(self, info):
         self._recent.append((info["end"], info["time"]))
-        row = (info["episode"]["r"], info["episode"]["l"], *(info[key] for key in KEPT))
-        wall = time.monotonic() - self._begin
+        row = (info["episode"]["r"], info["episode"]["l"], *(info[key] for key in LOGGED_KEYS))
+        wall = time.monotonic() - self._started_at
         self._writer.writerow([self.num_timesteps, f"{wall:.1f}", *row])
 
     def _on_rollout_end(self):
         self._stream.flush()
-        if not self._told:
-            self._tell()
+        if not self._logged:
+            self._log_line()
         score = self.score()
         if len(self._recent) == RECENT and score > self.best:
             self.best = score
@@ -98,16 +98,16 @@ class Watch(BaseCallback):
         return len(laps), -sum(laps) / len(laps) if laps else 0.0
 
     def line(self):
-        """One line about how far it is."""
-        seconds = time.monotonic() - self._begin
+        """One line of progress."""
+        seconds = time.monotonic() - self._started_at
         rate = (self.num_timesteps - self._first) / max(seconds, 1e-3)
         left = max(0, self._steps - self.num_timesteps) / max(rate, 1e-3)
         laps, mean = self.score()
-        words = f"{laps} {self._word} in the last {len(self._recent)} runs"
+        text = f"{laps} {self._noun} in the last {len(self._recent)} runs"
         if laps:
-            words += f" ({-mean:.1f} s)"
+            text += f" ({-mean:.1f} s)"
         return (
-            f"train: {self.num_timesteps} of {self._steps} steps, {rate:.0f} a second, {words}, "
+            f"train: {self.num_timesteps} of {self._steps} steps, {rate:.0f} a second, {text}, "
             f"{left // 60:.0f} min {left % 60:.0f} s left"
         )
 
@@ -121,14 +121,14 @@ def episodes(folder):
         return list(csv.DictReader(stream))
 
 
-def learning_curve(rows, path, good=LAP, word="laps"):
-    """Draw progress, laps or other successes and their times over the steps.
+def learning_curve(rows, path, good=LAP, noun="laps"):
+    """Plot progress, laps or other successes and their times over the steps.
 
     Args:
         rows: of episodes().
         path: of the PNG.
-        good: end of a run that made it.
-        word: for several of those.
+        good: end of a successful run.
+        noun: for several of those.
     """
     steps = np.array([float(row["step"]) for row in rows])
     progress = np.array([float(row["progress"]) for row in rows])
@@ -146,36 +146,41 @@ def learning_curve(rows, path, good=LAP, word="laps"):
         upper.plot(
             steps[RECENT - 1 :],
             100.0 * np.convolve(laps, window, "valid"),
-            label=f"{word} among them [%]",
+            label=f"{noun} among them [%]",
         )
     upper.set_ylim(0, 102)
     upper.legend(loc="lower right")
     lower.plot(steps[laps], times[laps], ".", markersize=3)
-    lower.set(xlabel="steps", ylabel=f"time of {word} [s]")
+    lower.set(xlabel="steps", ylabel=f"time of {noun} [s]")
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)
 
 
 def heat_map(rows, track, path):
-    """Draw where the runs ended before their lap, over the track; late ones are darker.
+    """Plot where the runs ended before their lap, over the track; late ones are darker.
 
     Args:
         rows: of episodes().
         track: track_model.track.Track.
         path: of the PNG.
     """
-    places = np.array(
+    positions = np.array(
         [(float(row["x"]), float(row["y"])) for row in rows if row["end"] != LAP]
     ).reshape(-1, 2)
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
     draw_ground(axes, track)
-    drawn = axes.scatter(
-        places[:, 0], places[:, 1], c=np.arange(len(places)), cmap="autumn_r", s=14, zorder=3
+    points = axes.scatter(
+        positions[:, 0],
+        positions[:, 1],
+        c=np.arange(len(positions)),
+        cmap="autumn_r",
+        s=14,
+        zorder=3,
     )
-    if len(places):
-        figure.colorbar(drawn, ax=axes, label="number of the run that ended there")
-    axes.set_title(f"{len(places)} of {len(rows)} runs ended before their lap")
+    if len(positions):
+        figure.colorbar(points, ax=axes, label="number of the run that ended there")
+    axes.set_title(f"{len(positions)} of {len(rows)} runs ended before their lap")
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)

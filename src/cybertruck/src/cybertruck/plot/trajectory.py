@@ -1,4 +1,4 @@
-"""Plots of poses: trajectories from bags and topics, drawn."""
+"""Trajectories from bags and topics, and their plots."""
 
 import csv
 import math
@@ -8,7 +8,7 @@ from matplotlib import pyplot  # noqa: E402  the backend must be chosen before
 
 
 class Trajectory:
-    """Poses in the order of their stamps, and the goals that were given meanwhile."""
+    """Poses in the order of their stamps, and the goals during the recording."""
 
     COLUMNS = ("time", "x", "y", "heading")
 
@@ -16,7 +16,7 @@ class Trajectory:
         """Starts empty.
 
         Args:
-            spacing: Poses nearer to the last stored one than this are left out, unless the heading
+            spacing: Poses closer to the last stored one than this are skipped, unless the heading
                 changed by more than a degree [m]; 0 stores all.
         """
         self._spacing = spacing
@@ -25,7 +25,7 @@ class Trajectory:
         self._last = None
 
     def add(self, time, x, y, heading):
-        """Adds a pose; one that is not finite, or older than the last, is left out.
+        """Adds a pose; one that is not finite, or older than the last, is skipped.
 
         Args:
             time: Stamp [s].
@@ -40,17 +40,17 @@ class Trajectory:
         if not all(map(math.isfinite, row)) or (self._last and time < self._last[0]):
             return False
         self._last = row
-        kept = self.rows[-1] if self.rows else None
+        stored = self.rows[-1] if self.rows else None
         if (
-            kept is None
-            or math.hypot(x - kept[1], y - kept[2]) >= self._spacing
-            or abs(math.remainder(heading - kept[3], 2.0 * math.pi)) > math.radians(1.0)
+            stored is None
+            or math.hypot(x - stored[1], y - stored[2]) >= self._spacing
+            or abs(math.remainder(heading - stored[3], 2.0 * math.pi)) > math.radians(1.0)
         ):
             self.rows.append(row)
         return True
 
     def add_goal(self, time, x, y):
-        """Adds a goal; the same one again (a latched message) is left out.
+        """Adds a goal; the same one again (a latched message) is skipped.
 
         Args:
             time: Stamp [s].
@@ -98,20 +98,20 @@ ARROWS = 24  # heading arrows along a path, about
 INK, PATH, START, GOAL = "0.35", "#1f5fa8", "#2e8b3d", "#c0392b"
 
 
-def draw(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")):
-    """Draws path, start, end, goals and heading arrows.
+def plot(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")):
+    """Plots path, start, end, goals and heading arrows.
 
     Args:
         trajectory: Trajectory with at least one pose.
         path: The PNG file.
-        title: Above the picture.
+        title: Above the plot.
         labels: Of the axes.
     """
     figure, axes = pyplot.subplots(figsize=(7.0, 7.0), layout="constrained")
     try:
-        _draw_path(axes, trajectory)
-        _draw_goals(axes, trajectory)
-        _draw_ends(axes, trajectory)
+        _plot_path(axes, trajectory)
+        _plot_goals(axes, trajectory)
+        _plot_ends(axes, trajectory)
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
         axes.grid(color="0.88")
@@ -125,11 +125,11 @@ def draw(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
         pyplot.close(figure)
 
 
-def _draw_path(axes, trajectory):
+def _plot_path(axes, trajectory):
     x = [row[1] for row in trajectory.rows]
     y = [row[2] for row in trajectory.rows]
     axes.plot(x, y, color=PATH, linewidth=1.8, label=f"path, {trajectory.length:.2f} m")
-    arrows = spaced(trajectory.rows, max(trajectory.length / ARROWS, 1e-6))
+    arrows = select_spaced(trajectory.rows, max(trajectory.length / ARROWS, 1e-6))
     axes.quiver(
         [row[1] for row in arrows],
         [row[2] for row in arrows],
@@ -145,10 +145,10 @@ def _draw_path(axes, trajectory):
     axes.plot([], [], linestyle="none", marker=(3, 0, -90), color=INK, label="heading")
 
 
-def _draw_goals(axes, trajectory):
+def _plot_goals(axes, trajectory):
     xs = [row[1] for row in trajectory.rows]
-    middle = 0.5 * (min(xs) + max(xs))
-    for number, (_, goal_x, goal_y) in enumerate(trajectory.goals, 1):
+    centre = 0.5 * (min(xs) + max(xs))
+    for index, (_, goal_x, goal_y) in enumerate(trajectory.goals, 1):
         axes.plot(
             goal_x,
             goal_y,
@@ -156,21 +156,21 @@ def _draw_goals(axes, trajectory):
             color=GOAL,
             markersize=11,
             markeredgewidth=2.5,
-            label="goals" if number == 1 else None,
+            label="goals" if index == 1 else None,
             zorder=4,
         )
         axes.annotate(
-            f"goal {number} ({goal_x:g}, {goal_y:g})",
+            f"goal {index} ({goal_x:g}, {goal_y:g})",
             (goal_x, goal_y),
-            xytext=(-14, -4) if goal_x > middle else (14, -18),
+            xytext=(-14, -4) if goal_x > centre else (14, -18),
             color=GOAL,
             textcoords="offset points",
-            horizontalalignment="right" if goal_x > middle else "left",
+            horizontalalignment="right" if goal_x > centre else "left",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
         )
 
 
-def _draw_ends(axes, trajectory):
+def _plot_ends(axes, trajectory):
     (_, *start, _), (_, *end, _) = trajectory.rows[0], trajectory.rows[-1]
     axes.plot(*start, "o", color=START, markersize=8, label="start", zorder=5)
     axes.plot(
@@ -185,17 +185,17 @@ def _draw_ends(axes, trajectory):
     )
 
 
-def spaced(rows, spacing):
-    """Picks poses that lie a distance apart along the path.
+def select_spaced(rows, spacing):
+    """Selects poses at equal distances along the path.
 
     Args:
         rows: Rows of a Trajectory.
         spacing: [m].
     """
-    picked, since = [rows[0]], 0.0
+    selected, since = [rows[0]], 0.0
     for before, row in zip(rows, rows[1:]):
         since += math.hypot(row[1] - before[1], row[2] - before[2])
         if since >= spacing:
-            picked.append(row)
+            selected.append(row)
             since = 0.0
-    return picked
+    return selected
