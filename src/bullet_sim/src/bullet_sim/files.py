@@ -11,13 +11,14 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 
 from bullet_sim.errors import ModelError
 
 MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; reading takes some 20 times as much memory
 
 
-def read_file(path, what, most):
+def read_file(path: str, what: str, most: int) -> bytes:
     """All bytes of a file.
 
     Args:
@@ -46,7 +47,7 @@ def read_file(path, what, most):
 PREFIX = "bullet_sim_world_"
 NEW = "bullet_sim_new_"  # until it is locked
 
-_cleaned = set()  # directories that this process has cleaned up
+_cleaned: set[str] = set()  # directories that this process has cleaned up
 
 
 class OwnFolder:
@@ -62,7 +63,7 @@ class OwnFolder:
         OSError: It cannot be made.
     """
 
-    def __init__(self, parent=None):
+    def __init__(self, parent: str | None = None) -> None:
         parent = parent or tempfile.gettempdir()
         if parent not in _cleaned:
             _cleaned.add(parent)
@@ -73,7 +74,7 @@ class OwnFolder:
         self.path = os.path.join(parent, PREFIX + os.path.basename(made)[len(NEW) :])
         os.rename(made, self.path)  # others see it locked from the beginning
 
-    def close(self):
+    def close(self) -> None:
         """Removes it."""
         shutil.rmtree(self.path, ignore_errors=True)
         if self._lock >= 0:
@@ -81,7 +82,7 @@ class OwnFolder:
         self._lock = -1
 
 
-def remove_ownerless(parent):
+def remove_ownerless(parent: str) -> list[str]:
     """Removes this user's folders whose owner has ended without doing so.
 
     Args:
@@ -90,7 +91,7 @@ def remove_ownerless(parent):
     Returns:
         Names of those that were removed.
     """
-    removed = []
+    removed: list[str] = []
     try:
         entries = [entry for entry in os.scandir(parent) if entry.name.startswith(PREFIX)]
     except OSError:
@@ -114,7 +115,7 @@ def remove_ownerless(parent):
     return sorted(removed)
 
 
-def keep_python_output():
+def keep_python_output() -> None:
     """Give sys.stdout and sys.stderr own file descriptors, which silenced() does not redirect.
 
     Otherwise the output of other threads is lost while a library is silenced. To be called once,
@@ -137,7 +138,7 @@ def keep_python_output():
 
 
 @contextlib.contextmanager
-def silenced():
+def silenced() -> Iterator[None]:
     """Redirect file descriptors 1 and 2 to /dev/null within the context."""
     sys.stdout.flush()
     sys.stderr.flush()

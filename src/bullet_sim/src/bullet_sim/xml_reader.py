@@ -10,13 +10,18 @@ import math
 import os
 import re
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, TypeVar, cast, overload
+from xml.etree.ElementTree import Element
 from xml.parsers import expat
 
 import numpy as np
 
-from bullet_sim.description.warnings import add_warning
+from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
+
+T = TypeVar("T")
 
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
@@ -32,8 +37,12 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 DEEPEST = 100  # elements within each other, as in TinyXML
 # The parts of an XML text as TinyXML sees them, by what they begin and end with; quotes of a tag
 # may hold < and >, values may lack quotes.
-_ENDS = (("comment", "<!--", "-->"), ("data", "<![CDATA[", "]]>"), ("other", "<?", ">"))
-_ENDS += (("other", "<!", ">"),)
+_ENDS = (
+    ("comment", "<!--", "-->"),
+    ("data", "<![CDATA[", "]]>"),
+    ("other", "<?", ">"),
+    ("other", "<!", ">"),
+)
 _TAG = re.compile(r"</?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*+>")
 _UNCLOSED = 50  # tags that nothing closes; later ones are not looked at
 _ATTRIBUTE = re.compile(
@@ -47,16 +56,17 @@ class Document:
 
     Attributes:
         name: for messages, e.g. the path of its file.
-        warnings: list that takes ReadWarnings.
-        root: its root element.
+        warnings: gets the file's warnings.
+        root: its root element, when it is read.
     """
 
-    def __init__(self, name, warnings=None):
+    root: "Node"
+
+    def __init__(self, name: str, warnings: list[ReadWarning] | None = None) -> None:
         self.name = name
-        self.root = None
         self.warnings = [] if warnings is None else warnings
 
-    def beside(self, uri):
+    def beside(self, uri: str) -> str:
         """A path without a scheme from the folder of the document's file, if it is there."""
         path = os.path.join(os.path.dirname(self.name), uri)
         relative = uri and "://" not in uri and os.path.isabs(path)
@@ -66,22 +76,33 @@ class Document:
 class Node(ElementTree.Element):
     """An element with the line that it starts in; tags keep their prefix as it is written."""
 
-    document, line = None, 0
+    document: Document
+    line: int
+    if TYPE_CHECKING:  # what is in a Node are Nodes
 
-    def warn(self, text, cause="", item=""):
+        def find(self, path: str, namespaces: dict[str, str] | None = None) -> "Node | None": ...
+        def findall(  # type: ignore[override]
+            self, path: str, namespaces: dict[str, str] | None = None
+        ) -> list["Node"]: ...
+
+        def iter(self, tag: str | None = None) -> Iterator["Node"]: ...  # type: ignore[override]
+        def __iter__(self) -> Iterator["Node"]: ...
+        def __getitem__(self, index: int) -> "Node": ...  # type: ignore[override]
+
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Note what is ignored or mended here, with file and line."""
         name, line = self.document.name, self.line
         item = f"{item} ({os.path.basename(name)}:{line})"
         add_warning(self.document.warnings, f"{name}, line {line}: {text}", cause, item)
 
 
-def parse(text, name, warnings=None):
+def parse(text: str | bytes | Node, name: str, warnings: list[ReadWarning] | None = None) -> Node:
     """Root element (a Node) of an XML text.
 
     Args:
-        text: str or bytes, or a root from this function, which gets the name and the warnings.
+        text: or a root from this function, which gets the name and the warnings.
         name: of the document, for messages.
-        warnings: list that takes the warnings of this document; None: a new one.
+        warnings: gets those of this document; None: a new list.
 
     Raises:
         ModelError: TinyXML would refuse it, too; names the document, line and column.
@@ -107,7 +128,12 @@ def parse(text, name, warnings=None):
     return root
 
 
-def _adopted(root, name, warnings):
+def document_root(element: Element) -> Node:
+    """Root element of the document that a Node belongs to."""
+    return cast(Node, element).document.root
+
+
+def _adopted(root: Node, name: str, warnings: list[ReadWarning] | None) -> Node:
     document = root.document
     document.name = name
     if warnings is not None:
@@ -116,7 +142,7 @@ def _adopted(root, name, warnings):
     return root
 
 
-def decoded(text, document):
+def decoded(text: str | bytes, document: Document) -> str:
     """The text as str, whatever its encoding; a byte order mark is taken off.
 
     A declared encoding counts if it fits; what is neither that nor UTF-8 is Latin-1.
@@ -140,7 +166,7 @@ def decoded(text, document):
     return codecs.decode(text, "latin-1")
 
 
-def _built(text, document):
+def _built(text: str, document: Document) -> Node:
     """Root of a well-formed text; comments and processing instructions are left out."""
     start = len(text) - len(text.lstrip())
     above = text.count("\n", 0, start)
@@ -150,7 +176,7 @@ def _built(text, document):
 
     depth = 0
 
-    def begin(tag, attributes):
+    def begin(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
         line = above + parser.CurrentLineNumber
@@ -158,10 +184,10 @@ def _built(text, document):
             raise ModelError(
                 f"{document.name} has more than {DEEPEST} elements within each other at line {line}"
             )
-        node = builder.start(tag, attributes)
+        node = cast(Node, builder.start(tag, attributes))
         node.document, node.line = document, line
 
-    def end(tag):
+    def end(tag: str) -> None:
         nonlocal depth
         depth -= 1
         builder.end(tag)
@@ -174,11 +200,11 @@ def _built(text, document):
     except expat.ExpatError as error:
         where = f"line {above + error.lineno}, column {error.offset}"
         raise expat.ExpatError(f"{expat.ErrorString(error.code)}: {where}") from error
-    document.root = builder.close()
+    document.root = cast(Node, builder.close())
     return document.root
 
 
-def mended(text):
+def mended(text: str) -> str:
     """A text that TinyXML takes as well-formed XML, line by line.
 
     Comments and declarations go wherever they are; bare &, < and > in texts and in quotes are
@@ -206,9 +232,10 @@ def mended(text):
     return "".join(out)
 
 
-def _parts(text):
+def _parts(text: str) -> Iterator[tuple[str, str, int]]:
     """Parts of a text: kind, what it is, where it ends. Takes time in proportion to its length."""
-    place, unclosed = 0, {}  # kind -> how many of them had no end
+    place = 0
+    unclosed: dict[str, int] = {}  # kind -> how many of them had no end
     while place < len(text):
         kind, end = "text", text.find("<", place)
         if end == place:
@@ -218,7 +245,7 @@ def _parts(text):
         place = end
 
 
-def _part_at(text, place, unclosed):
+def _part_at(text: str, place: int, unclosed: dict[str, int]) -> tuple[str, int]:
     """Kind and end of what begins with the < at a place; one that nothing closes is a text."""
     for kind, start, stop in _ENDS:
         if text.startswith(start, place):
@@ -236,9 +263,9 @@ def _part_at(text, place, unclosed):
     return "text", place + 1
 
 
-def _mended_tag(tag, empty):
-    name = re.match(r"<[^\s/>]+", tag).group()
-    attributes = {}
+def _mended_tag(tag: str, empty: bool) -> str:
+    name = re.split(r"[\s/>]", tag, maxsplit=1)[0]
+    attributes: dict[str, str] = {}
     for key, value in _ATTRIBUTE.findall(tag[len(name) :]):
         value = value[1:-1] if value[0] in "\"'" else value
         value = _BARE.sub("&amp;", value).replace("<", "&lt;").replace('"', "&quot;")
@@ -255,7 +282,7 @@ _NUMBER = re.compile(
 _XACRO = "; it looks like xacro: process the file with xacro first"
 
 
-def floats(text, count, what):
+def floats(text: str, count: int | None, what: str) -> tuple[float, ...]:
     """`count` finite numbers from a text such as '0 0 1.5' (count None: any number).
 
     Raises:
@@ -267,14 +294,15 @@ def floats(text, count, what):
     return values
 
 
-def number(text, what):
+def number(text: str, what: str) -> float:
     """One finite number; raises as `floats` does."""
     return floats(text, 1, what)[0]
 
 
-def leading_numbers(text, most=None):
+def leading_numbers(text: str | None, most: int | None = None) -> tuple[tuple[float, ...], str]:
     """(the numbers that a text begins with, at most so many; what follows them)."""
-    values, place = [], 0
+    values: list[float] = []
+    place = 0
     text = text or ""
     while most is None or len(values) < most:
         found = _NUMBER.match(text, place)
@@ -285,21 +313,23 @@ def leading_numbers(text, most=None):
     return tuple(values), text[place:].strip()
 
 
-def _is_usable(values, count):
+def _is_usable(values: tuple[float, ...], count: int | None) -> bool:
     return (count is None or len(values) == count) and all(map(math.isfinite, values))
 
 
-def _sentence(text, what, count):
+def _sentence(text: str | None, what: str, count: int | None) -> str:
     text = (text or "").strip()
     wanted = "finite numbers" if count is None else f"{count} finite number(s)"
     return f"{what} is '{text}', must be {wanted}{_XACRO if '$' in text else ''}"
 
 
-def mended_floats(node, text, count, what, default):
+def mended_floats(
+    node: Element | None, text: str | None, count: int, what: str, default: T
+) -> tuple[float, ...] | T:
     """`count` finite numbers, or with a warning the first of more, or the default.
 
     Args:
-        node: the Node that takes the warning.
+        node: takes the warning.
         text: as in the file.
         count: how many.
         what: for the message.
@@ -314,11 +344,13 @@ def mended_floats(node, text, count, what, default):
     return values
 
 
-def warn_replaced(node, what, text, sentence, used):
+def warn_replaced(
+    node: Element | None, what: str, text: str | None, sentence: str, used: object
+) -> None:
     """Say that a value is not usable and what is used instead.
 
     Args:
-        node: the Node that takes the warning.
+        node: takes the warning.
         what: the value's name.
         text: the value as it is written.
         sentence: what is wrong and what would be valid.
@@ -327,7 +359,7 @@ def warn_replaced(node, what, text, sentence, used):
     Raises:
         ModelError: the element belongs to no document that could note it.
     """
-    if getattr(node, "document", None) is None:
+    if not isinstance(node, Node):
         raise ModelError(sentence)
     used = None if used == (None,) else used
     if isinstance(used, (tuple, float, int)) and not isinstance(used, bool):
@@ -339,14 +371,18 @@ def warn_replaced(node, what, text, sentence, used):
     )
 
 
-def child_text(element, path, default=None):
+@overload
+def child_text(element: Element, path: str) -> str | None: ...
+@overload
+def child_text(element: Element, path: str, default: T) -> str | T: ...
+def child_text(element: Element, path: str, default: object = None) -> object:
     """Stripped text of a sub-element, or the default where it is missing or empty."""
     found = element.find(path)
     text = found.text.strip() if found is not None and found.text else ""
     return text or default
 
 
-def child_number(element, path, what, default):
+def child_number(element: Element, path: str, what: str, default: T) -> float | T:
     """Number in a sub-element, or the default where it is missing or, with a warning, none."""
     text = child_text(element, path)
     if text is None:
@@ -355,15 +391,16 @@ def child_number(element, path, what, default):
     return values[0] if isinstance(values, tuple) else values
 
 
-def child_floats(element, path, count, what, default):
+def child_floats(element: Element, path: str, count: int, what: str, default: T) -> T:
     """As child_number: a tuple of `count` numbers."""
     text = child_text(element, path)
     if text is None:
         return default
-    return mended_floats(element.find(path), text, count, f"{what} <{path}>", default)
+    values = mended_floats(element.find(path), text, count, f"{what} <{path}>", default)
+    return cast(T, values)
 
 
-def child_whole(element, path, what, default, least=1):
+def child_whole(element: Element, path: str, what: str, default: int, least: int = 1) -> int:
     """As child_number: an int of at least `least`; a fraction is cut off."""
     value = child_number(element, path, what, default)
     if value >= least:
@@ -373,12 +410,12 @@ def child_whole(element, path, what, default, least=1):
     return default
 
 
-def child_bound(element, path, what):
+def child_bound(element: Element, path: str, what: str) -> float | None:
     """Limit in a sub-element: a number, or None for one that is missing or infinite."""
     return _bound(element.find(path), child_text(element, path), f"{what} <{path}>")
 
 
-def child_flag(element, path, what, default):
+def child_flag(element: Element, path: str, what: str, default: bool) -> bool:
     """Truth in a sub-element, or the default where it is missing or, with a warning, no word."""
     text = child_text(element, path)
     if text is None:
@@ -390,7 +427,7 @@ def child_flag(element, path, what, default):
     return default
 
 
-def number_of(element, name, what, default):
+def number_of(element: Element, name: str, what: str, default: T) -> float | T:
     """Number in an attribute, or the default where it is missing or, with a warning, none."""
     text = element.get(name)
     if text is None:
@@ -399,34 +436,34 @@ def number_of(element, name, what, default):
     return values[0] if isinstance(values, tuple) else values
 
 
-def floats_of(element, name, count, what, default):
+def floats_of(element: Element, name: str, count: int, what: str, default: T) -> T:
     """As number_of: a tuple of `count` numbers."""
     text = element.get(name)
     if text is None:
         return default
-    return mended_floats(element, text, count, f"{what} {name}", default)
+    return cast(T, mended_floats(element, text, count, f"{what} {name}", default))
 
 
-def bound_of(element, name, what, default=None):
+def bound_of(element: Element, name: str, what: str, default: float | None = None) -> float | None:
     """Limit in an attribute: a number, the default where it is missing, None if infinite."""
     text = element.get(name)
     return default if text is None else _bound(element, text, f"{what} {name}")
 
 
-def _bound(node, text, what):
+def _bound(node: Element | None, text: str | None, what: str) -> float | None:
     values, rest = leading_numbers(text, 1)
     if text is None or (values and not rest and abs(values[0]) >= NO_LIMIT):
         return None
-    values = mended_floats(node, text, 1, what, None)
-    return None if values is None or abs(values[0]) >= NO_LIMIT else values[0]
+    usable = mended_floats(node, text, 1, what, None)
+    return None if usable is None or abs(usable[0]) >= NO_LIMIT else usable[0]
 
 
-def is_true(text):
+def is_true(text: object) -> bool:
     """Whether a text means true (true, 1, yes)."""
     return str(text).strip().lower() in ("true", "1", "yes", "on")
 
 
-def urdf_origin(element, what):
+def urdf_origin(element: Element, what: str) -> Pose:
     """Pose of an <origin xyz rpy> child; identity where there is none."""
     origin = element.find("origin")
     if origin is None:
@@ -438,7 +475,7 @@ def urdf_origin(element, what):
     )
 
 
-def sdf_pose(element, what):
+def sdf_pose(element: Element, what: str) -> Pose:
     """Pose of a <pose> child (x y z roll pitch yaw); identity where there is none.
 
     As Gazebo does, of fewer than six numbers only the first three count, as a position.

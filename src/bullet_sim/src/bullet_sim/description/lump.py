@@ -9,62 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
-from bullet_sim.pose import Pose
-
-
-def joint_inertias(lumped, fixed_base):
-    """Inertia that an effort of each joint has to move, all joints at 0 and nothing touching.
-
-    Args:
-        lumped: LumpedModel.
-        fixed_base: whether the root link is held by the world.
-
-    Returns:
-        Dict of joint name -> [kg m^2], of a prismatic joint [kg]: the reduced inertia of both
-        sides, each as one rigid body.
-    """
-    frames = {lumped.root: Pose()}
-    waiting = [*lumped.joints, *lumped.welds]
-    while waiting:
-        waiting, before = [], waiting
-        for joint in before:
-            if joint.parent in frames:
-                frames[joint.child] = frames[joint.parent] * joint.origin
-            else:
-                waiting.append(joint)
-    result = {}
-    for joint in lumped.joints:
-        beyond = _descendants(lumped, joint.child)
-        frame = frames[joint.child]
-        own, rest = (
-            sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
-            for names in (
-                [name for name in lumped.links if name in beyond],  # in order: the same last bits
-                [name for name in lumped.links if name not in beyond],
-            )
-        )
-        result[joint.name] = own if fixed_base or not rest > 0 else own * rest / (own + rest)
-    return result
-
-
-def _descendants(lumped, link):
-    found = {link}
-    joints = (*lumped.joints, *lumped.welds)
-    for _ in joints:
-        found |= {joint.child for joint in joints if joint.parent in found}
-    return found
-
-
-def _about(link, pose, joint, frame):
-    """Inertia of a link at a pose about a joint's axis, or its mass along it."""
-    if joint.kind == "prismatic":
-        return link.mass
-    axis = frame.matrix @ np.asarray(joint.axis)
-    arm = np.asarray(pose.position) + pose.matrix @ link.centre - np.asarray(frame.position)
-    across = np.cross(axis, arm)
-    turned = pose.matrix @ link.inertia @ pose.matrix.T
-    return float(axis @ turned @ axis + link.mass * (across @ across))
-
+from bullet_sim.pose import Array, Pose
 
 MIN_MASS = 1e-3  # [kg] of a movable part without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
@@ -94,9 +39,10 @@ class LumpedModel:
 
 def lump(model: ModelDescription) -> LumpedModel:
     """Merge all fixed joints (of a static model: all joints, at their zero position)."""
-    frames, links, joints = {model.root: (model.root, Pose())}, {}, []
+    frames = {model.root: (model.root, Pose())}
+    links = {model.root: _copy(model.links[model.root])}
+    joints: list[Joint] = []
     welds: list[Joint] = []
-    links[model.root] = _copy(model.links[model.root])
     pending = [model.root]
     while pending:
         name = pending.pop(0)
@@ -131,12 +77,12 @@ def lump(model: ModelDescription) -> LumpedModel:
     return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
 
 
-def _is_stiff(joint):
+def _is_stiff(joint: Joint) -> bool:
     """Whether a joint holds its links: fixed, or with both stops at one place."""
     return joint.kind == "fixed" or (joint.lower is not None and joint.lower == joint.upper == 0.0)
 
 
-def _copy(link):
+def _copy(link: Link) -> Link:
     return replace(
         link,
         centre=link.centre.copy(),
@@ -147,7 +93,7 @@ def _copy(link):
     )
 
 
-def moved(link, pose):
+def moved(link: Link, pose: Pose) -> Link:
     """A copy of a link whose frame gets the given pose in the new one."""
     copy = _copy(link)
     if pose != Pose():
@@ -159,15 +105,16 @@ def moved(link, pose):
     return copy
 
 
-def _turned(surface, pose):
+def _turned(surface: Surface, pose: Pose) -> Surface:
     """A copy of a link's surface in a frame in which the link's frame has the given pose."""
     copy = Surface(**vars(surface))
     if copy.direction is not None:
-        copy.direction = tuple((pose.matrix @ np.asarray(copy.direction)).tolist())
+        x, y, z = (pose.matrix @ np.asarray(copy.direction)).tolist()
+        copy.direction = (x, y, z)
     return copy
 
 
-def _merge(into, link, pose):
+def _merge(into: Link, link: Link, pose: Pose) -> None:
     """Add a link at a pose to another: parallel-axis theorem about the common centre."""
     mass = into.mass + link.mass
     if link.mass > 0:
@@ -188,12 +135,12 @@ def _merge(into, link, pose):
         into.surface = _turned(link.surface, pose)
 
 
-def _shift(mass, arm):
+def _shift(mass: float, arm: Array) -> Array:
     """Inertia (3, 3) of a point mass at an arm (3,) [m]."""
     return mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
 
 
-def _mend_inertia(link, model):
+def _mend_inertia(link: Link, model: ModelDescription) -> None:
     if link.mass <= 0:
         model.warn(
             f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg",
@@ -215,7 +162,7 @@ def _mend_inertia(link, model):
         )
 
 
-def _block(link):
+def _block(link: Link) -> Array:
     """Inertia (3, 3) of a solid block with a link's mass that holds its simple collisions.
 
     A body of size whose inertia is next to nothing spins instead of resting on what it hits, and
@@ -235,3 +182,56 @@ def _block(link):
         half = np.maximum(half, reach + np.abs(np.asarray(shape.pose.position) - link.centre))
     squares = half**2
     return np.diag(link.mass / 3.0 * (squares.sum() - squares))
+
+
+def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
+    """Inertia that an effort of each joint has to move, all joints at 0 and nothing touching.
+
+    Args:
+        fixed_base: whether the root link is held by the world.
+
+    Returns:
+        Dict of joint name -> [kg m^2], of a prismatic joint [kg]: the reduced inertia of both
+        sides, each as one rigid body.
+    """
+    frames = {lumped.root: Pose()}
+    waiting = [*lumped.joints, *lumped.welds]
+    while waiting:
+        waiting, before = [], waiting
+        for joint in before:
+            if joint.parent in frames:
+                frames[joint.child] = frames[joint.parent] * joint.origin
+            else:
+                waiting.append(joint)
+    result = {}
+    for joint in lumped.joints:
+        beyond = _descendants(lumped, joint.child)
+        frame = frames[joint.child]
+        own, rest = (
+            sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
+            for names in (
+                [name for name in lumped.links if name in beyond],  # in order: the same last bits
+                [name for name in lumped.links if name not in beyond],
+            )
+        )
+        result[joint.name] = own if fixed_base or not rest > 0 else own * rest / (own + rest)
+    return result
+
+
+def _descendants(lumped: LumpedModel, link: str) -> set[str]:
+    found = {link}
+    joints = (*lumped.joints, *lumped.welds)
+    for _ in joints:
+        found |= {joint.child for joint in joints if joint.parent in found}
+    return found
+
+
+def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
+    """Inertia of a link at a pose about a joint's axis, or its mass along it."""
+    if joint.kind == "prismatic":
+        return link.mass
+    axis = frame.matrix @ np.asarray(joint.axis)
+    arm = np.asarray(pose.position) + pose.matrix @ link.centre - np.asarray(frame.position)
+    across = np.cross(axis, arm)
+    turned = pose.matrix @ link.inertia @ pose.matrix.T
+    return float(axis @ turned @ axis + link.mass * (across @ across))

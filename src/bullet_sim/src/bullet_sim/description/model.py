@@ -1,14 +1,20 @@
 """A robot's description: links, joints, shapes, their appearance."""
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose, Vec3
+
+if TYPE_CHECKING:
+    from bullet_sim.description.lump import LumpedModel
 
 RGB = tuple[float, float, float]
+RGBA = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class Geometry:
     kind: str
     size: tuple[float, ...] = ()
     path: str = ""
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    scale: Vec3 = (1.0, 1.0, 1.0)
     submesh: str = ""
     centered: bool = False
     points: tuple[tuple[float, float], ...] = ()
@@ -77,14 +83,14 @@ class Shape:
 
     geometry: Geometry
     pose: Pose = Pose()
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
     texture: str = ""
     painted: bool = False
     name: str = ""
     link: str = ""
     finish: Finish = PLAIN
 
-    def at(self, pose):
+    def at(self, pose: Pose) -> "Shape":
         """The same shape in a frame in which its present frame has the given pose."""
         return replace(self, pose=pose * self.pose)
 
@@ -107,7 +113,7 @@ class Surface:
 
     friction: float | None = None
     friction2: float | None = None
-    direction: tuple[float, float, float] | None = None
+    direction: Vec3 | None = None
     stiffness: float | None = None
     damping: float | None = None
     bitmask: int = EVERYTHING
@@ -127,14 +133,14 @@ class Link:
 
     name: str
     mass: float = 0.0
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     visuals: list[Shape] = field(default_factory=list)
     collisions: list[Shape] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
 
 
 @dataclass(frozen=True)
@@ -169,7 +175,7 @@ class Joint:
     parent: str
     child: str
     origin: Pose = Pose()
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vec3 = (1.0, 0.0, 0.0)
     lower: float | None = None
     upper: float | None = None
     effort: float = 0.0
@@ -203,7 +209,7 @@ class ModelDescription:
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
     root: str = ""
-    sensors: list[object] = field(default_factory=list)
+    sensors: list[Any] = field(default_factory=list)
     control_namespace: str | None = None
     control_period: float = 0.0
     robot_sim_type: str = ""
@@ -214,22 +220,22 @@ class ModelDescription:
     fixed_base: bool = False
     warnings: list[ReadWarning] = field(default_factory=list)
 
-    def warn(self, text, cause="", item=""):
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Note something that was ignored or mended, once: see ReadWarning."""
         add_warning(self.warnings, text, cause, item)
 
-    def joints_of(self, parent):
+    def joints_of(self, parent: str) -> list[Joint]:
         """Joints whose parent is the given link, in file order."""
         return [joint for joint in self.joints.values() if joint.parent == parent]
 
-    def unreachable(self):
+    def unreachable(self) -> list[str]:
         """Links that no chain of joints connects to the root: those of a loop, and below it."""
         found = [self.root]
         for name in found:
             found += [j.child for j in self.joints_of(name) if j.child not in found]
         return [name for name in self.links if name not in found]
 
-    def find_root(self, what):
+    def find_root(self, what: str) -> None:
         """Set the root link and check that the joints make a tree.
 
         Args:
@@ -272,15 +278,18 @@ class VisualLink:
     parent: int = -1
     origin: Pose = Pose()
     kind: str = "fixed"
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vec3 = (1.0, 0.0, 0.0)
     shapes: tuple[Shape, ...] = ()
 
 
-def visual_links(lumped, order, visuals=None):
+def visual_links(
+    lumped: "LumpedModel",
+    order: Sequence[str],
+    visuals: Mapping[str, Iterable[Shape]] | None = None,
+) -> tuple[VisualLink, ...]:
     """VisualLinks of a LumpedModel.
 
     Args:
-        lumped: LumpedModel.
         order: names of its links, the root first, in the order of the snapshot's joints.
         visuals: link name -> Shapes to use instead of the links' own.
 
@@ -297,13 +306,13 @@ def visual_links(lumped, order, visuals=None):
             found.append(VisualLink(shapes=shapes))
             continue
         kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
-        found.append(VisualLink(rows[joint.parent], joint.origin, kind, tuple(joint.axis), shapes))
+        found.append(VisualLink(rows[joint.parent], joint.origin, kind, joint.axis, shapes))
     return tuple(found)
 
 
-def depth_first(lumped):
+def depth_first(lumped: "LumpedModel") -> list[str]:
     """Names of a LumpedModel's links, each followed by those below it."""
-    below = {}
+    below: dict[str, list[str]] = {}
     for joint in lumped.joints:
         below.setdefault(joint.parent, []).append(joint.child)
     pending, found = [lumped.root], []

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
-from bullet_sim.description.warnings import add_warning
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import RGB, Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.pose import Pose, Vec3
 
-RGB = tuple[float, float, float]
 KINDS = ("directional", "point", "spot")
 
 
@@ -30,8 +29,8 @@ class Light:
 
     name: str
     kind: str = "directional"
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    position: Vec3 = (0.0, 0.0, 0.0)
+    direction: Vec3 = (0.0, 0.0, -1.0)
     diffuse: RGB = (1.0, 1.0, 1.0)
     specular: RGB = (0.1, 0.1, 0.1)
     reach: float = 10.0
@@ -113,19 +112,19 @@ class WorldDescription:
     """
 
     name: str = "default"
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: Vec3 = (0.0, 0.0, -9.81)
     step: float = DEFAULT_STEP
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
     scene: Scene = Scene()
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[ReadWarning] = field(default_factory=list)
 
-    def warn(self, text, cause="", item=""):
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Note something that was ignored or mended, once: see ReadWarning."""
         add_warning(self.warnings, text, cause, item)
 
 
-def ground_plane():
+def ground_plane() -> ModelDescription:
     """The built-in endless floor at z = 0, friction 1."""
     model = ModelDescription("ground_plane", root="link", static=True)
     link = Link("link")
@@ -144,6 +143,6 @@ def ground_plane():
     return model
 
 
-def empty_world():
+def empty_world() -> WorldDescription:
     """The WorldDescription of Gazebo's empty world: the floor and the sun."""
     return WorldDescription(models=[(ground_plane(), Pose())])

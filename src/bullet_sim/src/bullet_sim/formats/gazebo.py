@@ -1,12 +1,13 @@
 """<gazebo> elements of URDF, and contact properties as these and <surface> of SDF have them."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from bullet_sim.description.model import EVERYTHING, ModelDescription
+from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.shapes import gazebo_color, rgba_of
 from bullet_sim.plugins import parse_plugin, parse_sensor
-from bullet_sim.xml_reader import child_number, child_text, floats, is_true
+from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
 MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
 
@@ -30,13 +31,19 @@ SDF = {
 }
 
 
-def read_surface(element, paths, surface, what, warn):
+def read_surface(
+    element: Node,
+    paths: Mapping[str, tuple[str, ...]],
+    surface: Surface,
+    what: str,
+    warn: Callable[[str], None],
+) -> None:
     """Take what an element says of a surface; what cannot be read is left as it was.
 
     Args:
         element: <gazebo> of a URDF, or <collision>.
         paths: URDF or SDF of this module.
-        surface: Surface, changed.
+        surface: changed in place.
         what: name for warnings.
         warn: function of one sentence.
     """
@@ -54,7 +61,7 @@ def read_surface(element, paths, surface, what, warn):
         surface.direction = None
 
 
-def read_stiffness(element, surface, what):
+def read_stiffness(element: Node, surface: Surface, what: str) -> None:
     """Take <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
     stiffness = child_number(element, "kp", what, None)
     if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
@@ -62,15 +69,15 @@ def read_stiffness(element, surface, what):
         surface.damping = max(0.0, child_number(element, "kd", what, 1.0))
 
 
-def _not_negative(text, what):
+def _not_negative(text: str, what: str) -> float:
     return max(0.0, floats(text, 1, what)[0])
 
 
-def _direction(text, what):
+def _direction(text: str, what: str) -> tuple[float, ...]:
     return floats(text, 3, what)
 
 
-def _bitmask(text, what):
+def _bitmask(text: str, what: str) -> int:
     try:
         value = int(text, 0)
     except ValueError:
@@ -140,7 +147,7 @@ _QUIET = {
 }
 
 
-def apply(robot, model: ModelDescription):
+def apply(robot: Node, model: ModelDescription) -> None:
     """Read every <gazebo> child of <robot> into the model description.
 
     Args:
@@ -176,7 +183,7 @@ def apply(robot, model: ModelDescription):
             parse_plugin(plugin, model)
 
 
-def _unknown(element, model, reference):
+def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
     what = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
         if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
@@ -187,19 +194,20 @@ def _unknown(element, model, reference):
             )
 
 
-def _model_flags(element, model):
+def _model_flags(element: Node, model: ModelDescription) -> None:
     if is_true(child_text(element, "static", "false")):
         model.static = True
     if is_true(_either(element, "self_collide", "selfCollide")):
         model.self_collide = True
 
 
-def _either(element, *tags):
+def _either(element: Node, *tags: str) -> str:
     """Text of the first of the tags that is there, or 'false'."""
-    return next((child_text(element, tag) for tag in tags if child_text(element, tag)), "false")
+    texts = (child_text(element, tag) for tag in tags)
+    return next((text for text in texts if text), "false")
 
 
-def _link_flags(element, model, link):
+def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
     what = f"<gazebo reference='{link.name}'>"
     read_surface(element, URDF, link.surface, what, model.warn)
     read_stiffness(element, link.surface, what)
@@ -211,7 +219,7 @@ def _link_flags(element, model, link):
         link.gravity = False
 
 
-def _material(element, model, link, what):
+def _material(element: Node, model: ModelDescription, link: Link, what: str) -> None:
     name = child_text(element, "material")
     if name is not None:
         color = gazebo_color(name)

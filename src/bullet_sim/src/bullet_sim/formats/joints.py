@@ -1,10 +1,13 @@
 """Joints of URDF and SDF: types, axes, limits, and the tree that they make."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription
+from bullet_sim.pose import Pose, Vec3, Vector
 from bullet_sim.xml_reader import (
+    Node,
     bound_of,
     child_bound,
     child_flag,
@@ -16,21 +19,26 @@ from bullet_sim.xml_reader import (
     urdf_origin,
 )
 
+if TYPE_CHECKING:
+    from bullet_sim.formats.sdf.model import Frames, ModelReader
+
+Version = tuple[int, int]  # (major, minor) of an SDF document
 UNLIMITED = 1e9  # [rad, m] stands for no limit on one side
 
 
-def unit_axis(vector, default, what, element):
+def unit_axis(vector: Vector, default: Vec3, what: str, element: Node) -> Vec3:
     """A joint's axis with length 1; the default, with a warning, for one without direction.
 
     Args:
         vector: (3,).
         default: unit vector.
         what: for the message.
-        element: Node that takes the warning.
+        element: takes the warning.
     """
     length = float(np.linalg.norm(vector))
     if length >= 1e-9:
-        return tuple((np.asarray(vector, float) / length).tolist())
+        x, y, z = (np.asarray(vector, float) / length).tolist()
+        return x, y, z
     used = " ".join(f"{value:g}" for value in default)
     element.warn(
         f"{what} axis is zero, must have a direction; {used} is used",
@@ -40,14 +48,15 @@ def unit_axis(vector, default, what, element):
     return default
 
 
-def set_stops(joint, lower, upper, what, element):
+def set_stops(
+    joint: Joint, lower: float | None, upper: float | None, what: str, element: Node
+) -> None:
     """Set a joint's stops [rad, m], None for none; swapped ones stop nothing, as in ODE.
 
     Args:
-        joint: Joint.
         lower, upper: the limits.
         what: for the message.
-        element: Node that takes the warning.
+        element: takes the warning.
     """
     if lower is None and upper is None:  # PyBullet has both or none
         return
@@ -63,7 +72,7 @@ def set_stops(joint, lower, upper, what, element):
     joint.lower, joint.upper = lower, upper
 
 
-def closes_loop(model, parent, child):
+def closes_loop(model: ModelDescription, parent: str | None, child: str | None) -> bool:
     """Whether a joint between two links would lead from a link back to itself."""
     above = {joint.child: joint.parent for joint in model.joints.values()}
     while parent is not None and parent != child:
@@ -76,12 +85,12 @@ URDF_TYPES = MOVABLE_TYPES + ("fixed",) + UNSUPPORTED_TYPES
 LEFT_OUT = "joints are left out"
 
 
-def read_joints(robot, model):
+def read_joints(robot: Node, model: ModelDescription) -> None:
     """Add every <joint> of a <robot> that can be one to the model; others are warnings.
 
     Args:
         robot: the root element.
-        model: ModelDescription with its links.
+        model: with its links.
     """
     for element in robot.findall("joint"):
         joint = _joint(element, model)
@@ -89,7 +98,7 @@ def read_joints(robot, model):
             model.joints[joint.name] = joint
 
 
-def _joint(element, model):
+def _joint(element: Node, model: ModelDescription) -> Joint | None:
     name = element.get("name") or ""
     what = f"joint '{name}' of '{model.name}'"
     parent, child = (
@@ -100,7 +109,8 @@ def _joint(element, model):
     if fault:
         element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}'")
         return None
-    joint = Joint(name, _urdf_type(element, what), parent, child, origin=urdf_origin(element, what))
+    kind, origin = _urdf_type(element, what), urdf_origin(element, what)
+    joint = Joint(name, kind, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
         vector = floats_of(axis, "xyz", 3, f"{what} axis", (1.0, 0.0, 0.0))
@@ -115,7 +125,7 @@ def _joint(element, model):
     return joint
 
 
-def _mimic(element, joint, what):
+def _mimic(element: Node, joint: Joint, what: str) -> Mimic | None:
     mimic = element.find("mimic")
     if mimic is None or joint.kind not in MOVABLE_TYPES:
         return None
@@ -126,7 +136,7 @@ def _mimic(element, joint, what):
     )
 
 
-def check_mimics(model):
+def check_mimics(model: ModelDescription) -> None:
     """Drop a <mimic> of a joint that does not exist, with a warning, or of a commanded joint."""
     for joint in model.joints.values():
         if joint.mimic is None:
@@ -144,7 +154,7 @@ def check_mimics(model):
             joint.mimic = None  # controllers move it
 
 
-def _urdf_fault(name, parent, child, model):
+def _urdf_fault(name: str, parent: str | None, child: str | None, model: ModelDescription) -> str:
     """Why an element is no joint, or ''."""
     if not name:
         return "has no name"
@@ -160,7 +170,7 @@ def _urdf_fault(name, parent, child, model):
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
 
-def _urdf_type(element, what):
+def _urdf_type(element: Node, what: str) -> str:
     kind = element.get("type")
     if kind in URDF_TYPES:
         return kind
@@ -174,7 +184,7 @@ def _urdf_type(element, what):
     return used
 
 
-def _limit(element, joint, what):
+def _limit(element: Node, joint: Joint, what: str) -> None:
     limit = element.find("limit")
     bounded = joint.kind in ("revolute", "prismatic")
     if limit is None:
@@ -202,7 +212,7 @@ def _limit(element, joint, what):
 
 
 # Joints of several axes become a chain of hinges: the tags of their axes, or the axes.
-CHAINS = {
+CHAINS: dict[str, tuple[str | Vec3, ...]] = {
     "universal": ("axis", "axis2"),
     "revolute2": ("axis", "axis2"),
     "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
@@ -212,14 +222,16 @@ SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", *CHAINS)
 _UP = (0.0, 0.0, 1.0)
 
 
-def read_joint(element, reader, prefix, frames, version):
+def read_joint(
+    element: Node, reader: "ModelReader", prefix: str, frames: "Frames", version: Version
+) -> None:
     """Add a <joint> to the model of a reader (model.py), or warn why it is none.
 
     Args:
         element: the <joint>.
         reader: has the model and the poses of its links.
         prefix: of the names of the nested model that the joint is in.
-        frames: Frames of that model.
+        frames: of that model.
         version: of the SDF document.
     """
     model, poses = reader.model, reader.poses
@@ -257,7 +269,14 @@ def read_joint(element, reader, prefix, frames, version):
     model.joints[name] = joint
 
 
-def _chain(element, whole, reader, what, frames, version):
+def _chain(
+    element: Node,
+    whole: Joint,
+    reader: "ModelReader",
+    what: str,
+    frames: "Frames",
+    version: Version,
+) -> None:
     """Add the hinges that make up a joint of several axes, with small links between them.
 
     The first has the joint's name, the others a number behind it. A ball's middle axis must not
@@ -289,7 +308,7 @@ def _chain(element, whole, reader, what, frames, version):
         parent, origin = link, Pose()
 
 
-def _sdf_type(element, what):
+def _sdf_type(element: Node, what: str) -> str:
     kind = element.get("type")
     if kind in SDF_TYPES:
         return kind
@@ -303,7 +322,7 @@ def _sdf_type(element, what):
     return used
 
 
-def _sdf_fault(model, parent, child):
+def _sdf_fault(model: ModelDescription, parent: str | None, child: str | None) -> str:
     """Why a joint between two links cannot be, or ''."""
     if child not in model.links or parent not in model.links:
         return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
@@ -313,7 +332,15 @@ def _sdf_fault(model, parent, child):
     return ""
 
 
-def _axis(element, joint, what, frames, version, tag="axis", anchor=None):
+def _axis(
+    element: Node,
+    joint: Joint,
+    what: str,
+    frames: "Frames",
+    version: Version,
+    tag: str = "axis",
+    anchor: Pose | None = None,
+) -> None:
     """Read an axis with its limits; anchor: the joint's frame in the child's, if not joint's."""
     anchor = joint.anchor if anchor is None else anchor
     vector = child_floats(element, f"{tag}/xyz", 3, f"{what} {tag}", _UP)

@@ -7,11 +7,14 @@ the values our own: Gazebo's textures become similar plain colours.
 import math
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from bullet_sim.description.model import Finish, Geometry, Shape
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import RGB, RGBA, Finish, Geometry, ModelDescription, Shape
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
+    Node,
     child_flag,
     child_floats,
     child_number,
@@ -21,6 +24,9 @@ from bullet_sim.xml_reader import (
     leading_numbers,
     warn_replaced,
 )
+
+D = TypeVar("D")
+Resolve = Callable[[str], str]  # URI -> path of a file
 
 _GREY = {
     "Grey": 0.7,
@@ -88,7 +94,7 @@ _SUFFIXES = (
 )
 
 
-def gazebo_color(name):
+def gazebo_color(name: str) -> RGBA | None:
     """RGBA of a standard material, or None when there is none of that name.
 
     Args:
@@ -105,18 +111,19 @@ def gazebo_color(name):
     return None
 
 
-def rgba_of(element, text, what):
+def rgba_of(element: Node | None, text: str | None, what: str) -> RGBA | None:
     """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
 
     Args:
-        element: Node that the text is of.
+        element: that the text is of.
         text: the numbers.
         what: for the message.
     """
     values, _ = leading_numbers(text, 4)
     values += (1.0,) * (len(values) == 3)
     if len(values) == 4 and all(map(math.isfinite, values)):
-        return tuple(min(1.0, max(0.0, value)) for value in values)
+        r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
+        return r, g, b, a
     sentence = f"{what} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
     warn_replaced(element, what, text, sentence, None)
     return None
@@ -132,16 +139,17 @@ class Material:
     """Path of a texture image, or a colour RGBA 0..1."""
 
     texture: str = ""
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
 
 
-def read_materials(text):
+def read_materials(text: str) -> dict[str, tuple[str, RGBA | None]]:
     """All materials of an OGRE script: name -> (picture's file name or '', RGBA or None).
 
     The first texture and the first colour of a material count; inherited values
     ("material A : B") are copied; everything else is ignored.
     """
-    found, current, depth = {}, None, 0
+    found: dict[str, tuple[str, RGBA | None]] = {}
+    current, depth = None, 0
     for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
         words = _TOKEN.findall(line.split("//")[0])
         if words and words[0] == "material" and depth == 0 and len(words) > 1:
@@ -155,7 +163,7 @@ def read_materials(text):
     return found
 
 
-def _noted(so_far, words):
+def _noted(so_far: tuple[str, RGBA | None], words: list[str]) -> tuple[str, RGBA | None]:
     texture, color = so_far
     if words[0] == "texture":
         texture = words[1].strip('"')
@@ -165,18 +173,20 @@ def _noted(so_far, words):
         except ValueError:
             return so_far
         if len(values) >= 3:
-            color = (values + (1.0,))[:4]
+            r, g, b, a = (*values, 1.0)[:4]
+            color = (r, g, b, a)
     return texture, color
 
 
-def script_material(element, resolve, what, model):
+def script_material(
+    element: Node, resolve: Resolve, what: str, model: ModelDescription
+) -> Material | None:
     """Material of a <script> element, or None with a warning when it is not found.
 
     Args:
         element: <script> with <name> and <uri>s.
-        resolve: function URI -> path.
         what: for messages.
-        model: ModelDescription; gets the warning.
+        model: gets the warning.
     """
     name = child_text(element, "name", "")
     color = gazebo_color(name) if name.startswith("Gazebo/") else None
@@ -219,7 +229,7 @@ def script_material(element, resolve, what, model):
     return None
 
 
-def _scripts(path):
+def _scripts(path: str) -> list[str]:
     if os.path.isdir(path):
         return sorted(
             os.path.join(path, name) for name in os.listdir(path) if name.endswith(".material")
@@ -227,7 +237,7 @@ def _scripts(path):
     return [path] if os.path.isfile(path) else []
 
 
-def _picture(name, folders):
+def _picture(name: str, folders: list[str]) -> str:
     for folder in folders:
         for place in (
             folder,
@@ -245,16 +255,15 @@ THIN = 1e-3  # [m] of a side that is given as 0
 MISSING = "meshes are missing and left out"
 
 
-def usable_size(geometry, what, model):
+def usable_size(geometry: Geometry, what: str, model: ModelDescription) -> Geometry | None:
     """The geometry with sizes above 0, or None; a plane or a mesh has none.
 
     A negative size counts without its sign, a side of 0 becomes thin; what has no size at all
     is left out.
 
     Args:
-        geometry: Geometry.
         what: for messages.
-        model: ModelDescription; gets the warning.
+        model: gets the warning.
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
@@ -267,7 +276,7 @@ def usable_size(geometry, what, model):
     return replace(geometry, size=sizes)
 
 
-def first_geometry(element, what, model):
+def first_geometry(element: Node, what: str, model: ModelDescription) -> Node | None:
     """The shape in the <geometry> of a visual or collision, or None with a warning."""
     geometry = element.find("geometry")
     if geometry is None or not len(geometry):
@@ -280,7 +289,9 @@ def first_geometry(element, what, model):
     return geometry[0]
 
 
-def mesh_geometry(uri, scale, what, resolve, model):
+def mesh_geometry(
+    uri: str, scale: Vec3, what: str, resolve: Resolve, model: ModelDescription
+) -> Geometry | None:
     """Mesh by URI, or None with a warning that names the file when it cannot be used."""
     try:
         path = resolve(uri)
@@ -308,7 +319,7 @@ def mesh_geometry(uri, scale, what, resolve, model):
             uri,
         )
         return None
-    return Geometry("mesh", path=path, scale=tuple(scale))
+    return Geometry("mesh", path=path, scale=scale)
 
 
 PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
@@ -317,7 +328,9 @@ GREY = (0.7, 0.7, 0.7, 1.0)
 _ONE = (1.0, 1.0, 1.0)
 
 
-def parse_shape(element, tag, link, pose, model, resolve):
+def parse_shape(
+    element: Node, tag: str, link: str, pose: Pose, model: ModelDescription, resolve: Resolve
+) -> Shape | None:
     """Shape of a <visual> or <collision>, or None with a warning.
 
     Args:
@@ -325,8 +338,7 @@ def parse_shape(element, tag, link, pose, model, resolve):
         tag: 'visual' or 'collision'.
         link: name of its link.
         pose: in the link's frame.
-        model: ModelDescription; gets warnings.
-        resolve: function URI -> path.
+        model: gets warnings.
     """
     name = element.get("name") or tag
     what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
@@ -348,7 +360,7 @@ def parse_shape(element, tag, link, pose, model, resolve):
     return _looks(element, shape, what, model, resolve)
 
 
-def _plane_turn(shape, what):
+def _plane_turn(shape: Node, what: str) -> Pose:
     """Rotation of a plane whose normal is not +z: the shortest."""
     if shape.tag != "plane":
         return Pose()
@@ -362,7 +374,9 @@ def _plane_turn(shape, what):
     return Pose(orientation=(-y, x, 0.0, 1.0 + z)).normalised()
 
 
-def _geometry(shape, what, model, resolve, tag):
+def _geometry(
+    shape: Node, what: str, model: ModelDescription, resolve: Resolve, tag: str
+) -> Geometry | None:
     if shape.tag == "plane":
         if tag == "collision":
             return Geometry("plane")
@@ -401,7 +415,9 @@ def _geometry(shape, what, model, resolve, tag):
     return None
 
 
-def _heightmap(shape, what, model, resolve):
+def _heightmap(
+    shape: Node, what: str, model: ModelDescription, resolve: Resolve
+) -> Geometry | None:
     uri = child_text(shape, "uri", "")
     size = child_floats(shape, "size", 3, f"{what} heightmap", _ONE)
     try:
@@ -419,16 +435,19 @@ def _heightmap(shape, what, model, resolve):
     return Geometry("heightmap", size, path=path)
 
 
-def _polyline(shape, what, model, _):
-    points = tuple(
+def _polyline(shape: Node, what: str, model: ModelDescription, _: Resolve) -> Geometry | None:
+    corners = (
         floats(point.text or "", 2, f"{what} polyline point") for point in shape.findall("point")
     )
+    points = tuple((x, y) for x, y in corners)
     return Geometry(
         "polyline", (child_number(shape, "height", f"{what} polyline", 1.0),), points=points
     )
 
 
-def _looks(element, shape, what, model, resolve):
+def _looks(
+    element: Node, shape: Shape, what: str, model: ModelDescription, resolve: Resolve
+) -> Shape:
     material = element.find("material")
     color, texture = None, ""
     if material is not None:
@@ -449,24 +468,28 @@ def _looks(element, shape, what, model, resolve):
     return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
 
 
-def _finish(element, material, opacity, what):
+def _finish(element: Node, material: Node | None, opacity: float, what: str) -> Finish:
     """Finish of a <visual>: its <material> beside colour and texture."""
     casts = child_flag(element, "cast_shadows", what, True)
     if material is None:
         return Finish(opacity=opacity, cast_shadows=casts)
 
-    def color(tag, default):
-        text = child_text(material, tag)
-        found = rgba_of(material, text, f"{what} material") if text else None
-        return default if found is None else found[:3]
-
     has_script = material.find("script") is not None
     return Finish(
-        None if has_script or not child_text(material, "diffuse") else color("ambient", None),
-        color("specular", None),
-        color("emissive", (0.0, 0.0, 0.0)),
+        None
+        if has_script or not child_text(material, "diffuse")
+        else _material_rgb(material, "ambient", what, None),
+        _material_rgb(material, "specular", what, None),
+        _material_rgb(material, "emissive", what, (0.0, 0.0, 0.0)),
         child_number(material, "shininess", what, 0.0) or Finish.shininess,
         opacity,
         casts,
         child_flag(material, "lighting", what, True),
     )
+
+
+def _material_rgb(material: Node, tag: str, what: str, default: D) -> RGB | D:
+    """RGB of a child of a <material>."""
+    text = child_text(material, tag)
+    found = rgba_of(material, text, f"{what} material") if text else None
+    return default if found is None else found[:3]

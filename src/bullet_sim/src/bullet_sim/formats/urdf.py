@@ -1,15 +1,16 @@
 """URDF -> ModelDescription."""
 
+from collections.abc import Callable, Container
 from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import RGBA, Geometry, Joint, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
-from bullet_sim.formats.shapes import first_geometry, mesh_geometry, rgba_of, usable_size
-from bullet_sim.xml_reader import floats_of, number_of, parse, urdf_origin
+from bullet_sim.formats.shapes import Resolve, first_geometry, mesh_geometry, rgba_of, usable_size
+from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
 
 INTERFACES = {
     "EffortJointInterface": "effort",
@@ -18,7 +19,9 @@ INTERFACES = {
 }
 
 
-def parse_transmissions(robot, joint_names, warn):
+def parse_transmissions(
+    robot: Node, joint_names: Container[str], warn: Callable[[str], None]
+) -> dict[str, tuple[str, ...]]:
     """Read every <transmission> child of <robot>.
 
     Args:
@@ -29,7 +32,7 @@ def parse_transmissions(robot, joint_names, warn):
     Returns:
         Dict of joint name -> tuple of 'effort', 'velocity', 'position'.
     """
-    offered = {}
+    offered: dict[str, tuple[str, ...]] = {}
     for element in robot.findall("transmission"):
         what = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
         joints = element.findall("joint")
@@ -38,7 +41,7 @@ def parse_transmissions(robot, joint_names, warn):
         fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
         for joint in joints:
             name = joint.get("name")
-            if name not in joint_names:
+            if name is None or name not in joint_names:
                 warn(f"{what} names joint '{name}', which does not exist; it is left out")
                 continue
             found = _interfaces(joint) or fallback
@@ -56,7 +59,7 @@ def parse_transmissions(robot, joint_names, warn):
     return offered
 
 
-def _interfaces(element):
+def _interfaces(element: Node) -> list[str]:
     texts = [e.text.strip() for e in element.findall("hardwareInterface") if e.text]
     return [text for text in texts if text]
 
@@ -65,12 +68,12 @@ _ONE = (1.0, 1.0, 1.0)
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
-def parse_urdf(text, resolve, name="robot"):
+def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") -> ModelDescription:
     """Read a URDF.
 
     Args:
-        text: the document, str or bytes.
-        resolve: function URI -> file path (package://, model://, file:// or a path).
+        text: the document.
+        resolve: of package://, model://, file:// or a path.
         name: name of the model, used in messages.
 
     Raises:
@@ -81,7 +84,7 @@ def parse_urdf(text, resolve, name="robot"):
     if robot.tag != "robot":
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
     left = _left_by_xacro(robot, name)
-    materials = {}
+    materials: dict[str | None, RGBA | None] = {}
     for element in robot.findall("material"):
         materials.setdefault(element.get("name"), _material_color(element, name))
     for element in robot.findall("link"):
@@ -101,7 +104,7 @@ def parse_urdf(text, resolve, name="robot"):
     return model
 
 
-def _left_by_xacro(robot, name):
+def _left_by_xacro(robot: Node, name: str) -> str:
     """The first tag of xacro, or '', with a warning for each; as in Gazebo, they mean nothing."""
     found = [node for node in robot.iter() if node.tag.startswith("xacro:")]
     for node in found:
@@ -113,7 +116,7 @@ def _left_by_xacro(robot, name):
     return found[0].tag if found else ""
 
 
-def _tie_to_world(model):
+def _tie_to_world(model: ModelDescription) -> None:
     """A root link `world` means the world itself, as in Gazebo: its child is fixed to it."""
     joints = model.joints_of(model.root)
     if model.root != "world" or not joints:
@@ -125,7 +128,7 @@ def _tie_to_world(model):
         model.fixed_base = True
 
 
-def _stiffen(joint, model):
+def _stiffen(joint: Joint, model: ModelDescription) -> None:
     if joint.kind in UNSUPPORTED_TYPES:
         model.warn(
             f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which "
@@ -136,7 +139,12 @@ def _stiffen(joint, model):
         joint.kind = "fixed"
 
 
-def _link(element, materials, resolve, model):
+def _link(
+    element: Node,
+    materials: dict[str | None, RGBA | None],
+    resolve: Resolve,
+    model: ModelDescription,
+) -> Link | None:
     link = Link(element.get("name") or "")
     what = f"link '{link.name}'"
     if not link.name or link.name in model.links:
@@ -162,7 +170,7 @@ def _link(element, materials, resolve, model):
     return link
 
 
-def _inertial(element, link, what):
+def _inertial(element: Node, link: Link, what: str) -> None:
     inertial = element.find("inertial")
     if inertial is None:
         return
@@ -187,12 +195,12 @@ def _inertial(element, link, what):
     link.centre = np.array(pose.position)
 
 
-def _shape_name(link, tag, number):
+def _shape_name(link: str, tag: str, number: int) -> str:
     """Name that sdformat gives to the number-th nameless collision or visual of a link."""
     return f"{link}_{tag}" + (f"_{number}" if number else "")
 
 
-def _material_color(element, name):
+def _material_color(element: Node, name: str) -> RGBA | None:
     color = element.find("color")
     if color is None:
         return None
@@ -200,7 +208,13 @@ def _material_color(element, name):
     return rgba_of(color, color.get("rgba"), what)
 
 
-def _shape(element, what, materials, resolve, model):
+def _shape(
+    element: Node,
+    what: str,
+    materials: dict[str | None, RGBA | None],
+    resolve: Resolve,
+    model: ModelDescription,
+) -> Shape | None:
     geometry = first_geometry(element, what, model)
     if geometry is None:
         return None
@@ -214,7 +228,7 @@ def _shape(element, what, materials, resolve, model):
     return Shape(parsed, urdf_origin(element, what), color)
 
 
-def _size(element, what):
+def _size(element: Node, what: str) -> tuple[float | None, ...]:
     """Size of a box, cylinder or sphere; with a None what is written is no number."""
     what = f"{what} {element.tag}"
     if element.tag == "box":
@@ -226,10 +240,15 @@ def _size(element, what):
     )
 
 
-def _geometry(element, what, resolve, model):
+def _geometry(
+    element: Node, what: str, resolve: Resolve, model: ModelDescription
+) -> Geometry | None:
     if element.tag in _SIZES:
         size = _size(element, what)
-        return None if None in size else usable_size(Geometry(element.tag, size), what, model)
+        numbers = tuple(value for value in size if value is not None)
+        if len(numbers) < len(size):
+            return None
+        return usable_size(Geometry(element.tag, numbers), what, model)
     if element.tag == "mesh":
         scale = floats_of(element, "scale", 3, f"{what} mesh", _ONE)
         return mesh_geometry(element.get("filename", ""), scale, what, resolve, model)

@@ -16,11 +16,14 @@ import json
 import os
 import re
 import struct
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import RGBA, Geometry, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.files import read_file
 from bullet_sim.meshes import terrain
@@ -37,11 +40,18 @@ from bullet_sim.meshes.read import (
     read_parts,
     rgba,
 )
+from bullet_sim.pose import Array
 
+if TYPE_CHECKING:
+    import trimesh
+    from PIL import Image
+
+Part = dict[str, Any]  # a converted file: file; color RGBA or None; textured
+Warn = Callable[[str, str, str], None]  # message, cause, item, see ReadWarning
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, to the right and up
 
 
-def box_sides():
+def box_sides() -> Iterator[tuple[Array, list[Array]]]:
     """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) from a picture's
     lower left counter-clockwise, as seen from outside where the side stands upright."""
     for axis in range(3):
@@ -63,7 +73,7 @@ _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(\S[^\n]*)$", re.MULTILINE)
 _PICTURE = re.compile(r"^[ \t]*map_Kd[ \t]+(\S[^\n]*)$", re.MULTILINE)
 
 
-def kind_of(path, data):
+def kind_of(path: str, data: bytes) -> str:
     """'obj', 'stl' (binary), 'ascii stl' or 'dae'."""
     ending = os.path.splitext(path)[1].lower()
     if ending == ".stl":
@@ -71,7 +81,7 @@ def kind_of(path, data):
     return ending[1:]
 
 
-def _stl_count(data):
+def _stl_count(data: bytes) -> int | None:
     """Number of triangles of a binary STL, or None when it is none."""
     if len(data) < 84:
         return None
@@ -83,7 +93,7 @@ def _stl_count(data):
     )
 
 
-def mesh_fault(path, kind, data):
+def mesh_fault(path: str, kind: str, data: bytes) -> str:
     """Reason why PyBullet must not read a file, or ''; DAE and ASCII STL are checked later."""
     if not data:
         return f"mesh '{path}' is empty"
@@ -92,7 +102,7 @@ def mesh_fault(path, kind, data):
     return _obj_fault(path, data) if kind == "obj" else ""
 
 
-def _stl_fault(path, data):
+def _stl_fault(path: str, data: bytes) -> str:
     count = _stl_count(data)
     if not count:
         return f"mesh '{path}' has no triangles"
@@ -103,7 +113,7 @@ def _stl_fault(path, data):
     return f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
 
 
-def _obj_fault(path, data):
+def _obj_fault(path: str, data: bytes) -> str:
     if _BAD_NUMBER.search(data):
         return f"mesh '{path}' has corners that are no numbers"
     count = len(_VERTEX.findall(data))
@@ -120,7 +130,7 @@ def _obj_fault(path, data):
     return f"mesh '{path}' has {count} corners, but a face names number {wrong[0]}"
 
 
-def is_plain(shape, kind, data):
+def is_plain(shape: Shape, kind: str, data: bytes) -> bool:
     """Whether PyBullet draws a mesh file correctly without conversion.
 
     Not when it is mirrored or only a part of it is used. An OBJ needs one material, in a library
@@ -141,14 +151,14 @@ def is_plain(shape, kind, data):
     )
 
 
-def _libraries(path, data):
+def _libraries(path: str, data: bytes) -> list[str]:
     """Existing material libraries that an OBJ names."""
     folder = os.path.dirname(path)
     names = (library.strip().decode(errors="replace") for library in _LIBRARY.findall(data))
     return [file for file in (os.path.join(folder, name) for name in names) if os.path.isfile(file)]
 
 
-def _pictures(library, folder):
+def _pictures(library: str, folder: str) -> list[str]:
     """Existing picture files that a material library names; paths begin in the OBJ's folder."""
     with open(library, encoding="utf-8", errors="replace") as file:
         names = [picture.split()[-1] for picture in _PICTURE.findall(file.read())]
@@ -156,13 +166,13 @@ def _pictures(library, folder):
     return [file for file in files if os.path.isfile(file)]
 
 
-def _is_aligned(picture):
+def _is_aligned(picture: str) -> bool:
     width, height = _size(picture, os.stat(picture).st_mtime_ns)
     return width % 4 == 0 and width * height <= MAX_PIXELS
 
 
 @functools.lru_cache(maxsize=256)
-def _size(picture, _):
+def _size(picture: str, _: int) -> tuple[int, int]:
     try:
         with opened(picture) as found:
             return found.size
@@ -173,16 +183,18 @@ def _size(picture, _):
 MAX_PICTURE = 2048  # [px] longest side of a picture
 
 
-def convert(shape, signs, role, folder, faults=None):
+def convert(
+    shape: Shape, signs: tuple[int, ...], role: str, folder: str, faults: list[str] | None = None
+) -> list[Part]:
     """Write a mesh file's parts into a folder.
 
     Args:
-        shape: Shape whose geometry is a mesh; its texture goes over the mesh's materials, and
+        shape: a mesh; its texture goes over the mesh's materials, and
             so does its colour when it is painted.
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
         folder: where the files go.
-        faults: list that takes what is wrong with its pictures, which are left out.
+        faults: gets what is wrong with its pictures, which are left out.
 
     Returns:
         List of dicts: file; color RGBA or None; textured, whether a picture covers it.
@@ -213,7 +225,7 @@ def convert(shape, signs, role, folder, faults=None):
     return parts
 
 
-def _load(geometry, faults):
+def _load(geometry: Geometry, faults: list[str] | None) -> list["trimesh.Trimesh"]:
     """Trimeshes of a file in metres, transforms of its scene applied."""
     meshes = []
     for found, place in read_parts(geometry, faults):
@@ -223,7 +235,7 @@ def _load(geometry, faults):
     return meshes
 
 
-def _looks(mesh, shape):
+def _looks(mesh: "trimesh.Trimesh", shape: Shape) -> tuple[RGBA, "Image.Image | None"]:
     """(RGBA, Pillow picture or None) of a trimesh as part of a Shape."""
     visual = mesh.visual
     uv = getattr(visual, "uv", None)
@@ -242,7 +254,7 @@ def _looks(mesh, shape):
     return rgba(material.main_color), None
 
 
-def _save(picture, path):
+def _save(picture: "Image.Image", path: str) -> None:
     """Save a picture with sides that are multiples of 4: EGL draws others as stripes."""
     try:
         picture = picture.convert("RGB")
@@ -255,7 +267,13 @@ def _save(picture, path):
     picture.save(path)
 
 
-def _write(path, meshes, signs, head=(), covered=False):
+def _write(
+    path: str,
+    meshes: list["trimesh.Trimesh"],
+    signs: tuple[int, ...],
+    head: Sequence[str] = (),
+    covered: bool = False,
+) -> None:
     """Write meshes as one OBJ after the lines of `head`; covered: with texture coordinates."""
     lines, first = list(head), 1
     flip = np.prod(signs) < 0  # mirroring turns the normals inwards: reverse the triangles
@@ -277,7 +295,7 @@ def _write(path, meshes, signs, head=(), covered=False):
         file.write("\n".join(lines) + "\n")
 
 
-def _library(path, color, picture=None):
+def _library(path: str, color: RGBA, picture: "Image.Image | None" = None) -> list[str]:
     """Write the material library of an OBJ, and its picture; gives the lines that name it."""
     base = os.path.splitext(os.path.basename(path))[0]
     folder = os.path.dirname(path)
@@ -295,7 +313,7 @@ def _library(path, color, picture=None):
     return [f"mtllib {base}.mtl", "usemtl look"]
 
 
-def write_box(size, texture, folder):
+def write_box(size: Sequence[float], texture: str, folder: str) -> list[Part]:
     """Write a box of a size [m] with a picture on each side; returns parts as convert does."""
     path = os.path.join(folder, "part_0.obj")
     lines = _library(path, WHITE, open_picture(texture))
@@ -317,11 +335,10 @@ def write_box(size, texture, folder):
 MAX_BYTES = 400_000_000  # of a mesh file
 
 
-def localise(lumped, folder, warn):
+def localise(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, list[Shape]]:
     """Replace the meshes and textures of a LumpedModel in place by files that PyBullet reads.
 
     Args:
-        lumped: LumpedModel.
         folder: for converted files; they go to <folder>/meshes.
         warn: function that takes a sentence, its cause and item (see ReadWarning) for each shape
             that cannot be used.
@@ -330,7 +347,7 @@ def localise(lumped, folder, warn):
         Link name -> the visuals that can be used, as they were.
     """
     store = _Store(os.path.join(folder, "meshes"), warn)
-    usable = {name: [] for name in lumped.links}
+    usable: dict[str, list[Shape]] = {name: [] for name in lumped.links}
     for link in lumped.links.values():
         for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
             ready = []
@@ -353,10 +370,10 @@ def localise(lumped, folder, warn):
 class _Store:
     """Converted files below one folder."""
 
-    def __init__(self, folder, warn):
+    def __init__(self, folder: str, warn: Warn) -> None:
         self._folder, self._warn = folder, warn
 
-    def visual(self, shape):
+    def visual(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one visual: one for each material."""
         if shape.geometry.kind in _MADE:
             shape = replace(shape, color=self._color(shape), texture="")
@@ -371,7 +388,7 @@ class _Store:
             raise ModelError(fault)
         if is_plain(shape, kind, data) and not shape.texture:
             return [shape]
-        faults = []
+        faults: list[str] = []
         parts = self._converted(geometry, data, "visual", shape, faults)
         for fault in dict.fromkeys(faults):
             self._warn(
@@ -386,7 +403,7 @@ class _Store:
             for part in parts
         ]
 
-    def collision(self, shape):
+    def collision(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one collision; materials are ignored."""
         if shape.geometry.kind in _MADE:
             return [replace(shape, geometry=self._made(shape.geometry))]
@@ -403,12 +420,12 @@ class _Store:
         parts = self._converted(geometry, data, "collision", shape)
         return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
 
-    def _made(self, geometry):
+    def _made(self, geometry: Geometry) -> Geometry:
         """The mesh of a heightmap or a polyline."""
         data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
         key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
 
-        def make(folder):
+        def make(folder: str) -> list[Part]:
             path = os.path.join(folder, "shape.obj")
             terrain.write_obj(path, *_MADE[geometry.kind](geometry))
             return [{"file": path, "color": None}]
@@ -416,10 +433,10 @@ class _Store:
         return Geometry("mesh", path=self._kept(key, make)[0]["file"])
 
     @staticmethod
-    def _color(shape):
+    def _color(shape: Shape) -> RGBA | None:
         return mean_color(shape.texture) if shape.texture else shape.color
 
-    def _covered(self, shape):
+    def _covered(self, shape: Shape) -> Shape:
         """A box with a texture on its sides; other shapes get the texture's mean colour."""
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
@@ -433,7 +450,14 @@ class _Store:
             geometry=Geometry("mesh", path=parts[0]["file"]),
         )
 
-    def _converted(self, geometry, data, role, shape, faults=None):
+    def _converted(
+        self,
+        geometry: Geometry,
+        data: bytes,
+        role: str,
+        shape: Shape,
+        faults: list[str] | None = None,
+    ) -> list[Part]:
         signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
         looks = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
         key = _key(
@@ -441,7 +465,7 @@ class _Store:
         )
         return self._kept(key, lambda folder: convert(shape, signs, role, folder, faults))
 
-    def _kept(self, key, make):
+    def _kept(self, key: str, make: Callable[[str], list[Part]]) -> list[Part]:
         """Parts made before, or made now; each a dict of file, color, textured."""
         folder = os.path.join(self._folder, key)
         index = os.path.join(folder, "parts.json")
@@ -461,9 +485,10 @@ _MADE = {
 }
 
 
-def _beside(path, geometry):
-    return Geometry("mesh", path=path, scale=tuple(abs(factor) for factor in geometry.scale))
+def _beside(path: str, geometry: Geometry) -> Geometry:
+    x, y, z = geometry.scale
+    return Geometry("mesh", path=path, scale=(abs(x), abs(y), abs(z)))
 
 
-def _key(data, text):
+def _key(data: bytes, text: str) -> str:
     return hashlib.sha256(data + text.encode()).hexdigest()[:24]

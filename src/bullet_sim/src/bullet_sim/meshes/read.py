@@ -4,12 +4,20 @@ import io
 import os
 import re
 import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, BinaryIO
 from urllib.parse import unquote
 
 import numpy as np
 
+from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
+from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, mended
+
+if TYPE_CHECKING:
+    import trimesh
+    from PIL import Image
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
 MAX_PIXELS = 8192 * 8192
@@ -21,17 +29,18 @@ class TooLarge(ModelError):
     """A picture has too many pixels."""
 
 
-def rgba(color):
+def rgba(color: Iterable[float]) -> RGBA:
     """RGBA 0..1 of trimesh's colour of 0..255, which may lack the last number."""
-    return tuple(float(value) / 255.0 for value in (list(color) + [255])[:4])
+    r, g, b, a = (float(value) / 255.0 for value in (list(color) + [255])[:4])
+    return r, g, b, a
 
 
-def picture_of(material):
+def picture_of(material: Any) -> "Image.Image | None":
     """Pillow picture over a trimesh's material, or None."""
     return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
 
 
-def opened(source):
+def opened(source: str | BinaryIO) -> "Image.Image":
     """Pillow picture of a file, not read yet; to be closed.
 
     Args:
@@ -42,7 +51,7 @@ def opened(source):
     """
     from PIL import Image
 
-    path = getattr(source, "name", source)
+    path: Any = getattr(source, "name", source)
     if source is path and not os.path.isfile(path):
         raise ModelError(f"picture '{path}' cannot be read: it is no file")
     try:
@@ -60,7 +69,7 @@ def opened(source):
     return picture
 
 
-def open_picture(path, transparent=False):
+def open_picture(path: str, transparent: bool = False) -> "Image.Image":
     """Pillow picture of a file, with its transparency if wanted and there.
 
     Raises:
@@ -75,10 +84,11 @@ def open_picture(path, transparent=False):
         raise ModelError(f"picture '{path}' cannot be read: {error}") from error
 
 
-def mean_color(path):
+def mean_color(path: str) -> RGBA:
     """Mean RGBA of a picture file."""
     mean = np.asarray(open_picture(path).resize((32, 32))).reshape(-1, 3).mean(axis=0)
-    return tuple((mean / 255.0).tolist()) + (1.0,)
+    r, g, b = (mean / 255.0).tolist()
+    return r, g, b, 1.0
 
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff")
@@ -92,11 +102,13 @@ class Beside:
         path: of the mesh.
     """
 
-    def __init__(self, path):
-        self.faults = []  # of pictures that cannot be used, which trimesh leaves out silently
+    def __init__(self, path: str) -> None:
+        self.faults: list[
+            str
+        ] = []  # of pictures that cannot be used, which trimesh leaves out silently
         self._folder = os.path.dirname(os.path.abspath(path))
 
-    def get(self, name):
+    def get(self, name: str) -> bytes:
         """Bytes of a file by the name that the mesh has for it.
 
         A name counts as it is, then without its folders, beside the mesh and in TEXTURES.
@@ -112,7 +124,7 @@ class Beside:
                 return self._read(path)
         raise FileNotFoundError(f"'{name}' is neither in '{self._folder}' nor in its {TEXTURES}")
 
-    def _read(self, path):
+    def _read(self, path: str) -> bytes:
         with open(path, "rb") as file:
             if path.lower().endswith(PICTURES):
                 try:
@@ -130,14 +142,16 @@ class Beside:
 MAX_SIZE = 1e6  # [m] larger meshes are refused
 
 
-def read_parts(geometry, faults=None):
+def read_parts(
+    geometry: Geometry, faults: list[str] | None = None
+) -> list[tuple["trimesh.Trimesh", Array]]:
     """Trimeshes of a file and their places, (mesh, (4, 4) with the scale to metres).
 
     DAE: <unit> counts, <up_axis> does not (see prepare.py).
 
     Args:
-        geometry: Geometry that is a mesh; its submesh counts, its scale does not.
-        faults: list that takes what is wrong with its pictures, which are left out.
+        geometry: a mesh; its submesh counts, its scale does not.
+        faults: gets what is wrong with its pictures, which are left out.
 
     Raises:
         ModelError: it cannot be read, or has no triangles or no such submesh.
@@ -178,13 +192,13 @@ def read_parts(geometry, faults=None):
     return parts
 
 
-def check_corners(corners, path):
+def check_corners(corners: Array, path: str) -> None:
     """Raise ModelError when corners (n, 3) [m] of a file are not finite or far out."""
     if not np.isfinite(corners).all() or np.abs(corners).max() > MAX_SIZE:
         raise ModelError(f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m")
 
 
-def _scene(geometry, beside):
+def _scene(geometry: Geometry, beside: Beside) -> "trimesh.Scene":
     """trimesh's Scene of a file and those beside it."""
     import trimesh
 
@@ -201,11 +215,11 @@ def _scene(geometry, beside):
     return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
 
 
-def _is_part(wanted, *names):
+def _is_part(wanted: str, *names: str) -> bool:
     return any(name == wanted or str(name).startswith(wanted) for name in names)
 
 
-def _unit(text):
+def _unit(text: str | None) -> float:
     """Metres in a file's unit: trimesh says 'meters' or '0.0254 * meters'."""
     found = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
     return float(found.group(1)) if found else 1.0

@@ -1,16 +1,18 @@
 """Shapes that become meshes: heightmaps from images, polygons extruded upwards."""
 
 import os
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import opened
+from bullet_sim.pose import Array
 
 MAX_POINTS = 257  # a side of a heightmap; greater images are thinned out to it
 
 
-def heightmap(path, size):
+def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
     """Surface over the pixels of an image, the picture's top towards +y.
 
     Args:
@@ -47,7 +49,7 @@ def heightmap(path, size):
     return vertices, np.concatenate((np.stack((a, c, b), -1), np.stack((b, c, d), -1)))
 
 
-def extruded(points, height):
+def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, Array]:
     """A polygon in the plane, extruded upwards by a height [m].
 
     Args:
@@ -85,11 +87,11 @@ def extruded(points, height):
     return vertices, np.concatenate((top[:, ::-1], top + count, sides))
 
 
-def _cross(p, q):
+def _cross(p: Array, q: Array) -> float:
     return p[0] * q[1] - p[1] * q[0]
 
 
-def _triangles(corners):
+def _triangles(corners: list[Array]) -> list[tuple[int, ...]]:
     """Triangles of a counter-clockwise polygon by cutting off ears (Meisters, 1975)."""
     left, faces = list(range(len(corners))), []
     while len(left) > 3:
@@ -104,7 +106,7 @@ def _triangles(corners):
     return [*faces, tuple(left)]
 
 
-def _is_ear(corners, left, before, here, after):
+def _is_ear(corners: list[Array], left: list[int], before: int, here: int, after: int) -> bool:
     a, b, c = corners[before], corners[here], corners[after]
     if _cross(b - a, c - a) <= 0.0:
         return False
@@ -115,7 +117,7 @@ def _is_ear(corners, left, before, here, after):
     )
 
 
-def write_obj(path, vertices, faces):
+def write_obj(path: str, vertices: Array, faces: Array) -> None:
     """Write an OBJ file, in place of what is there, at once."""
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]

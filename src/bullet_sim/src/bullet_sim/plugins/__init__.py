@@ -9,7 +9,7 @@ from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
-from bullet_sim.xml_reader import sdf_pose
+from bullet_sim.xml_reader import document_root, sdf_pose
 
 __all__ = [
     "PLUGINS",
@@ -106,8 +106,8 @@ def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
     return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
 
 
-def _is_for_a_plugin(sensor: Any) -> bool:
+def _is_for_a_plugin(sensor: Element) -> bool:
     """Whether a sensor without a plugin may be one that a plugin of its model reads."""
-    holders = [node for node in sensor.document.root.iter() if node.tag in ("model", "gazebo")]
+    holders = [node for node in document_root(sensor).iter() if node.tag in ("model", "gazebo")]
     readers = [_find(PLUGINS, library(it)) for holder in holders for it in holder.findall("plugin")]
     return any(getattr(reader, "reads_sensors", True) for reader in readers)

@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element
 
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import is_true, sdf_pose, warn_replaced
+from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
 FUNCTIONS = ("tan", "sin", "id")
 # Names of <type> -> (c1, c2, function).
@@ -131,12 +134,12 @@ ENCODINGS = {
 }
 
 
-def encoding(camera, model):
+def encoding(camera: Values, model: ModelDescription) -> str:
     """Encoding of a camera's messages: rgb8, bgr8 or mono8.
 
     Args:
         camera: Values of the <camera>.
-        model: ModelDescription that takes the warning.
+        model: gets the warning.
     """
     form = camera.text("image/format", "R8G8B8")
     found = ENCODINGS.get(form.upper())
@@ -150,7 +153,7 @@ def encoding(camera, model):
     return found or "rgb8"
 
 
-def field_of_view(camera, wide=False):
+def field_of_view(camera: Values, wide: bool = False) -> float:
     """Horizontal angle of a camera [rad], below 180 degrees.
 
     Args:
@@ -168,7 +171,7 @@ def field_of_view(camera, wide=False):
     return used
 
 
-def wide_lens(camera, model):
+def wide_lens(camera: Values, model: ModelDescription) -> Lens:
     """Lens of a wide-angle camera; where it names none, Gazebo's stereographic one."""
     fov = camera.number("horizontal_fov", FIELD_OF_VIEW)
     fov = min(fov, FULL_TURN) if fov > 0.0 else FIELD_OF_VIEW
@@ -203,14 +206,14 @@ def wide_lens(camera, model):
     return Lens(fov, cutoff=cutoff)
 
 
-def _fills(lens):
+def _fills(lens: Lens) -> bool:
     """Whether the angle of a lens has a place on its picture."""
     edge = lens.fov / 2.0 / lens.c2 + lens.c3
     limit = {"tan": math.pi / 2.0 - 1e-3, "sin": math.pi / 2.0 + 1e-9, "id": math.inf}
     return not lens.scaled or 0.0 < edge < limit[lens.function]
 
 
-def distortion(camera, plugin):
+def distortion(camera: Values, plugin: Values) -> tuple[float, ...]:
     """(k1, k2, p1, p2, k3) of a lens, () of a pinhole.
 
     Those of the <camera> count, else those of its plugin; values too small to be seen are none.
@@ -218,10 +221,10 @@ def distortion(camera, plugin):
     found = [camera.number(f"distortion/{name}") for name in ("k1", "k2", "p1", "p2", "k3")]
     if camera.element.find("distortion") is None:
         found = [plugin.number(f"distortion{name}") for name in ("K1", "K2", "T1", "T2", "K3")]
-    return tuple(found) if max(map(abs, found)) > INVISIBLE else ()
+    return tuple(found) if max(abs(value) for value in found) > INVISIBLE else ()
 
 
-def clip(camera):
+def clip(camera: Values) -> tuple[float, float]:
     """(nearest, furthest) distance that a camera draws [m]."""
     near, far = camera.number("clip/near", CLIP[0]), camera.number("clip/far", CLIP[1])
     if 0.0 < near < far:
@@ -233,16 +236,17 @@ def clip(camera):
     return used
 
 
-def _camera_values(xml, camera=None, side=""):
+def _camera_values(
+    xml: SensorXml, element: Element | None = None, side: str = ""
+) -> dict[str, Any]:
     """Values of a CameraSpec.
 
     Args:
-        xml: SensorXml.
-        camera: its <camera>; None: the only one.
+        element: its <camera>; None: the only one.
         side: appended to the topics' namespace.
     """
     plugin = xml.plugin("camera")
-    camera = xml.part("camera", "camera") if camera is None else Values(camera, plugin.label)
+    camera = Values(element, plugin.label) if element is not None else xml.part("camera", "camera")
     group = xml.text("cameraName") + side
     mean, stddev = camera.noise("noise")
     near, far = clip(camera)
@@ -267,7 +271,7 @@ def _camera_values(xml, camera=None, side=""):
     )
 
 
-def _place(xml, camera):
+def _place(xml: SensorXml, camera: Values) -> PoseTuple:
     """Pose of a <camera> in its link: that of its <sensor>, and within that its own."""
     if camera.element is xml.sensor or camera.element.find("pose") is None:
         return xml.pose
@@ -276,7 +280,7 @@ def _place(xml, camera):
 
 
 @sensor_plugin("gazebo_ros_camera", types=("camera", "depth", "depth_camera", WIDE))
-def camera(xml):
+def camera(xml: SensorXml) -> CameraSpec:
     """CameraSpec; of a wide-angle camera with its lens."""
     if xml.type != WIDE:
         return CameraSpec(**_camera_values(xml))
@@ -285,7 +289,7 @@ def camera(xml):
 
 
 @sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
-def multicamera(xml):
+def multicamera(xml: SensorXml) -> list[CameraSpec]:
     """CameraSpecs of a left and a right camera, told by their names."""
     found = []
     for camera in xml.sensor.findall("camera"):
@@ -305,8 +309,18 @@ def multicamera(xml):
 
 
 @sensor_plugin("gazebo_ros_depth_camera", types=("camera", "depth", "depth_camera"))
-def depth_camera(xml, cutoff_max=float("inf")):
+def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     """DepthCameraSpec."""
+    return _depth_camera(xml, math.inf)
+
+
+@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
+def kinect(xml: SensorXml) -> DepthCameraSpec:
+    """DepthCameraSpec."""
+    return _depth_camera(xml, 5.0)
+
+
+def _depth_camera(xml: SensorXml, cutoff_max: float) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     return DepthCameraSpec(
         **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
@@ -319,12 +333,6 @@ def depth_camera(xml, cutoff_max=float("inf")):
     )
 
 
-@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
-def kinect(xml):
-    """DepthCameraSpec."""
-    return depth_camera(xml, cutoff_max=5.0)
-
-
 # RealSense ----------------------------------------------------------------------------------------
 _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
     "color": ("color", "color/image_raw"),
@@ -335,7 +343,7 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 
 
 @model_plugin("realsense_gazebo_plugin", reads_sensors=True)
-def realsense(xml):
+def realsense(xml: PluginXml) -> None:
     """Specs of the four cameras of a model, found by their names.
 
     Topics are below the plugin's own name; camera_info is beside each picture.
@@ -382,10 +390,10 @@ def realsense(xml):
         xml.model.sensors.append(spec)
 
 
-def _sensors_by_name(xml):
+def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:
     """Name -> (<sensor>, link) of the sensors in a plugin's document."""
-    found = {}
-    for holder in xml.element.document.root.iter():
+    found: dict[str | None, tuple[Element, str]] = {}
+    for holder in document_root(xml.element).iter():
         link = holder.get("reference") if holder.tag == "gazebo" else holder.get("name")
         if holder.tag in ("gazebo", "link") and link in xml.model.links:
             for sensor in holder.findall("sensor"):

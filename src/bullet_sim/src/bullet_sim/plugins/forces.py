@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
+from bullet_sim.plugins.xml import PluginXml, SensorXml
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class JointPosesSpec:
 
 
 @sensor_plugin("gazebo_ros_bumper", types=("contact",))
-def bumper(xml):
+def bumper(xml: SensorXml) -> ContactSpec:
     """ContactSpec."""
     named = [(found.text or "").strip() for found in xml.sensor.findall("contact/collision")]
     return ContactSpec(
@@ -97,7 +98,7 @@ def bumper(xml):
 
 
 @model_plugin("gazebo_ros_ft_sensor")
-def ft_sensor(xml):
+def ft_sensor(xml: PluginXml) -> None:
     """ForceTorqueSpec."""
     joint = xml.joint("jointName")
     if joint is None:
@@ -117,7 +118,7 @@ def ft_sensor(xml):
 
 
 @model_plugin("gazebo_ros_f3d")
-def f3d(xml):
+def f3d(xml: PluginXml) -> None:
     """LinkForceSpec."""
     link = xml.link("bodyName")
     if link is not None:
@@ -131,7 +132,7 @@ def f3d(xml):
 
 
 @model_plugin("gazebo_ros_hand_of_god")
-def hand_of_god(xml):
+def hand_of_god(xml: PluginXml) -> None:
     """HandOfGodSpec; the link has no weight."""
     link = xml.link("linkName")
     if link is None:
@@ -148,7 +149,7 @@ def hand_of_god(xml):
 
 
 @model_plugin("gazebo_ros_joint_pose_trajectory")
-def joint_pose_trajectory(xml):
+def joint_pose_trajectory(xml: PluginXml) -> None:
     """JointPosesSpec."""
     name, topic = xml.name or "joint_pose_trajectory", "set_joint_trajectory"
     spec = JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))

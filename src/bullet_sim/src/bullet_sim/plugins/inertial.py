@@ -2,9 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PoseTuple, Values
+from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.xml_reader import is_true
 
 
@@ -115,15 +116,16 @@ class MagneticSpec:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def _offset(xml):
+def _offset(xml: PluginXml) -> PoseTuple:
     """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>."""
-    return tuple(
+    xyz, rpy = (
         xml.vector(tag, default=xml.vector(f"{tag}s")) for tag in ("xyzOffset", "rpyOffset")
     )
+    return xyz, rpy
 
 
 @model_plugin("gazebo_ros_p3d")
-def ground_truth(xml):
+def ground_truth(xml: PluginXml) -> None:
     """GroundTruthSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -141,7 +143,7 @@ def ground_truth(xml):
     xml.model.sensors.append(spec)
 
 
-def _imu_spec(xml, name, link, pose, **values):
+def _imu_spec(xml: PluginXml, name: str, link: str, pose: PoseTuple, **values: Any) -> ImuSpec:
     """ImuSpec of a plugin with <gaussianNoise>; values: what differs between plugins."""
     noise = abs(Values(xml.element, f"imu '{name}'").number("gaussianNoise"))
     values = {"gyro_noise_stddev": noise, "accel_noise_stddev": noise, **values}
@@ -149,7 +151,7 @@ def _imu_spec(xml, name, link, pose, **values):
 
 
 @model_plugin("gazebo_ros_imu")
-def model_imu(xml):
+def model_imu(xml: PluginXml) -> None:
     """ImuSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -167,7 +169,7 @@ def model_imu(xml):
 
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
-def imu(xml):
+def imu(xml: SensorXml) -> ImuSpec:
     """ImuSpec of a plugin that belongs into <gazebo>, but is often found in a <sensor>."""
     return _imu_spec(
         xml,
@@ -181,7 +183,7 @@ def imu(xml):
 
 
 @sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
-def imu_sensor(xml):
+def imu_sensor(xml: SensorXml) -> ImuSpec:
     """ImuSpec."""
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
     mean, stddev = {}, {}
@@ -221,14 +223,16 @@ def imu_sensor(xml):
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
 @model_plugin("hector_gazebo_ros_imu")
-def hector_imu(xml):
+def hector_imu(xml: PluginXml) -> None:
     """ImuSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
     noise = abs(xml.number("gaussianNoise"))
-    acceleration = max(map(abs, xml.vector("accelGaussianNoise", broadcast=True))) or noise
-    rate = max(map(abs, xml.vector("rateGaussianNoise", broadcast=True)))
+    acceleration = (
+        max(abs(value) for value in xml.vector("accelGaussianNoise", broadcast=True)) or noise
+    )
+    rate = max(abs(value) for value in xml.vector("rateGaussianNoise", broadcast=True))
     spec = ImuSpec(
         name=xml.name or "imu",
         link=link,
@@ -246,7 +250,7 @@ def hector_imu(xml):
 
 
 @model_plugin("hector_gazebo_ros_gps")
-def gps(xml):
+def gps(xml: PluginXml) -> None:
     """GpsSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -273,7 +277,7 @@ def gps(xml):
 
 
 @model_plugin("hector_gazebo_ros_magnetic")
-def magnetic(xml):
+def magnetic(xml: PluginXml) -> None:
     """MagneticSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:

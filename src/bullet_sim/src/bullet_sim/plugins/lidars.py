@@ -1,9 +1,10 @@
 """Lidars and range sensors: their specifications, read from SDF and plugins."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.registry import sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple
+from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
 from bullet_sim.xml_reader import child_text, is_true, warn_replaced
 
 TYPES = ("ray", "gpu_ray")  # of <sensor>
@@ -78,23 +79,23 @@ class RangeSpec(LayeredRays):
     field_of_view: float = 0.05
 
 
-def sweep(ray):
+def sweep(ray: Values) -> tuple[float, float]:
     """(first, last) angle of a lidar [rad], the smaller first.
 
     Args:
         ray: Values of the <ray>.
     """
-    angles = tuple(ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
-    if angles[0] <= angles[1]:
-        return angles
-    used, shown = angles[::-1], f"{angles[0]:g} {angles[1]:g}"
-    sentence = f"{ray.label} has angles {angles[0]:g} to {angles[1]:g}, the smaller must come first"
+    first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
+    if first <= last:
+        return first, last
+    used, shown = (last, first), f"{first:g} {last:g}"
+    sentence = f"{ray.label} has angles {first:g} to {last:g}, the smaller must come first"
     where = ray.element.find("scan/horizontal")
     warn_replaced(where, f"{ray.label} angles", shown, sentence, used)
     return used
 
 
-def reach(ray):
+def reach(ray: Values) -> tuple[float, float]:
     """(nearest, furthest) range of a lidar [m]."""
     near, far = ray.number("range/min"), ray.number("range/max", FURTHEST)
     if 0.0 <= near < far:
@@ -106,7 +107,7 @@ def reach(ray):
     return used
 
 
-def _scan(xml, ray, samples):
+def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
     """Values that all of them share, from <ray>; `samples` where it names none."""
     first, last = sweep(ray)
     near, far = reach(ray)
@@ -123,7 +124,7 @@ def _scan(xml, ray, samples):
     )
 
 
-def _layers(xml):
+def _layers(xml: SensorXml) -> dict[str, Any]:
     """As _scan, with layers and noise."""
     ray = xml.part("ray", "lidar")
     return dict(
@@ -136,7 +137,13 @@ def _layers(xml):
     )
 
 
-def _sent(xml, plugin, values, topic, rate_tag="updateRate"):
+def _sent(
+    xml: SensorXml,
+    plugin: Values,
+    values: dict[str, Any],
+    topic: str,
+    rate_tag: str | None = "updateRate",
+) -> dict[str, Any]:
     """The values of _layers with the plugin's noise, rate and topic."""
     noise = values["noise_stddev"]
     return dict(
@@ -147,12 +154,12 @@ def _sent(xml, plugin, values, topic, rate_tag="updateRate"):
     )
 
 
-def _frame(xml, default="/world"):
+def _frame(xml: SensorXml, default: str = "/world") -> str:
     return xml.frame("frameName", default, prefixed=True)
 
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
-def laser(xml):
+def laser(xml: SensorXml) -> RaySpec:
     """RaySpec."""
     ray = xml.part("ray", "lidar")
     if ray.number("scan/vertical/samples", 1) > 1:
@@ -169,7 +176,7 @@ def laser(xml):
 
 
 @sensor_plugin("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", types=TYPES)
-def velodyne(xml):
+def velodyne(xml: SensorXml) -> CloudSpec:
     """CloudSpec; min_range, max_range narrow the ray's."""
     values, plugin = _layers(xml), xml.plugin("lidar")
     nearest = plugin.number("min_range")
@@ -185,14 +192,14 @@ def velodyne(xml):
 
 
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES)
-def block_laser(xml):
+def block_laser(xml: SensorXml) -> BlockCloudSpec:
     """BlockCloudSpec."""
     values = _sent(xml, xml.plugin("lidar"), _layers(xml), "/world")
     return BlockCloudSpec(**values, frame_id=_frame(xml))
 
 
 @sensor_plugin("gazebo_ros_range", types=TYPES)
-def range_sensor(xml):
+def range_sensor(xml: SensorXml) -> RangeSpec:
     """RangeSpec."""
     plugin = xml.plugin("range sensor")
     return RangeSpec(
@@ -204,7 +211,7 @@ def range_sensor(xml):
 
 
 @sensor_plugin("hector_gazebo_ros_sonar", types=TYPES)
-def sonar(xml):
+def sonar(xml: SensorXml) -> RangeSpec:
     """RangeSpec; its field of view is the narrower of both."""
     values = _layers(xml)
     wide = values["max_angle"] - values["min_angle"]

@@ -2,12 +2,12 @@
 
 import copy
 from collections.abc import Iterable
-from typing import Self
+from typing import Literal, Self, overload
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     child_flag,
     child_floats,
@@ -17,7 +17,6 @@ from bullet_sim.xml_reader import (
     floats,
 )
 
-Vec3 = tuple[float, float, float]
 PoseTuple = tuple[Vec3, Vec3]
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 ZERO_POSE: PoseTuple = (ZERO, ZERO)
@@ -111,6 +110,22 @@ class Values:
         """A text without the spaces around it; the default where the tag is missing or empty."""
         return child_text(self.element, path, default)
 
+    @overload
+    def vector(
+        self,
+        path: str,
+        count: Literal[3] = 3,
+        default: Vec3 | None = None,
+        broadcast: bool = False,
+    ) -> Vec3: ...
+    @overload
+    def vector(
+        self,
+        path: str,
+        count: int,
+        default: tuple[float, ...] | None = None,
+        broadcast: bool = False,
+    ) -> tuple[float, ...]: ...
     def vector(
         self,
         path: str,
@@ -152,7 +167,7 @@ class PluginXml(Values):
 
     Args:
         element: the <plugin>.
-        model: ModelDescription that it belongs to.
+        model: that it belongs to.
 
     Attributes:
         name: its name; empty: it has none.
@@ -227,7 +242,7 @@ class SensorXml(PluginXml):
 
     Args:
         element: the <plugin>.
-        model: ModelDescription that it belongs to.
+        model: that it belongs to.
         sensor: the <sensor>.
         parent: name of the link that carries it.
         pose: of the sensor in that link's frame.

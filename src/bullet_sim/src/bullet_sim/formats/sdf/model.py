@@ -1,5 +1,6 @@
 """<model> of SDF: frames, links, poses -> ModelDescription."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +9,13 @@ from bullet_sim.description.lump import moved
 from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import SDF, read_surface
-from bullet_sim.formats.joints import read_joint
-from bullet_sim.formats.shapes import parse_shape
+from bullet_sim.formats.joints import Version, read_joint
+from bullet_sim.formats.shapes import Resolve, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import child_number, child_text, is_true, sdf_pose
+from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose
+
+OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of its file
 
 
 class Frames:
@@ -23,29 +26,30 @@ class Frames:
         name: of the model, for messages.
     """
 
-    def __init__(self, element, name):
+    def __init__(self, element: Node, name: str) -> None:
         self._name = name
-        self._given, self._known = {}, {"__model__": Pose(), "": Pose(), "world": Pose()}
+        self._given: dict[str, tuple[Node, str]] = {}
+        self._known = {"__model__": Pose(), "": Pose(), "world": Pose()}
         for tag in ("link", "model", "frame", "joint", "include"):
             for part in element.findall(tag):
                 key = part.get("name") or child_text(part, "name") or ""
                 if key:
                     self._given.setdefault(key, (part, self._default(part, tag)))
-        self._busy = []
+        self._busy: list[str] = []
 
     @staticmethod
-    def _default(part, tag):
+    def _default(part: Node, tag: str) -> str:
         if tag == "joint":
             return child_text(part, "child", "")
         return part.get("attached_to") or "" if tag == "frame" else ""
 
-    def pose(self, name, element=None):
+    def pose(self, name: str, element: Node | None = None) -> Pose:
         """Pose of a named frame in the model's frame.
 
         Args:
             name: of the frame; one that does not exist, or is relative to itself in a circle,
                 counts as the model's frame.
-            element: Node that names it and takes the warning.
+            element: that names it; takes the warning.
         """
         if name in self._known:
             return self._known[name]
@@ -74,7 +78,7 @@ class Frames:
         return pose
 
     @staticmethod
-    def _of_model(element, text, name):
+    def _of_model(element: Node | None, text: str, name: str) -> Pose:
         if element is not None:
             element.warn(
                 f"{text}; the model's frame is used",
@@ -83,7 +87,7 @@ class Frames:
             )
         return Pose()
 
-    def place(self, element, default, what):
+    def place(self, element: Node, default: str, what: str) -> Pose:
         """Pose of an element with a <pose> in the model's frame.
 
         Args:
@@ -96,7 +100,7 @@ class Frames:
         return self.pose(base, element) * sdf_pose(element, what)
 
 
-def read_inertial(element, link, what):
+def read_inertial(element: Node, link: Link, what: str) -> None:
     """Set mass, centre and inertia of a Link from a <link>'s <inertial>."""
     link.mass, link.inertia = 1.0, np.eye(3)
     inertial = element.find("inertial")
@@ -133,7 +137,7 @@ def read_inertial(element, link, what):
     link.centre = np.array(pose.position)
 
 
-def read_surfaces(element, link, what, model):
+def read_surfaces(element: Node, link: Link, what: str, model: ModelDescription) -> None:
     """Set the surface of a Link from the <collision>s of a <link>, and how it collides."""
     for number, part in enumerate(element.findall("collision")):
         read = Surface()
@@ -145,10 +149,10 @@ def read_surfaces(element, link, what, model):
         link.gravity = False
 
 
-def _combine(into, read, first):
+def _combine(into: Surface, read: Surface, first: bool) -> None:
     """A link has one surface here: the lowest friction of its collisions, the bits of all."""
     lowest = 1.0 if read.friction is None else read.friction
-    if first or lowest < into.friction:
+    if first or into.friction is None or lowest < into.friction:
         into.friction, into.friction2 = lowest, read.friction2
         into.direction = read.direction
     into.bitmask = read.bitmask if first else into.bitmask | read.bitmask
@@ -176,14 +180,15 @@ _MODEL_TAGS = {
 }
 
 
-def parse_model_element(element, resolve, version=(1, 6), open_include=None):
+def parse_model_element(
+    element: Node, resolve: Resolve, version: Version, open_include: OpenInclude
+) -> ModelDescription:
     """Read a <model>.
 
     Args:
         element: the <model>.
-        resolve: function URI -> path of a file.
         version: of the SDF document; up to (1, 4) joint axes are in the model's frame.
-        open_include: function <include> -> (<model>, version) for models inside models.
+        open_include: for models inside models.
 
     Raises:
         ModelError: it has no link.
@@ -191,7 +196,7 @@ def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     model = ModelDescription(element.get("name") or "model", warnings=element.document.warnings)
     model.static = is_true(child_text(element, "static", "false"))
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
-    reader = _Reader(model, resolve, open_include)
+    reader = ModelReader(model, resolve, open_include)
     reader.read(element, "", Pose(), version)
     if element.find("static") is None:
         model.static = reader.includes_static
@@ -203,7 +208,7 @@ def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     return model
 
 
-def _tie(model, poses):
+def _tie(model: ModelDescription, poses: dict[str, Pose]) -> None:
     """Fix links without a joint to the first link; in Gazebo they would be separate bodies."""
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
@@ -223,7 +228,7 @@ def _tie(model, poses):
                 )
 
 
-def _shift_root(model, pose):
+def _shift_root(model: ModelDescription, pose: Pose) -> None:
     """Make the root link's frame the model's frame."""
     if pose == Pose():
         return
@@ -236,16 +241,17 @@ def _shift_root(model, pose):
             model.sensors[number] = replace(spec, pose=(place.position, place.rpy))
 
 
-def _number_names(element):
+def _number_names(element: Node) -> None:
     """Give links, joints and models in a <model> whose name is taken a number behind it."""
     for tag in ("link", "joint", "model"):
-        taken = set()
+        taken: set[str] = set()
         for part in element.findall(tag):
-            part.set("name", _unused(part.get("name") or tag, taken, part))
-            taken.add(part.get("name"))
+            name = _unused(part.get("name") or tag, taken, part)
+            part.set("name", name)
+            taken.add(name)
 
 
-def _unused(name, taken, element):
+def _unused(name: str, taken: set[str], element: Node) -> str:
     """A name that is not taken: with a number behind it and a warning if need be."""
     free, number = name, 0
     while free in taken:
@@ -260,7 +266,7 @@ def _unused(name, taken, element):
     return free
 
 
-class _Reader:
+class ModelReader:
     """Collects links, joints and plugins of a model and of the models inside it.
 
     Attributes:
@@ -270,13 +276,17 @@ class _Reader:
             the whole model is, unless it says something else.
     """
 
-    def __init__(self, model, resolve, open_include):
+    def __init__(
+        self, model: ModelDescription, resolve: Resolve, open_include: OpenInclude
+    ) -> None:
         self.model, self._resolve = model, resolve
         self._open_include = open_include
-        self.poses, self.plugins, self.includes_static = {}, [], False
+        self.poses: dict[str, Pose] = {}
+        self.plugins: list[Node] = []
+        self.includes_static = False
         self._depth = self._included = 0
 
-    def read(self, element, prefix, place, version):
+    def read(self, element: Node, prefix: str, place: Pose, version: Version) -> None:
         """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
         _number_names(element)
         frames = Frames(element, element.get("name") or self.model.name)
@@ -298,7 +308,7 @@ class _Reader:
                     f"'{self.model.name}'",
                 )
 
-    def _include(self, include, prefix, place):
+    def _include(self, include: Node, prefix: str, place: Pose) -> None:
         uri = child_text(include, "uri", "")
         try:
             if self._depth >= MAX_DEPTH:
@@ -329,7 +339,7 @@ class _Reader:
         )
         self._depth -= 1
 
-    def _link(self, element, prefix, place, frames):
+    def _link(self, element: Node, prefix: str, place: Pose, frames: Frames) -> None:
         name = element.get("name") or "link"
         link = Link(prefix + name)
         what = f"link '{link.name}' of '{self.model.name}'"

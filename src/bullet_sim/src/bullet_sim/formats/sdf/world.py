@@ -4,9 +4,12 @@ import dataclasses
 import math
 import re
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from bullet_sim.description.model import RGB, ModelDescription
+from bullet_sim.description.warnings import ReadWarning
 from bullet_sim.description.world import (
     DEFAULT_STEP,
     KINDS,
@@ -20,10 +23,13 @@ from bullet_sim.description.world import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
-from bullet_sim.formats.sdf.model import parse_model_element
-from bullet_sim.formats.shapes import rgba_of
+from bullet_sim.formats.joints import Version
+from bullet_sim.formats.sdf.model import OpenInclude, parse_model_element
+from bullet_sim.formats.shapes import Resolve, rgba_of
 from bullet_sim.plugins.xml import library
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
+    Node,
     child_flag,
     child_floats,
     child_number,
@@ -34,11 +40,12 @@ from bullet_sim.xml_reader import (
     warn_replaced,
 )
 
+D = TypeVar("D")
 FOGS = {"linear": "linear", "exponential": "exp", "quadratic": "exp2", "exp": "exp", "exp2": "exp2"}
 DOWN = (0.0, 0.0, -1.0)
 
 
-def parse_scene(world, what):
+def parse_scene(world: Node, what: str) -> Scene:
     """Scene of a <world>, without lights.
 
     Args:
@@ -59,7 +66,7 @@ def parse_scene(world, what):
     )
 
 
-def sun(include, what):
+def sun(include: Node, what: str) -> Light:
     """Gazebo's model://sun at the pose of its <include>."""
     name = child_text(include, "name", SUN.name)
     if include.find("pose") is None:
@@ -68,13 +75,13 @@ def sun(include, what):
     return replace(SUN, name=name, position=pose.position, direction=_turned(pose, SUN.direction))
 
 
-def parse_light(element, what, pose=None):
+def parse_light(element: Node, what: str, pose: Pose | None = None) -> Light:
     """Light of a <light>.
 
     Args:
         element: the <light>.
         what: name for messages.
-        pose: Pose that replaces its own.
+        pose: replaces its own.
     """
     name = element.get("name") or "light"
     what = f"{what} light '{name}'"
@@ -106,15 +113,16 @@ def parse_light(element, what, pose=None):
     )
 
 
-def _turned(pose, direction):
+def _turned(pose: Pose, direction: Vec3) -> Vec3:
     """A direction of a frame in its parent's, of length 1; down where it has none."""
     length = math.sqrt(sum(value * value for value in direction))
     if length < 1e-9:
         direction, length = DOWN, 1.0
-    return tuple((pose.matrix @ (np.asarray(direction) / length)).tolist())
+    x, y, z = (pose.matrix @ (np.asarray(direction) / length)).tolist()
+    return x, y, z
 
 
-def _color(element, tag, what, default):
+def _color(element: Node, tag: str, what: str, default: D) -> RGB | D:
     """RGB of a child element."""
     text = child_text(element, tag)
     if text is None:
@@ -123,7 +131,7 @@ def _color(element, tag, what, default):
     return default if found is None else found[:3]
 
 
-def _fog(element, what):
+def _fog(element: Node | None, what: str) -> Fog | None:
     if element is None:
         return None
     kind = FOGS.get((child_text(element, "type") or "none").lower())
@@ -158,12 +166,13 @@ _QUIET = {
 }
 
 
-def parse_world(text, resolve, what="world"):
+def parse_world(
+    text: str | bytes | Node, resolve: Resolve, what: str = "world"
+) -> WorldDescription:
     """Read a world.
 
     Args:
         text: SDF document with a <world>.
-        resolve: function URI -> path of a file.
         what: name for messages, e.g. the file's path.
 
     Raises:
@@ -191,12 +200,19 @@ def parse_world(text, resolve, what="world"):
     return described
 
 
-def _shine(described, light):
+def _shine(described: WorldDescription, light: Light) -> None:
     scene = described.scene
     described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
 
 
-def _model(element, described, resolve, what, version, states):
+def _model(
+    element: Node,
+    described: WorldDescription,
+    resolve: Resolve,
+    what: str,
+    version: Version,
+    states: dict[str | None, Node],
+) -> None:
     try:
         model, pose = _placed(element, resolve, what, version)
     except ModelError as error:
@@ -211,7 +227,7 @@ def _model(element, described, resolve, what, version, states):
     described.models.append((model, pose))
 
 
-def _number_names(described, what):
+def _number_names(described: WorldDescription, what: str) -> None:
     """Rename models whose name is taken; Gazebo would refuse them."""
     taken = set()
     for model, _ in described.models:
@@ -228,13 +244,13 @@ def _number_names(described, what):
         taken.add(model.name)
 
 
-def _version(sdf):
+def _version(sdf: Node) -> Version:
     """(major, minor) of an <sdf>; (1, 6) where it gives none that can be read."""
     found = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
     return (int(found.group(1)), int(found.group(2))) if found else (1, 6)
 
 
-def _physics(world, described, what):
+def _physics(world: Node, described: WorldDescription, what: str) -> None:
     zero = described.gravity
     gravity = child_floats(world, "physics/gravity", 3, what, zero)
     described.gravity = child_floats(world, "gravity", 3, what, gravity)
@@ -253,7 +269,7 @@ def _physics(world, described, what):
     described.real_time_factor = max(0.0, rate) * step
 
 
-def _other(element, described, what):
+def _other(element: Node, described: WorldDescription, what: str) -> None:
     if element.tag in _QUIET:
         return
     if element.tag == "plugin":
@@ -273,7 +289,7 @@ def _other(element, described, what):
     )
 
 
-def _include(element, described, resolve, what):
+def _include(element: Node, described: WorldDescription, resolve: Resolve, what: str) -> None:
     uri = child_text(element, "uri", "")
     plain = uri.replace("model://", "").strip("/")
     pose = sdf_pose(element, f"{what} <include>")
@@ -286,8 +302,8 @@ def _include(element, described, resolve, what):
         else:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
-                own = None if element.find("pose") is None else pose
-                _shine(described, parse_light(inner, what, own))
+                light_pose = None if element.find("pose") is None else pose
+                _shine(described, parse_light(inner, what, light_pose))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
@@ -304,15 +320,14 @@ def _include(element, described, resolve, what):
     described.models.append((model, pose if element.find("pose") is not None else own))
 
 
-def _opener(resolve, warnings):
+def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
     """Function <include> -> (<model> element, SDF version of its file).
 
     Args:
-        resolve: function URI -> path of a file.
-        warnings: list that takes the file's warnings.
+        warnings: gets the file's warnings.
     """
 
-    def open_include(include):
+    def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
         sdf = parse(read_file(path, "SDF", MAX_TEXT), path, warnings)
         return _model_of(sdf, path), _version(sdf)
@@ -320,13 +335,15 @@ def _opener(resolve, warnings):
     return open_include
 
 
-def _placed(element, resolve, what, version):
+def _placed(
+    element: Node, resolve: Resolve, what: str, version: Version
+) -> tuple[ModelDescription, Pose]:
     opener = _opener(resolve, element.document.warnings)
     model = parse_model_element(element, resolve, version, opener)
     return model, sdf_pose(element, f"{what} model '{element.get('name')}'")
 
 
-def _model_of(sdf, what):
+def _model_of(sdf: Node, what: str) -> Node:
     """The <model> of a document, or the <light> of one that has no model."""
     element = sdf if sdf.tag == "model" else sdf.find("model")
     element = sdf.find("light") if element is None else element
@@ -335,12 +352,13 @@ def _model_of(sdf, what):
     return element
 
 
-def parse_model(text, resolve, what="model"):
+def parse_model(
+    text: str | bytes | Node, resolve: Resolve, what: str = "model"
+) -> tuple[ModelDescription, Pose]:
     """Read an SDF document with one <model>: (ModelDescription, its own pose).
 
     Args:
         text: the document.
-        resolve: function URI -> path of a file.
         what: name for messages.
     """
     sdf = parse(text, what)
@@ -349,7 +367,7 @@ def parse_model(text, resolve, what="model"):
     return _placed(_model_of(sdf, what), resolve, what, _version(sdf))
 
 
-def _only_model(world, what):
+def _only_model(world: WorldDescription, what: str) -> tuple[ModelDescription, Pose]:
     """The one model of a world: spawn_model's -database sends a world that includes it."""
     if len(world.models) != 1:
         raise ModelError(
