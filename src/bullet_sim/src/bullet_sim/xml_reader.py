@@ -282,21 +282,21 @@ _NUMBER = re.compile(
 _XACRO = "; it looks like xacro: process the file with xacro first"
 
 
-def floats(text: str, count: int | None, what: str) -> tuple[float, ...]:
+def floats(text: str, count: int | None, label: str) -> tuple[float, ...]:
     """`count` finite numbers from a text such as '0 0 1.5' (count None: any number).
 
     Raises:
-        ModelError: names `what` and the text.
+        ModelError: names `label` and the text.
     """
     values, rest = leading_numbers(text)
     if rest or not _is_usable(values, count):
-        raise ModelError(_sentence(text, what, count))
+        raise ModelError(_sentence(text, label, count))
     return values
 
 
-def number(text: str, what: str) -> float:
+def number(text: str, label: str) -> float:
     """One finite number; raises as `floats` does."""
-    return floats(text, 1, what)[0]
+    return floats(text, 1, label)[0]
 
 
 def leading_numbers(text: str | None, most: int | None = None) -> tuple[tuple[float, ...], str]:
@@ -317,14 +317,14 @@ def _is_usable(values: tuple[float, ...], count: int | None) -> bool:
     return (count is None or len(values) == count) and all(map(math.isfinite, values))
 
 
-def _sentence(text: str | None, what: str, count: int | None) -> str:
+def _sentence(text: str | None, label: str, count: int | None) -> str:
     text = (text or "").strip()
     wanted = "finite numbers" if count is None else f"{count} finite number(s)"
-    return f"{what} is '{text}', must be {wanted}{_XACRO if '$' in text else ''}"
+    return f"{label} is '{text}', must be {wanted}{_XACRO if '$' in text else ''}"
 
 
 def mended_floats(
-    node: Element | None, text: str | None, count: int, what: str, default: T
+    node: Element | None, text: str | None, count: int, label: str, default: T
 ) -> tuple[float, ...] | T:
     """`count` finite numbers, or with a warning the first of more, or the default.
 
@@ -332,26 +332,26 @@ def mended_floats(
         node: takes the warning.
         text: as in the file.
         count: how many.
-        what: for the message.
+        label: for the message.
         default: what is used where there are too few; any value.
     """
     values, rest = leading_numbers(text, count)
     if not _is_usable(values, count):
-        warn_replaced(node, what, text, _sentence(text, what, count), default)
+        warn_replaced(node, label, text, _sentence(text, label, count), default)
         return default
     if rest:
-        warn_replaced(node, what, text, _sentence(text, what, count), values)
+        warn_replaced(node, label, text, _sentence(text, label, count), values)
     return values
 
 
 def warn_replaced(
-    node: Element | None, what: str, text: str | None, sentence: str, used: object
+    node: Element | None, label: str, text: str | None, sentence: str, used: object
 ) -> None:
     """Say that a value is not usable and what is used instead.
 
     Args:
         node: takes the warning.
-        what: the value's name.
+        label: the value's name.
         text: the value as it is written.
         sentence: what is wrong and what would be valid.
         used: number, tuple, text or None for nothing (and a tuple of it).
@@ -367,7 +367,7 @@ def warn_replaced(
     node.warn(
         f"{sentence}; {'nothing' if used is None else used} is used",
         "values are not usable as they are written and are replaced",
-        f"{what} '{(text or '').strip()}'",
+        f"{label} '{(text or '').strip()}'",
     )
 
 
@@ -382,79 +382,79 @@ def child_text(element: Element, path: str, default: object = None) -> object:
     return text or default
 
 
-def child_number(element: Element, path: str, what: str, default: T) -> float | T:
+def child_number(element: Element, path: str, label: str, default: T) -> float | T:
     """Number in a sub-element, or the default where it is missing or, with a warning, none."""
     text = child_text(element, path)
     if text is None:
         return default
-    values = mended_floats(element.find(path), text, 1, f"{what} <{path}>", default)
+    values = mended_floats(element.find(path), text, 1, f"{label} <{path}>", default)
     return values[0] if isinstance(values, tuple) else values
 
 
-def child_floats(element: Element, path: str, count: int, what: str, default: T) -> T:
+def child_floats(element: Element, path: str, count: int, label: str, default: T) -> T:
     """As child_number: a tuple of `count` numbers."""
     text = child_text(element, path)
     if text is None:
         return default
-    values = mended_floats(element.find(path), text, count, f"{what} <{path}>", default)
+    values = mended_floats(element.find(path), text, count, f"{label} <{path}>", default)
     return cast(T, values)
 
 
-def child_whole(element: Element, path: str, what: str, default: int, least: int = 1) -> int:
+def child_whole(element: Element, path: str, label: str, default: int, least: int = 1) -> int:
     """As child_number: an int of at least `least`; a fraction is cut off."""
-    value = child_number(element, path, what, default)
+    value = child_number(element, path, label, default)
     if value >= least:
         return int(value)
-    sentence = f"{what} <{path}> is {value:g}, must be at least {least}"
-    warn_replaced(element.find(path), f"{what} <{path}>", f"{value:g}", sentence, default)
+    sentence = f"{label} <{path}> is {value:g}, must be at least {least}"
+    warn_replaced(element.find(path), f"{label} <{path}>", f"{value:g}", sentence, default)
     return default
 
 
-def child_bound(element: Element, path: str, what: str) -> float | None:
+def child_bound(element: Element, path: str, label: str) -> float | None:
     """Limit in a sub-element: a number, or None for one that is missing or infinite."""
-    return _bound(element.find(path), child_text(element, path), f"{what} <{path}>")
+    return _bound(element.find(path), child_text(element, path), f"{label} <{path}>")
 
 
-def child_flag(element: Element, path: str, what: str, default: bool) -> bool:
+def child_flag(element: Element, path: str, label: str, default: bool) -> bool:
     """Truth in a sub-element, or the default where it is missing or, with a warning, no word."""
     text = child_text(element, path)
     if text is None:
         return default
     if is_true(text) or text.lower() in ("false", "0", "no", "off"):
         return is_true(text)
-    sentence = f"{what} <{path}> is '{text}', must be true or false"
-    warn_replaced(element.find(path), f"{what} <{path}>", text, sentence, str(default).lower())
+    sentence = f"{label} <{path}> is '{text}', must be true or false"
+    warn_replaced(element.find(path), f"{label} <{path}>", text, sentence, str(default).lower())
     return default
 
 
-def number_of(element: Element, name: str, what: str, default: T) -> float | T:
+def number_of(element: Element, name: str, label: str, default: T) -> float | T:
     """Number in an attribute, or the default where it is missing or, with a warning, none."""
     text = element.get(name)
     if text is None:
         return default
-    values = mended_floats(element, text, 1, f"{what} {name}", default)
+    values = mended_floats(element, text, 1, f"{label} {name}", default)
     return values[0] if isinstance(values, tuple) else values
 
 
-def floats_of(element: Element, name: str, count: int, what: str, default: T) -> T:
+def floats_of(element: Element, name: str, count: int, label: str, default: T) -> T:
     """As number_of: a tuple of `count` numbers."""
     text = element.get(name)
     if text is None:
         return default
-    return cast(T, mended_floats(element, text, count, f"{what} {name}", default))
+    return cast(T, mended_floats(element, text, count, f"{label} {name}", default))
 
 
-def bound_of(element: Element, name: str, what: str, default: float | None = None) -> float | None:
+def bound_of(element: Element, name: str, label: str, default: float | None = None) -> float | None:
     """Limit in an attribute: a number, the default where it is missing, None if infinite."""
     text = element.get(name)
-    return default if text is None else _bound(element, text, f"{what} {name}")
+    return default if text is None else _bound(element, text, f"{label} {name}")
 
 
-def _bound(node: Element | None, text: str | None, what: str) -> float | None:
+def _bound(node: Element | None, text: str | None, label: str) -> float | None:
     values, rest = leading_numbers(text, 1)
     if text is None or (values and not rest and abs(values[0]) >= NO_LIMIT):
         return None
-    usable = mended_floats(node, text, 1, what, None)
+    usable = mended_floats(node, text, 1, label, None)
     return None if usable is None or abs(usable[0]) >= NO_LIMIT else usable[0]
 
 
@@ -463,19 +463,19 @@ def is_true(text: object) -> bool:
     return str(text).strip().lower() in ("true", "1", "yes", "on")
 
 
-def urdf_origin(element: Element, what: str) -> Pose:
+def urdf_origin(element: Element, label: str) -> Pose:
     """Pose of an <origin xyz rpy> child; identity where there is none."""
     origin = element.find("origin")
     if origin is None:
         return Pose()
     zero = (0.0, 0.0, 0.0)
     return Pose.from_xyz_rpy(
-        floats_of(origin, "xyz", 3, f"{what} origin", zero),
-        floats_of(origin, "rpy", 3, f"{what} origin", zero),
+        floats_of(origin, "xyz", 3, f"{label} origin", zero),
+        floats_of(origin, "rpy", 3, f"{label} origin", zero),
     )
 
 
-def sdf_pose(element: Element, what: str) -> Pose:
+def sdf_pose(element: Element, label: str) -> Pose:
     """Pose of a <pose> child (x y z roll pitch yaw); identity where there is none.
 
     As Gazebo does, of fewer than six numbers only the first three count, as a position.
@@ -484,9 +484,9 @@ def sdf_pose(element: Element, what: str) -> Pose:
     if text is None:
         return Pose()
     values, rest = leading_numbers(text, 6)
-    what = f"{what} <pose>"
+    label = f"{label} <pose>"
     if not _is_usable(values, 6) or rest:
         if not _is_usable(values, 6):
             values = (values[:3] if _is_usable(values[:3], 3) else (0.0,) * 3) + (0.0,) * 3
-        warn_replaced(element.find("pose"), what, text, _sentence(text, what, 6), values)
+        warn_replaced(element.find("pose"), label, text, _sentence(text, label, 6), values)
     return Pose.from_xyz_rpy(values[:3], values[3:])

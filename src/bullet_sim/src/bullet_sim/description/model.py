@@ -235,17 +235,17 @@ class ModelDescription:
             found += [j.child for j in self.joints_of(name) if j.child not in found]
         return [name for name in self.links if name not in found]
 
-    def find_root(self, what: str) -> None:
+    def find_root(self, label: str) -> None:
         """Set the root link and check that the joints make a tree.
 
         Args:
-            what: the kind of description, for messages, e.g. "URDF of 'car'".
+            label: the kind of description, for messages, e.g. "URDF of 'car'".
 
         Raises:
             ModelError: no link, a link with two parents, no or several roots, a loop.
         """
         if not self.links:
-            raise ModelError(f"{what} has no link")
+            raise ModelError(f"{label} has no link")
         children = [joint.child for joint in self.joints.values()]
         twice = sorted({child for child in children if children.count(child) > 1})
         if twice:
@@ -253,7 +253,7 @@ class ModelDescription:
         roots = [link for link in self.links if link not in children]
         if len(roots) != 1:
             raise ModelError(
-                f"{what} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
+                f"{label} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
             )
         self.root = roots[0]
         if self.unreachable():

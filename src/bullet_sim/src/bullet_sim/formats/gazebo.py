@@ -35,7 +35,7 @@ def read_surface(
     element: Node,
     paths: Mapping[str, tuple[str, ...]],
     surface: Surface,
-    what: str,
+    label: str,
     warn: Callable[[str], None],
 ) -> None:
     """Take what an element says of a surface; what cannot be read is left as it was.
@@ -44,7 +44,7 @@ def read_surface(
         element: <gazebo> of a URDF, or <collision>.
         paths: URDF or SDF of this module.
         surface: changed in place.
-        what: name for warnings.
+        label: name for warnings.
         warn: function of one sentence.
     """
     for key, places in paths.items():
@@ -53,7 +53,7 @@ def read_surface(
             if text is None:
                 continue
             try:
-                setattr(surface, key, _READERS[key](text, f"{what} <{place}>"))
+                setattr(surface, key, _READERS[key](text, f"{label} <{place}>"))
             except ModelError as error:
                 warn(f"{error}; it is ignored")
             break
@@ -61,29 +61,29 @@ def read_surface(
         surface.direction = None
 
 
-def read_stiffness(element: Node, surface: Surface, what: str) -> None:
+def read_stiffness(element: Node, surface: Surface, label: str) -> None:
     """Take <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
-    stiffness = child_number(element, "kp", what, None)
+    stiffness = child_number(element, "kp", label, None)
     if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
         surface.stiffness = stiffness
-        surface.damping = max(0.0, child_number(element, "kd", what, 1.0))
+        surface.damping = max(0.0, child_number(element, "kd", label, 1.0))
 
 
-def _not_negative(text: str, what: str) -> float:
-    return max(0.0, floats(text, 1, what)[0])
+def _not_negative(text: str, label: str) -> float:
+    return max(0.0, floats(text, 1, label)[0])
 
 
-def _direction(text: str, what: str) -> tuple[float, ...]:
-    return floats(text, 3, what)
+def _direction(text: str, label: str) -> tuple[float, ...]:
+    return floats(text, 3, label)
 
 
-def _bitmask(text: str, what: str) -> int:
+def _bitmask(text: str, label: str) -> int:
     try:
         value = int(text, 0)
     except ValueError:
         value = -1
     if value < 0:
-        raise ModelError(f"{what} is '{text}', must be a whole number such as 0x01")
+        raise ModelError(f"{label} is '{text}', must be a whole number such as 0x01")
     return value & EVERYTHING
 
 
@@ -184,13 +184,13 @@ def apply(robot: Node, model: ModelDescription) -> None:
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
-    what = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
+    label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
         if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
             model.warn(
-                f"{what}: <{child.tag}> means nothing here and is ignored",
+                f"{label}: <{child.tag}> means nothing here and is ignored",
                 f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",
-                what,
+                label,
             )
 
 
@@ -208,10 +208,10 @@ def _either(element: Node, *tags: str) -> str:
 
 
 def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
-    what = f"<gazebo reference='{link.name}'>"
-    read_surface(element, URDF, link.surface, what, model.warn)
-    read_stiffness(element, link.surface, what)
-    _material(element, model, link, what)
+    label = f"<gazebo reference='{link.name}'>"
+    read_surface(element, URDF, link.surface, label, model.warn)
+    read_stiffness(element, link.surface, label)
+    _material(element, model, link, label)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
     off = is_true(child_text(element, "turnGravityOff", "false"))
@@ -219,13 +219,13 @@ def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
         link.gravity = False
 
 
-def _material(element: Node, model: ModelDescription, link: Link, what: str) -> None:
+def _material(element: Node, model: ModelDescription, link: Link, label: str) -> None:
     name = child_text(element, "material")
     if name is not None:
         color = gazebo_color(name)
         if color is None:
             model.warn(
-                f"{what}: material '{name}' is none of Gazebo's standard colours; it is ignored",
+                f"{label}: material '{name}' is none of Gazebo's standard colours; it is ignored",
                 "materials are none of Gazebo's standard colours and are ignored",
                 f"'{name}'",
             )
@@ -235,7 +235,7 @@ def _material(element: Node, model: ModelDescription, link: Link, what: str) -> 
         )
         name = child_text(element, "visual/material/script/name")
         color = (
-            rgba_of(element, text, f"{what} material")
+            rgba_of(element, text, f"{label} material")
             if text
             else (gazebo_color(name) if name else None)
         )

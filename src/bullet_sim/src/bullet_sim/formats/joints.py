@@ -26,13 +26,13 @@ Version = tuple[int, int]  # (major, minor) of an SDF document
 UNLIMITED = 1e9  # [rad, m] stands for no limit on one side
 
 
-def unit_axis(vector: Vector, default: Vec3, what: str, element: Node) -> Vec3:
+def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
     """A joint's axis with length 1; the default, with a warning, for one without direction.
 
     Args:
         vector: (3,).
         default: unit vector.
-        what: for the message.
+        label: for the message.
         element: takes the warning.
     """
     length = float(np.linalg.norm(vector))
@@ -41,21 +41,21 @@ def unit_axis(vector: Vector, default: Vec3, what: str, element: Node) -> Vec3:
         return x, y, z
     used = " ".join(f"{value:g}" for value in default)
     element.warn(
-        f"{what} axis is zero, must have a direction; {used} is used",
+        f"{label} axis is zero, must have a direction; {used} is used",
         "joint axes are zero; the format's default is used",
-        what,
+        label,
     )
     return default
 
 
 def set_stops(
-    joint: Joint, lower: float | None, upper: float | None, what: str, element: Node
+    joint: Joint, lower: float | None, upper: float | None, label: str, element: Node
 ) -> None:
     """Set a joint's stops [rad, m], None for none; swapped ones stop nothing, as in ODE.
 
     Args:
         lower, upper: the limits.
-        what: for the message.
+        label: for the message.
         element: takes the warning.
     """
     if lower is None and upper is None:  # PyBullet has both or none
@@ -64,9 +64,9 @@ def set_stops(
     upper = UNLIMITED if upper is None else upper
     if lower > upper:
         element.warn(
-            f"{what} has lower limit {lower} above upper {upper}; it has no stops, as in Gazebo",
+            f"{label} has lower limit {lower} above upper {upper}; it has no stops, as in Gazebo",
             "joints have a lower limit above the upper one and so no stops",
-            what,
+            label,
         )
         return
     joint.lower, joint.upper = lower, upper
@@ -100,39 +100,39 @@ def read_joints(robot: Node, model: ModelDescription) -> None:
 
 def _joint(element: Node, model: ModelDescription) -> Joint | None:
     name = element.get("name") or ""
-    what = f"joint '{name}' of '{model.name}'"
+    label = f"joint '{name}' of '{model.name}'"
     parent, child = (
         found.get("link") if found is not None else None
         for found in (element.find("parent"), element.find("child"))
     )
     fault = _urdf_fault(name, parent, child, model)
     if fault:
-        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}'")
+        element.warn(f"{label} {fault}; it is left out", LEFT_OUT, f"'{name}'")
         return None
-    kind, origin = _urdf_type(element, what), urdf_origin(element, what)
+    kind, origin = _urdf_type(element, label), urdf_origin(element, label)
     joint = Joint(name, kind, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
-        vector = floats_of(axis, "xyz", 3, f"{what} axis", (1.0, 0.0, 0.0))
+        vector = floats_of(axis, "xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
         if joint.kind in MOVABLE_TYPES:
-            joint.axis = unit_axis(vector, joint.axis, what, element)
-    _limit(element, joint, what)
+            joint.axis = unit_axis(vector, joint.axis, label, element)
+    _limit(element, joint, label)
     dynamics = element.find("dynamics")
     if dynamics is not None:
-        joint.damping = max(0.0, number_of(dynamics, "damping", what, 0.0))
-        joint.friction = max(0.0, number_of(dynamics, "friction", what, 0.0))
-    joint.mimic = _mimic(element, joint, what)
+        joint.damping = max(0.0, number_of(dynamics, "damping", label, 0.0))
+        joint.friction = max(0.0, number_of(dynamics, "friction", label, 0.0))
+    joint.mimic = _mimic(element, joint, label)
     return joint
 
 
-def _mimic(element: Node, joint: Joint, what: str) -> Mimic | None:
+def _mimic(element: Node, joint: Joint, label: str) -> Mimic | None:
     mimic = element.find("mimic")
     if mimic is None or joint.kind not in MOVABLE_TYPES:
         return None
     return Mimic(
         mimic.get("joint") or "",
-        number_of(mimic, "multiplier", f"{what} mimic", 1.0),
-        number_of(mimic, "offset", f"{what} mimic", 0.0),
+        number_of(mimic, "multiplier", f"{label} mimic", 1.0),
+        number_of(mimic, "offset", f"{label} mimic", 0.0),
     )
 
 
@@ -170,45 +170,45 @@ def _urdf_fault(name: str, parent: str | None, child: str | None, model: ModelDe
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
 
-def _urdf_type(element: Node, what: str) -> str:
+def _urdf_type(element: Node, label: str) -> str:
     kind = element.get("type")
     if kind in URDF_TYPES:
         return kind
     lower = str(kind).strip().lower()
     used = lower if lower in URDF_TYPES else "fixed"
     element.warn(
-        f"{what} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
+        f"{label} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
         "joints have a type that does not exist",
         f"'{element.get('name')}'",
     )
     return used
 
 
-def _limit(element: Node, joint: Joint, what: str) -> None:
+def _limit(element: Node, joint: Joint, label: str) -> None:
     limit = element.find("limit")
     bounded = joint.kind in ("revolute", "prismatic")
     if limit is None:
         if bounded:
             element.warn(
-                f"{what} has no <limit>; it moves without stops",
+                f"{label} has no <limit>; it moves without stops",
                 "joints that need a <limit> have none and move without stops",
                 f"'{joint.name}'",
             )
         return
-    joint.effort = abs(bound_of(limit, "effort", f"{what} limit") or 0.0)
-    joint.velocity = abs(bound_of(limit, "velocity", f"{what} limit") or 0.0)
+    joint.effort = abs(bound_of(limit, "effort", f"{label} limit") or 0.0)
+    joint.velocity = abs(bound_of(limit, "velocity", f"{label} limit") or 0.0)
     for key in ("effort", "velocity"):
         if limit.get(key) is None and joint.kind != "fixed":
             limit.warn(
-                f"{what} limit has no {key}, which URDF demands; it has no such limit",
+                f"{label} limit has no {key}, which URDF demands; it has no such limit",
                 f"joint limits have no {key}, which URDF demands, and count as unlimited",
                 f"'{joint.name}'",
             )
     if not bounded:
         return
-    lower = bound_of(limit, "lower", f"{what} limit", 0.0)
-    upper = bound_of(limit, "upper", f"{what} limit", 0.0)
-    set_stops(joint, lower, upper, what, element)
+    lower = bound_of(limit, "lower", f"{label} limit", 0.0)
+    upper = bound_of(limit, "upper", f"{label} limit", 0.0)
+    set_stops(joint, lower, upper, label, element)
 
 
 # Joints of several axes become a chain of hinges: the tags of their axes, or the axes.
@@ -236,9 +236,9 @@ def read_joint(
     """
     model, poses = reader.model, reader.poses
     name = prefix + (element.get("name") or "joint")
-    what = f"joint '{name}' of '{model.name}'"
+    label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
-    kind = _sdf_type(element, what)
+    kind = _sdf_type(element, label)
     if child == "world" and kind == "fixed":
         parent, child = child, parent
     if parent == "world" and prefix + str(child) in model.links:
@@ -253,19 +253,19 @@ def read_joint(
     child = prefix + str(child)
     fault = _sdf_fault(model, parent, child)
     if fault:
-        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
+        element.warn(f"{label} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
         return
     anchor = Pose()
     if element.find("pose") is not None:
         default = child_text(element, "child", "")
-        anchor = frames.pose(default).inverse() * frames.place(element, default, what)
+        anchor = frames.pose(default).inverse() * frames.place(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, kind, parent, child, origin, anchor=anchor)
     if kind in CHAINS:
-        _chain(element, joint, reader, what, frames, version)
+        _chain(element, joint, reader, label, frames, version)
         return
     if kind != "fixed":
-        _axis(element, joint, what, frames, version)
+        _axis(element, joint, label, frames, version)
     model.joints[name] = joint
 
 
@@ -273,7 +273,7 @@ def _chain(
     element: Node,
     whole: Joint,
     reader: "ModelReader",
-    what: str,
+    label: str,
     frames: "Frames",
     version: Version,
 ) -> None:
@@ -295,7 +295,7 @@ def _chain(
         )
         if isinstance(axis, str):
             joint.kind = "revolute"
-            _axis(element, joint, what, frames, version, axis, whole.anchor)
+            _axis(element, joint, label, frames, version, axis, whole.anchor)
         else:
             joint.axis = axis
         model.joints[name] = joint
@@ -308,16 +308,16 @@ def _chain(
         parent, origin = link, Pose()
 
 
-def _sdf_type(element: Node, what: str) -> str:
+def _sdf_type(element: Node, label: str) -> str:
     kind = element.get("type")
     if kind in SDF_TYPES:
         return kind
     lower = str(kind).strip().lower()
     used = lower if lower in SDF_TYPES else "fixed"
     element.warn(
-        f"{what} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
+        f"{label} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
         f"joints have type '{kind}', which is not known here, and are {used}",
-        what,
+        label,
     )
     return used
 
@@ -335,7 +335,7 @@ def _sdf_fault(model: ModelDescription, parent: str | None, child: str | None) -
 def _axis(
     element: Node,
     joint: Joint,
-    what: str,
+    label: str,
     frames: "Frames",
     version: Version,
     tag: str = "axis",
@@ -343,20 +343,20 @@ def _axis(
 ) -> None:
     """Read an axis with its limits; anchor: the joint's frame in the child's, if not joint's."""
     anchor = joint.anchor if anchor is None else anchor
-    vector = child_floats(element, f"{tag}/xyz", 3, f"{what} {tag}", _UP)
-    of_model = child_flag(element, f"{tag}/use_parent_model_frame", what, version < (1, 5))
+    vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
+    of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, version < (1, 5))
     found = element.find(f"{tag}/xyz")
     frame = found.get("expressed_in") if found is not None else None
     if of_model or frame:
         own = frames.pose(child_text(element, "child", "")) * anchor
         turn = frames.pose(frame, found) if frame else Pose()
         vector = own.matrix.T @ turn.matrix @ vector
-    joint.axis = unit_axis(vector, _UP, what, element)
+    joint.axis = unit_axis(vector, _UP, label, element)
     if joint.kind != "continuous":
-        lower = child_bound(element, f"{tag}/limit/lower", what)
-        upper = child_bound(element, f"{tag}/limit/upper", what)
-        set_stops(joint, lower, upper, what, element)
-    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", what) or 0.0)
-    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", what) or 0.0)
-    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", what, 0.0))
-    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", what, 0.0))
+        lower = child_bound(element, f"{tag}/limit/lower", label)
+        upper = child_bound(element, f"{tag}/limit/upper", label)
+        set_stops(joint, lower, upper, label, element)
+    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
+    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
+    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", label, 0.0))
+    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))

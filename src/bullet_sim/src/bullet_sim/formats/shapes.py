@@ -111,21 +111,21 @@ def gazebo_color(name: str) -> RGBA | None:
     return None
 
 
-def rgba_of(element: Node | None, text: str | None, what: str) -> RGBA | None:
+def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
     """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
 
     Args:
         element: that the text is of.
         text: the numbers.
-        what: for the message.
+        label: for the message.
     """
     values, _ = leading_numbers(text, 4)
     values += (1.0,) * (len(values) == 3)
     if len(values) == 4 and all(map(math.isfinite, values)):
         r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
         return r, g, b, a
-    sentence = f"{what} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
-    warn_replaced(element, what, text, sentence, None)
+    sentence = f"{label} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
+    warn_replaced(element, label, text, sentence, None)
     return None
 
 
@@ -179,13 +179,13 @@ def _noted(so_far: tuple[str, RGBA | None], words: list[str]) -> tuple[str, RGBA
 
 
 def script_material(
-    element: Node, resolve: Resolve, what: str, model: ModelDescription
+    element: Node, resolve: Resolve, label: str, model: ModelDescription
 ) -> Material | None:
     """Material of a <script> element, or None with a warning when it is not found.
 
     Args:
         element: <script> with <name> and <uri>s.
-        what: for messages.
+        label: for messages.
         model: gets the warning.
     """
     name = child_text(element, "name", "")
@@ -216,13 +216,13 @@ def script_material(
         if picture:
             return Material(picture, color)
         model.warn(
-            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
+            f"{label}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
             "pictures of materials are missing",
             f"'{texture}'",
         )
         return Material(color=color)
     model.warn(
-        f"{what}: material '{name}' is not found in its scripts; it stays grey",
+        f"{label}: material '{name}' is not found in its scripts; it stays grey",
         "materials are not found in their scripts and stay grey",
         f"'{name}'",
     )
@@ -255,66 +255,66 @@ THIN = 1e-3  # [m] of a side that is given as 0
 MISSING = "meshes are missing and left out"
 
 
-def usable_size(geometry: Geometry, what: str, model: ModelDescription) -> Geometry | None:
+def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geometry | None:
     """The geometry with sizes above 0, or None; a plane or a mesh has none.
 
     A negative size counts without its sign, a side of 0 becomes thin; what has no size at all
     is left out.
 
     Args:
-        what: for messages.
+        label: for messages.
         model: gets the warning.
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
-    shown = f"{what} {geometry.kind} size is {geometry.size}, must be greater than 0"
+    shown = f"{label} {geometry.kind} size is {geometry.size}, must be greater than 0"
     if not any(geometry.size):
-        model.warn(f"{shown}; it is left out", "shapes have no size and are left out", what)
+        model.warn(f"{shown}; it is left out", "shapes have no size and are left out", label)
         return None
     sizes = tuple(abs(value) or THIN for value in geometry.size)
-    model.warn(f"{shown}; it becomes {sizes}", "shapes have a size of 0 or less", what)
+    model.warn(f"{shown}; it becomes {sizes}", "shapes have a size of 0 or less", label)
     return replace(geometry, size=sizes)
 
 
-def first_geometry(element: Node, what: str, model: ModelDescription) -> Node | None:
+def first_geometry(element: Node, label: str, model: ModelDescription) -> Node | None:
     """The shape in the <geometry> of a visual or collision, or None with a warning."""
     geometry = element.find("geometry")
     if geometry is None or not len(geometry):
         model.warn(
-            f"{what} has no geometry; it is left out",
+            f"{label} has no geometry; it is left out",
             "shapes have no geometry and are left out",
-            what,
+            label,
         )
         return None
     return geometry[0]
 
 
 def mesh_geometry(
-    uri: str, scale: Vec3, what: str, resolve: Resolve, model: ModelDescription
+    uri: str, scale: Vec3, label: str, resolve: Resolve, model: ModelDescription
 ) -> Geometry | None:
     """Mesh by URI, or None with a warning that names the file when it cannot be used."""
     try:
         path = resolve(uri)
     except ValueError as error:
-        model.warn(f"{what}: mesh '{uri}' is not found ({error}); it is left out", MISSING, uri)
+        model.warn(f"{label}: mesh '{uri}' is not found ({error}); it is left out", MISSING, uri)
         return None
     if 0.0 in scale:
         model.warn(
-            f"{what}: mesh '{uri}' has scale {scale}, must not be 0; it is left out",
+            f"{label}: mesh '{uri}' has scale {scale}, must not be 0; it is left out",
             "meshes have scale 0 and are left out",
             uri,
         )
         return None
     if not os.path.isfile(path):
         model.warn(
-            f"{what}: mesh file '{path}' (from '{uri}') does not exist; it is left out",
+            f"{label}: mesh file '{path}' (from '{uri}') does not exist; it is left out",
             MISSING,
             uri,
         )
         return None
     if os.path.splitext(path)[1].lower() not in MESH_TYPES:
         model.warn(
-            f"{what}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; it is left out",
+            f"{label}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; it is left out",
             f"meshes are not one of {', '.join(MESH_TYPES)} and are left out",
             uri,
         )
@@ -341,30 +341,30 @@ def parse_shape(
         model: gets warnings.
     """
     name = element.get("name") or tag
-    what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
-    geometry = first_geometry(element, what, model)
+    label = f"{tag} '{name}' of link '{link}' of '{model.name}'"
+    geometry = first_geometry(element, label, model)
     if geometry is None:
         return None
-    parsed = _geometry(geometry, what, model, resolve, tag)
-    parsed = parsed and usable_size(parsed, what, model)
+    parsed = _geometry(geometry, label, model, resolve, tag)
+    parsed = parsed and usable_size(parsed, label, model)
     if parsed is None:
         return None
-    turn = _plane_turn(geometry, what)
+    turn = _plane_turn(geometry, label)
     if parsed.kind == "heightmap":
-        turn = Pose(child_floats(geometry, "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
+        turn = Pose(child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0)))
     shape = Shape(parsed, pose * turn, name=name, link=link)
     if tag == "collision":
         return shape
     if geometry.tag == "plane":  # a thin box below the surface
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
-    return _looks(element, shape, what, model, resolve)
+    return _looks(element, shape, label, model, resolve)
 
 
-def _plane_turn(shape: Node, what: str) -> Pose:
+def _plane_turn(shape: Node, label: str) -> Pose:
     """Rotation of a plane whose normal is not +z: the shortest."""
     if shape.tag != "plane":
         return Pose()
-    x, y, z = child_floats(shape, "normal", 3, f"{what} plane", (0.0, 0.0, 1.0))
+    x, y, z = child_floats(shape, "normal", 3, f"{label} plane", (0.0, 0.0, 1.0))
     length = (x * x + y * y + z * z) ** 0.5
     if length < 1e-9 or (x == 0.0 and y == 0.0 and z > 0.0):
         return Pose()
@@ -375,26 +375,26 @@ def _plane_turn(shape: Node, what: str) -> Pose:
 
 
 def _geometry(
-    shape: Node, what: str, model: ModelDescription, resolve: Resolve, tag: str
+    shape: Node, label: str, model: ModelDescription, resolve: Resolve, tag: str
 ) -> Geometry | None:
     if shape.tag == "plane":
         if tag == "collision":
             return Geometry("plane")
-        size = child_floats(shape, "size", 2, f"{what} plane", PLANE_SIZE)
+        size = child_floats(shape, "size", 2, f"{label} plane", PLANE_SIZE)
         return Geometry("box", size + (PLANE_THICKNESS,))
     if shape.tag == "box":
-        return Geometry("box", child_floats(shape, "size", 3, f"{what} box", _ONE))
+        return Geometry("box", child_floats(shape, "size", 3, f"{label} box", _ONE))
     if shape.tag == "cylinder":
         return Geometry(
             "cylinder",
-            (child_number(shape, "radius", what, 1.0), child_number(shape, "length", what, 1.0)),
+            (child_number(shape, "radius", label, 1.0), child_number(shape, "length", label, 1.0)),
         )
     if shape.tag == "sphere":
-        return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
+        return Geometry("sphere", (child_number(shape, "radius", label, 1.0),))
     if shape.tag == "mesh":
-        scale = child_floats(shape, "scale", 3, f"{what} mesh", _ONE)
+        scale = child_floats(shape, "scale", 3, f"{label} mesh", _ONE)
         uri = shape.document.beside(child_text(shape, "uri", ""))
-        geometry = mesh_geometry(uri, scale, what, resolve, model)
+        geometry = mesh_geometry(uri, scale, label, resolve, model)
         submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
             geometry = replace(
@@ -404,22 +404,22 @@ def _geometry(
             )
         return geometry
     if shape.tag in ("heightmap", "polyline"):
-        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, what, model, resolve)
+        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, label, model, resolve)
     if shape.tag != "empty":
         model.warn(
-            f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
+            f"{label} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
             "mesh, heightmap, polyline; it is left out",
             "shapes have a geometry that is unknown here and are left out",
-            f"{what} <{shape.tag}>",
+            f"{label} <{shape.tag}>",
         )
     return None
 
 
 def _heightmap(
-    shape: Node, what: str, model: ModelDescription, resolve: Resolve
+    shape: Node, label: str, model: ModelDescription, resolve: Resolve
 ) -> Geometry | None:
     uri = child_text(shape, "uri", "")
-    size = child_floats(shape, "size", 3, f"{what} heightmap", _ONE)
+    size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
     try:
         path = resolve(shape.document.beside(uri))
         found = os.path.isfile(path)
@@ -427,7 +427,7 @@ def _heightmap(
         found = False
     if not found:
         model.warn(
-            f"{what}: heightmap '{uri}' is not found; it is left out",
+            f"{label}: heightmap '{uri}' is not found; it is left out",
             "heightmaps are missing and left out",
             uri,
         )
@@ -435,42 +435,42 @@ def _heightmap(
     return Geometry("heightmap", size, path=path)
 
 
-def _polyline(shape: Node, what: str, model: ModelDescription, _: Resolve) -> Geometry | None:
+def _polyline(shape: Node, label: str, model: ModelDescription, _: Resolve) -> Geometry | None:
     corners = (
-        floats(point.text or "", 2, f"{what} polyline point") for point in shape.findall("point")
+        floats(point.text or "", 2, f"{label} polyline point") for point in shape.findall("point")
     )
     points = tuple((x, y) for x, y in corners)
     return Geometry(
-        "polyline", (child_number(shape, "height", f"{what} polyline", 1.0),), points=points
+        "polyline", (child_number(shape, "height", f"{label} polyline", 1.0),), points=points
     )
 
 
 def _looks(
-    element: Node, shape: Shape, what: str, model: ModelDescription, resolve: Resolve
+    element: Node, shape: Shape, label: str, model: ModelDescription, resolve: Resolve
 ) -> Shape:
     material = element.find("material")
     color, texture = None, ""
     if material is not None:
         text = child_text(material, "diffuse") or child_text(material, "ambient")
-        color = rgba_of(material, text, f"{what} material") if text else None
+        color = rgba_of(material, text, f"{label} material") if text else None
         script = material.find("script")
-        found = script_material(script, resolve, what, model) if script is not None else None
+        found = script_material(script, resolve, label, model) if script is not None else None
         if found is not None:
             color, texture = found.color or color, found.texture
     if color is None and not texture and shape.geometry.kind != "mesh":
         color = GREY
-    clear = min(1.0, max(0.0, child_number(element, "transparency", what, 0.0)))
+    clear = min(1.0, max(0.0, child_number(element, "transparency", label, 0.0)))
     if clear and color is not None:
         color = color[:3] + (color[3] * (1.0 - clear),)
     if clear >= 1.0:
         color = (0.0, 0.0, 0.0, 0.0)
-    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, what)
+    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, label)
     return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
 
 
-def _finish(element: Node, material: Node | None, opacity: float, what: str) -> Finish:
+def _finish(element: Node, material: Node | None, opacity: float, label: str) -> Finish:
     """Finish of a <visual>: its <material> beside colour and texture."""
-    casts = child_flag(element, "cast_shadows", what, True)
+    casts = child_flag(element, "cast_shadows", label, True)
     if material is None:
         return Finish(opacity=opacity, cast_shadows=casts)
 
@@ -478,18 +478,18 @@ def _finish(element: Node, material: Node | None, opacity: float, what: str) -> 
     return Finish(
         None
         if has_script or not child_text(material, "diffuse")
-        else _material_rgb(material, "ambient", what, None),
-        _material_rgb(material, "specular", what, None),
-        _material_rgb(material, "emissive", what, (0.0, 0.0, 0.0)),
-        child_number(material, "shininess", what, 0.0) or Finish.shininess,
+        else _material_rgb(material, "ambient", label, None),
+        _material_rgb(material, "specular", label, None),
+        _material_rgb(material, "emissive", label, (0.0, 0.0, 0.0)),
+        child_number(material, "shininess", label, 0.0) or Finish.shininess,
         opacity,
         casts,
-        child_flag(material, "lighting", what, True),
+        child_flag(material, "lighting", label, True),
     )
 
 
-def _material_rgb(material: Node, tag: str, what: str, default: D) -> RGB | D:
+def _material_rgb(material: Node, tag: str, label: str, default: D) -> RGB | D:
     """RGB of a child of a <material>."""
     text = child_text(material, tag)
-    found = rgba_of(material, text, f"{what} material") if text else None
+    found = rgba_of(material, text, f"{label} material") if text else None
     return default if found is None else found[:3]

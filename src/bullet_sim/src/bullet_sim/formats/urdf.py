@@ -34,24 +34,24 @@ def parse_transmissions(
     """
     offered: dict[str, tuple[str, ...]] = {}
     for element in robot.findall("transmission"):
-        what = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
+        label = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
         joints = element.findall("joint")
         if not joints:
-            warn(f"{what} has no <joint>; it is left out")
+            warn(f"{label} has no <joint>; it is left out")
         fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
         for joint in joints:
             name = joint.get("name")
             if name is None or name not in joint_names:
-                warn(f"{what} names joint '{name}', which does not exist; it is left out")
+                warn(f"{label} names joint '{name}', which does not exist; it is left out")
                 continue
             found = _interfaces(joint) or fallback
             if not found:
-                warn(f"{what} gives joint '{name}' no <hardwareInterface>; it is left out")
+                warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
             for interface in found:
                 kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
                 if kind is None:
                     warn(
-                        f"{what} gives joint '{name}' the hardware interface '{interface}', "
+                        f"{label} gives joint '{name}' the hardware interface '{interface}', "
                         f"known are {', '.join(INTERFACES)}; it is left out"
                     )
                 elif kind not in offered.get(name, ()):
@@ -146,19 +146,19 @@ def _link(
     model: ModelDescription,
 ) -> Link | None:
     link = Link(element.get("name") or "")
-    what = f"link '{link.name}'"
+    label = f"link '{link.name}'"
     if not link.name or link.name in model.links:
         fault = "has no name" if not link.name else "is there already: there are two of that name"
         element.warn(
-            f"{what} of '{model.name}' {fault}; it is left out",
+            f"{label} of '{model.name}' {fault}; it is left out",
             "links are left out",
-            what,
+            label,
         )
         return None
-    _inertial(element, link, what)
+    _inertial(element, link, label)
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
         for shape_element in element.findall(tag):
-            shape = _shape(shape_element, f"{what} {tag}", materials, resolve, model)
+            shape = _shape(shape_element, f"{label} {tag}", materials, resolve, model)
             if shape is not None:
                 shapes.append(
                     replace(
@@ -170,24 +170,24 @@ def _link(
     return link
 
 
-def _inertial(element: Node, link: Link, what: str) -> None:
+def _inertial(element: Node, link: Link, label: str) -> None:
     inertial = element.find("inertial")
     if inertial is None:
         return
-    pose = urdf_origin(inertial, f"{what} inertial")
+    pose = urdf_origin(inertial, f"{label} inertial")
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
-        link.mass = number_of(mass, "value", f"{what} mass", 0.0)
+        link.mass = number_of(mass, "value", f"{label} mass", 0.0)
         if link.mass < 0:
             mass.warn(
-                f"{what} mass is {link.mass}, must be 0 or more; 0 is used",
+                f"{label} mass is {link.mass}, must be 0 or more; 0 is used",
                 "masses are below 0; 0 is used",
-                what,
+                label,
             )
             link.mass = 0.0
     if inertia is not None:
         xx, xy, xz, yy, yz, zz = (
-            number_of(inertia, key, f"{what} inertia", 0.0)
+            number_of(inertia, key, f"{label} inertia", 0.0)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -204,58 +204,58 @@ def _material_color(element: Node, name: str) -> RGBA | None:
     color = element.find("color")
     if color is None:
         return None
-    what = f"material '{element.get('name')}' of '{name}' rgba"
-    return rgba_of(color, color.get("rgba"), what)
+    label = f"material '{element.get('name')}' of '{name}' rgba"
+    return rgba_of(color, color.get("rgba"), label)
 
 
 def _shape(
     element: Node,
-    what: str,
+    label: str,
     materials: dict[str | None, RGBA | None],
     resolve: Resolve,
     model: ModelDescription,
 ) -> Shape | None:
-    geometry = first_geometry(element, what, model)
+    geometry = first_geometry(element, label, model)
     if geometry is None:
         return None
-    parsed = _geometry(geometry, what, resolve, model)
+    parsed = _geometry(geometry, label, resolve, model)
     if parsed is None:
         return None
     color = None
     material = element.find("material")
     if material is not None:
         color = _material_color(material, model.name) or materials.get(material.get("name"))
-    return Shape(parsed, urdf_origin(element, what), color)
+    return Shape(parsed, urdf_origin(element, label), color)
 
 
-def _size(element: Node, what: str) -> tuple[float | None, ...]:
+def _size(element: Node, label: str) -> tuple[float | None, ...]:
     """Size of a box, cylinder or sphere; with a None what is written is no number."""
-    what = f"{what} {element.tag}"
+    label = f"{label} {element.tag}"
     if element.tag == "box":
         missing = (0.0,) * 3 if element.get("size") is None else (None,)
-        return floats_of(element, "size", 3, what, missing)
+        return floats_of(element, "size", 3, label, missing)
     return tuple(
-        number_of(element, key, what, 0.0 if element.get(key) is None else None)
+        number_of(element, key, label, 0.0 if element.get(key) is None else None)
         for key in _SIZES[element.tag]
     )
 
 
 def _geometry(
-    element: Node, what: str, resolve: Resolve, model: ModelDescription
+    element: Node, label: str, resolve: Resolve, model: ModelDescription
 ) -> Geometry | None:
     if element.tag in _SIZES:
-        size = _size(element, what)
+        size = _size(element, label)
         numbers = tuple(value for value in size if value is not None)
         if len(numbers) < len(size):
             return None
-        return usable_size(Geometry(element.tag, numbers), what, model)
+        return usable_size(Geometry(element.tag, numbers), label, model)
     if element.tag == "mesh":
-        scale = floats_of(element, "scale", 3, f"{what} mesh", _ONE)
-        return mesh_geometry(element.get("filename", ""), scale, what, resolve, model)
+        scale = floats_of(element, "scale", 3, f"{label} mesh", _ONE)
+        return mesh_geometry(element.get("filename", ""), scale, label, resolve, model)
     model.warn(
-        f"{what} has geometry <{element.tag}>, which is not one of box, cylinder, "
+        f"{label} has geometry <{element.tag}>, which is not one of box, cylinder, "
         "sphere, mesh; it is left out",
         "shapes have a geometry that is none of box, cylinder, sphere, mesh and are left out",
-        f"{what} <{element.tag}>",
+        f"{label} <{element.tag}>",
     )
     return None

@@ -357,11 +357,11 @@ def localise(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, list[Sha
                     if shapes is link.visuals:
                         usable[link.name].append(shape)
                 except ModelError as error:
-                    what = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
+                    label = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
-                        f"{what} is left out: {error}",
+                        f"{label} is left out: {error}",
                         "meshes cannot be used and are left out",
-                        shape.geometry.path or what,
+                        shape.geometry.path or label,
                     )
             shapes[:] = ready
     return usable

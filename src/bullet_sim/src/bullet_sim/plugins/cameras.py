@@ -165,9 +165,9 @@ def field_of_view(camera: Values, wide: bool = False) -> float:
         return angle
     if wide and angle > 0.0:
         return WIDEST
-    used, what = WIDEST if angle > 0.0 else FIELD_OF_VIEW, f"{camera.label} <horizontal_fov>"
-    sentence = f"{what} is {angle:g}, a pinhole's is above 0 and at most {WIDEST:.3f}"
-    warn_replaced(camera.element.find("horizontal_fov"), what, f"{angle:g}", sentence, used)
+    used, label = WIDEST if angle > 0.0 else FIELD_OF_VIEW, f"{camera.label} <horizontal_fov>"
+    sentence = f"{label} is {angle:g}, a pinhole's is above 0 and at most {WIDEST:.3f}"
+    warn_replaced(camera.element.find("horizontal_fov"), label, f"{angle:g}", sentence, used)
     return used
 
 
@@ -229,10 +229,10 @@ def clip(camera: Values) -> tuple[float, float]:
     near, far = camera.number("clip/near", CLIP[0]), camera.number("clip/far", CLIP[1])
     if 0.0 < near < far:
         return near, far
-    used, what = (near if near > 0.0 else CLIP[0], CLIP[1]), f"{camera.label} <clip>"
+    used, label = (near if near > 0.0 else CLIP[0], CLIP[1]), f"{camera.label} <clip>"
     used = used if used[0] < used[1] else CLIP
-    sentence = f"{what} is {near:g} to {far:g}, must be above 0, the smaller first"
-    warn_replaced(camera.element.find("clip"), what, f"{near:g} {far:g}", sentence, used)
+    sentence = f"{label} is {near:g} to {far:g}, must be above 0, the smaller first"
+    warn_replaced(camera.element.find("clip"), label, f"{near:g} {far:g}", sentence, used)
     return used
 
 

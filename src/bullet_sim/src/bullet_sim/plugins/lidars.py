@@ -101,9 +101,9 @@ def reach(ray: Values) -> tuple[float, float]:
     if 0.0 <= near < far:
         return near, far
     used = (max(0.0, near), far if far > max(0.0, near) else max(0.0, near) + FURTHEST)
-    what = f"{ray.label} <range>"
-    sentence = f"{what} is {near:g} to {far:g}, must be 0 or more, the smaller first"
-    warn_replaced(ray.element.find("range"), what, f"{near:g} {far:g}", sentence, used)
+    label = f"{ray.label} <range>"
+    sentence = f"{label} is {near:g} to {far:g}, must be 0 or more, the smaller first"
+    warn_replaced(ray.element.find("range"), label, f"{near:g} {far:g}", sentence, used)
     return used
 
 

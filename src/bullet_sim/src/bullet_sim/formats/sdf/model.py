@@ -87,34 +87,34 @@ class Frames:
             )
         return Pose()
 
-    def place(self, element: Node, default: str, what: str) -> Pose:
+    def place(self, element: Node, default: str, label: str) -> Pose:
         """Pose of an element with a <pose> in the model's frame.
 
         Args:
             element: e.g. a <visual>.
             default: name of the frame that its pose is relative to when it names none.
-            what: for messages.
+            label: for messages.
         """
         found = element.find("pose")
         base = (found.get("relative_to") if found is not None else None) or default
-        return self.pose(base, element) * sdf_pose(element, what)
+        return self.pose(base, element) * sdf_pose(element, label)
 
 
-def read_inertial(element: Node, link: Link, what: str) -> None:
+def read_inertial(element: Node, link: Link, label: str) -> None:
     """Set mass, centre and inertia of a Link from a <link>'s <inertial>."""
     link.mass, link.inertia = 1.0, np.eye(3)
     inertial = element.find("inertial")
     if inertial is None:
         return
-    link.mass = child_number(inertial, "mass", what, 1.0)
+    link.mass = child_number(inertial, "mass", label, 1.0)
     if link.mass < 0:
         inertial.warn(
-            f"{what} mass is {link.mass}, must be 0 or more; 1 is used",
+            f"{label} mass is {link.mass}, must be 0 or more; 1 is used",
             "masses are below 0; 1 is used",
-            what,
+            label,
         )
         link.mass = 1.0
-    pose = sdf_pose(inertial, f"{what} inertial")
+    pose = sdf_pose(inertial, f"{label} inertial")
     entry = {}
     for key, default in (
         ("ixx", 1.0),
@@ -125,7 +125,7 @@ def read_inertial(element: Node, link: Link, what: str) -> None:
         ("izz", 1.0),
     ):  # one that is there and no number makes 0, for which lump.py finds an inertia
         given = inertial.find(f"inertia/{key}") is not None
-        entry[key] = child_number(inertial, f"inertia/{key}", what, 0.0 if given else default)
+        entry[key] = child_number(inertial, f"inertia/{key}", label, 0.0 if given else default)
     local = np.array(
         [
             [entry["ixx"], entry["ixy"], entry["ixz"]],
@@ -137,12 +137,12 @@ def read_inertial(element: Node, link: Link, what: str) -> None:
     link.centre = np.array(pose.position)
 
 
-def read_surfaces(element: Node, link: Link, what: str, model: ModelDescription) -> None:
+def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> None:
     """Set the surface of a Link from the <collision>s of a <link>, and how it collides."""
     for number, part in enumerate(element.findall("collision")):
         read = Surface()
         name = part.get("name") or f"collision {number}"
-        read_surface(part, SDF, read, f"{what} collision '{name}'", model.warn)
+        read_surface(part, SDF, read, f"{label} collision '{name}'", model.warn)
         _combine(link.surface, read, first=number == 0)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
@@ -342,16 +342,16 @@ class ModelReader:
     def _link(self, element: Node, prefix: str, place: Pose, frames: Frames) -> None:
         name = element.get("name") or "link"
         link = Link(prefix + name)
-        what = f"link '{link.name}' of '{self.model.name}'"
+        label = f"link '{link.name}' of '{self.model.name}'"
         inner = frames.pose(name, element)
-        read_inertial(element, link, what)
+        read_inertial(element, link, label)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for part in element.findall(tag):
-                pose = inner.inverse() * frames.place(part, name, f"{what} {tag}")
+                pose = inner.inverse() * frames.place(part, name, f"{label} {tag}")
                 shape = parse_shape(part, tag, link.name, pose, self.model, self._resolve)
                 if shape is not None:
                     shapes.append(shape)
-        read_surfaces(element, link, what, self.model)
+        read_surfaces(element, link, label, self.model)
         self.model.links[link.name] = link
         self.poses[link.name] = place * inner
         for sensor in element.findall("sensor"):

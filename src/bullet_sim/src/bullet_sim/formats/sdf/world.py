@@ -45,71 +45,71 @@ FOGS = {"linear": "linear", "exponential": "exp", "quadratic": "exp2", "exp": "e
 DOWN = (0.0, 0.0, -1.0)
 
 
-def parse_scene(world: Node, what: str) -> Scene:
+def parse_scene(world: Node, label: str) -> Scene:
     """Scene of a <world>, without lights.
 
     Args:
         world: the <world>.
-        what: name for messages.
+        label: name for messages.
     """
     scene = world.find("scene")
     if scene is None:
         return Scene(lights=())
-    what = f"{what} <scene>"
-    background = None if scene.find("sky") is not None else _color(scene, "background", what, None)
+    label = f"{label} <scene>"
+    background = None if scene.find("sky") is not None else _color(scene, "background", label, None)
     return Scene(
-        _color(scene, "ambient", what, Scene.ambient),
+        _color(scene, "ambient", label, Scene.ambient),
         background,
-        child_flag(scene, "shadows", what, True),
-        _fog(scene.find("fog"), what),
+        child_flag(scene, "shadows", label, True),
+        _fog(scene.find("fog"), label),
         (),
     )
 
 
-def sun(include: Node, what: str) -> Light:
+def sun(include: Node, label: str) -> Light:
     """Gazebo's model://sun at the pose of its <include>."""
     name = child_text(include, "name", SUN.name)
     if include.find("pose") is None:
         return replace(SUN, name=name)
-    pose = sdf_pose(include, what)
+    pose = sdf_pose(include, label)
     return replace(SUN, name=name, position=pose.position, direction=_turned(pose, SUN.direction))
 
 
-def parse_light(element: Node, what: str, pose: Pose | None = None) -> Light:
+def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     """Light of a <light>.
 
     Args:
         element: the <light>.
-        what: name for messages.
+        label: name for messages.
         pose: replaces its own.
     """
     name = element.get("name") or "light"
-    what = f"{what} light '{name}'"
+    label = f"{label} light '{name}'"
     kind = element.get("type") or "point"
     if kind not in KINDS:
         element.warn(
-            f"{what} has type '{kind}', known are {', '.join(KINDS)}; it becomes a point light",
+            f"{label} has type '{kind}', known are {', '.join(KINDS)}; it becomes a point light",
             "lights have a type that is not known here and become point lights",
             f"'{name}' ({kind})",
         )
         kind = "point"
-    pose = sdf_pose(element, what) if pose is None else pose
-    reach = child_number(element, "attenuation/range", what, Light.reach)
+    pose = sdf_pose(element, label) if pose is None else pose
+    reach = child_number(element, "attenuation/range", label, Light.reach)
     return Light(
         name,
         kind,
         pose.position,
-        _turned(pose, child_floats(element, "direction", 3, what, DOWN)),
-        _color(element, "diffuse", what, Light.diffuse),
-        _color(element, "specular", what, Light.specular),
+        _turned(pose, child_floats(element, "direction", 3, label, DOWN)),
+        _color(element, "diffuse", label, Light.diffuse),
+        _color(element, "specular", label, Light.specular),
         reach,
-        child_number(element, "attenuation/constant", what, Light.constant),
-        child_number(element, "attenuation/linear", what, Light.linear),
-        child_number(element, "attenuation/quadratic", what, Light.quadratic),
-        child_number(element, "spot/inner_angle", what, Light.inner),
-        child_number(element, "spot/outer_angle", what, Light.outer),
-        child_number(element, "spot/falloff", what, Light.falloff),
-        child_flag(element, "cast_shadows", what, Light.cast_shadows),
+        child_number(element, "attenuation/constant", label, Light.constant),
+        child_number(element, "attenuation/linear", label, Light.linear),
+        child_number(element, "attenuation/quadratic", label, Light.quadratic),
+        child_number(element, "spot/inner_angle", label, Light.inner),
+        child_number(element, "spot/outer_angle", label, Light.outer),
+        child_number(element, "spot/falloff", label, Light.falloff),
+        child_flag(element, "cast_shadows", label, Light.cast_shadows),
     )
 
 
@@ -122,28 +122,28 @@ def _turned(pose: Pose, direction: Vec3) -> Vec3:
     return x, y, z
 
 
-def _color(element: Node, tag: str, what: str, default: D) -> RGB | D:
+def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
     """RGB of a child element."""
     text = child_text(element, tag)
     if text is None:
         return default
-    found = rgba_of(element.find(tag), text, f"{what} <{tag}>")
+    found = rgba_of(element.find(tag), text, f"{label} <{tag}>")
     return default if found is None else found[:3]
 
 
-def _fog(element: Node | None, what: str) -> Fog | None:
+def _fog(element: Node | None, label: str) -> Fog | None:
     if element is None:
         return None
     kind = FOGS.get((child_text(element, "type") or "none").lower())
     if kind is None:
         return None
-    what = f"{what} <fog>"
+    label = f"{label} <fog>"
     return Fog(
         kind,
-        _color(element, "color", what, Fog.color),
-        child_number(element, "start", what, Fog.start),
-        child_number(element, "end", what, Fog.end),
-        child_number(element, "density", what, Fog.density),
+        _color(element, "color", label, Fog.color),
+        child_number(element, "start", label, Fog.start),
+        child_number(element, "end", label, Fog.end),
+        child_number(element, "density", label, Fog.density),
     )
 
 
@@ -167,36 +167,36 @@ _QUIET = {
 
 
 def parse_world(
-    text: str | bytes | Node, resolve: Resolve, what: str = "world"
+    text: str | bytes | Node, resolve: Resolve, label: str = "world"
 ) -> WorldDescription:
     """Read a world.
 
     Args:
         text: SDF document with a <world>.
-        what: name for messages, e.g. the file's path.
+        label: name for messages, e.g. the file's path.
 
     Raises:
         ModelError: malformed, or no world.
     """
     described = WorldDescription()
-    sdf = parse(text, what, described.warnings)
+    sdf = parse(text, label, described.warnings)
     world = sdf.find("world") if sdf.tag == "sdf" else None
     if world is None:
-        raise ModelError(f"{what} has no <world> in an <sdf>")
+        raise ModelError(f"{label} has no <world> in an <sdf>")
     described.name = world.get("name") or "default"
     _physics(world, described, f"world '{described.name}'")
-    described.scene = parse_scene(world, what)
+    described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
     for element in world:
         if element.tag == "include":
-            _include(element, described, resolve, what)
+            _include(element, described, resolve, label)
         elif element.tag == "model":
-            _model(element, described, resolve, what, _version(sdf), states)
+            _model(element, described, resolve, label, _version(sdf), states)
         elif element.tag == "light":
-            _shine(described, parse_light(element, what))
+            _shine(described, parse_light(element, label))
         else:
-            _other(element, described, what)
-    _number_names(described, what)
+            _other(element, described, label)
+    _number_names(described, label)
     return described
 
 
@@ -209,12 +209,12 @@ def _model(
     element: Node,
     described: WorldDescription,
     resolve: Resolve,
-    what: str,
+    label: str,
     version: Version,
     states: dict[str | None, Node],
 ) -> None:
     try:
-        model, pose = _placed(element, resolve, what, version)
+        model, pose = _placed(element, resolve, label, version)
     except ModelError as error:
         element.warn(
             f"model '{element.get('name')}' is left out: {error}",
@@ -223,11 +223,11 @@ def _model(
         )
         return
     if model.name in states:
-        pose = sdf_pose(states[model.name], f"{what} state of '{model.name}'")
+        pose = sdf_pose(states[model.name], f"{label} state of '{model.name}'")
     described.models.append((model, pose))
 
 
-def _number_names(described: WorldDescription, what: str) -> None:
+def _number_names(described: WorldDescription, label: str) -> None:
     """Rename models whose name is taken; Gazebo would refuse them."""
     taken = set()
     for model, _ in described.models:
@@ -237,7 +237,7 @@ def _number_names(described: WorldDescription, what: str) -> None:
             model.name = f"{name}_{number}"
         if number:
             described.warn(
-                f"{what} has more than one model '{name}'; this one becomes '{model.name}'",
+                f"{label} has more than one model '{name}'; this one becomes '{model.name}'",
                 "models have a name that is taken and get a number",
                 f"'{model.name}'",
             )
@@ -250,51 +250,51 @@ def _version(sdf: Node) -> Version:
     return (int(found.group(1)), int(found.group(2))) if found else (1, 6)
 
 
-def _physics(world: Node, described: WorldDescription, what: str) -> None:
+def _physics(world: Node, described: WorldDescription, label: str) -> None:
     zero = described.gravity
-    gravity = child_floats(world, "physics/gravity", 3, what, zero)
-    described.gravity = child_floats(world, "gravity", 3, what, gravity)
-    step = child_number(world, "physics/max_step_size", what, DEFAULT_STEP)
+    gravity = child_floats(world, "physics/gravity", 3, label, zero)
+    described.gravity = child_floats(world, "gravity", 3, label, gravity)
+    step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
     if not MIN_STEP <= step < 1:
         warn_replaced(
             world.find("physics/max_step_size"),
-            f"{what} <max_step_size>",
+            f"{label} <max_step_size>",
             f"{step:g}",
-            f"{what} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
+            f"{label} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
             DEFAULT_STEP,
         )
         step = DEFAULT_STEP
     described.step = step
-    rate = child_number(world, "physics/real_time_update_rate", what, DEFAULT_RATE)
+    rate = child_number(world, "physics/real_time_update_rate", label, DEFAULT_RATE)
     described.real_time_factor = max(0.0, rate) * step
 
 
-def _other(element: Node, described: WorldDescription, what: str) -> None:
+def _other(element: Node, described: WorldDescription, label: str) -> None:
     if element.tag in _QUIET:
         return
     if element.tag == "plugin":
         name = element.get("filename")
         if library(element) not in OWN_PLUGINS:
             described.warn(
-                f"{what}: world plugin '{name}' is not known here and is ignored",
+                f"{label}: world plugin '{name}' is not known here and is ignored",
                 "world plugins are not known here and are ignored",
                 f"'{name}'",
             )
         return
     name = f" '{element.get('name')}'" if element.get("name") else ""
     described.warn(
-        f"{what}: <{element.tag}>{name} means nothing here and is ignored",
+        f"{label}: <{element.tag}>{name} means nothing here and is ignored",
         f"<{element.tag}> of the world mean nothing here and are ignored",
         f"<{element.tag}>{name}",
     )
 
 
-def _include(element: Node, described: WorldDescription, resolve: Resolve, what: str) -> None:
+def _include(element: Node, described: WorldDescription, resolve: Resolve, label: str) -> None:
     uri = child_text(element, "uri", "")
     plain = uri.replace("model://", "").strip("/")
-    pose = sdf_pose(element, f"{what} <include>")
+    pose = sdf_pose(element, f"{label} <include>")
     if plain == "sun":
-        _shine(described, sun(element, f"{what} <include>"))
+        _shine(described, sun(element, f"{label} <include>"))
         return
     try:
         if plain == "ground_plane":
@@ -303,14 +303,14 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, what:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
                 light_pose = None if element.find("pose") is None else pose
-                _shine(described, parse_light(inner, what, light_pose))
+                _shine(described, parse_light(inner, label, light_pose))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
-            model, own = _placed(inner, resolve, what, version)
+            model, own = _placed(inner, resolve, label, version)
     except (OSError, ValueError) as error:
         described.warn(
-            f"{what} includes '{uri}', which cannot be used: {error}",
+            f"{label} includes '{uri}', which cannot be used: {error}",
             "included models cannot be used",
             f"'{uri}'",
         )
@@ -336,42 +336,42 @@ def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
 
 
 def _placed(
-    element: Node, resolve: Resolve, what: str, version: Version
+    element: Node, resolve: Resolve, label: str, version: Version
 ) -> tuple[ModelDescription, Pose]:
     opener = _opener(resolve, element.document.warnings)
     model = parse_model_element(element, resolve, version, opener)
-    return model, sdf_pose(element, f"{what} model '{element.get('name')}'")
+    return model, sdf_pose(element, f"{label} model '{element.get('name')}'")
 
 
-def _model_of(sdf: Node, what: str) -> Node:
+def _model_of(sdf: Node, label: str) -> Node:
     """The <model> of a document, or the <light> of one that has no model."""
     element = sdf if sdf.tag == "model" else sdf.find("model")
     element = sdf.find("light") if element is None else element
     if element is None:
-        raise ModelError(f"{what} has no <model>")
+        raise ModelError(f"{label} has no <model>")
     return element
 
 
 def parse_model(
-    text: str | bytes | Node, resolve: Resolve, what: str = "model"
+    text: str | bytes | Node, resolve: Resolve, label: str = "model"
 ) -> tuple[ModelDescription, Pose]:
     """Read an SDF document with one <model>: (ModelDescription, its own pose).
 
     Args:
         text: the document.
-        what: name for messages.
+        label: name for messages.
     """
-    sdf = parse(text, what)
+    sdf = parse(text, label)
     if sdf.find("model") is None and sdf.find("world") is not None:
-        return _only_model(parse_world(text, resolve, what), what)
-    return _placed(_model_of(sdf, what), resolve, what, _version(sdf))
+        return _only_model(parse_world(text, resolve, label), label)
+    return _placed(_model_of(sdf, label), resolve, label, _version(sdf))
 
 
-def _only_model(world: WorldDescription, what: str) -> tuple[ModelDescription, Pose]:
+def _only_model(world: WorldDescription, label: str) -> tuple[ModelDescription, Pose]:
     """The one model of a world: spawn_model's -database sends a world that includes it."""
     if len(world.models) != 1:
         raise ModelError(
             "; ".join(world.warnings)
-            or f"{what} has a <world> with {len(world.models)} models, must be one"
+            or f"{label} has a <world> with {len(world.models)} models, must be one"
         )
     return world.models[0]
