@@ -15,7 +15,7 @@ from bullet_sim.meshes import prepare
 from bullet_sim.meshes.read import MAX_PIXELS, open_picture
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from bullet_sim.xml_reader import DEEPEST, parse
+from bullet_sim.xml_reader import MAX_DEPTH, parse
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
@@ -128,12 +128,12 @@ def test_nesting_is_bounded():
     def nested(depth):
         return "<a>" * depth + "</a>" * depth
 
-    assert parse(nested(DEEPEST), "x.urdf").tag == "a"
-    with pytest.raises(ModelError, match="x.urdf has more than 100 elements within each other"):
-        parse(nested(DEEPEST + 1), "x.urdf")
+    assert parse(nested(MAX_DEPTH), "x.urdf").tag == "a"
+    with pytest.raises(ModelError, match="x.urdf has more than 100 nested elements"):
+        parse(nested(MAX_DEPTH + 1), "x.urdf")
     models = "<model name='m'>" * 5000 + "</model>" * 5000
     said = in_a_child(lambda: sdf.parse_world(f"<sdf><world>{models}</world></sdf>", str))
-    assert "elements within each other" in said
+    assert "nested elements" in said
 
 
 # meshes -------------------------------------------------------------------------------------------

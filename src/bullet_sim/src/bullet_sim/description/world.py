@@ -6,7 +6,7 @@ from bullet_sim.description.model import RGB, Geometry, Link, ModelDescription, 
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.pose import Pose, Vec3
 
-KINDS = ("directional", "point", "spot")
+LIGHT_TYPES = ("directional", "point", "spot")
 
 
 @dataclass(frozen=True)
@@ -15,16 +15,16 @@ class Light:
 
     Attributes:
         kind: 'directional', 'point' or 'spot'.
-        position: [m] in the world; of a directional light without meaning.
-        direction: into which it shines, of length 1, in the world.
+        position: [m] in the world; meaningless for a directional light.
+        direction: in which it shines, unit vector in the world.
         diffuse, specular: RGB 0..1.
-        reach: nothing further away is lit [m].
-        constant, linear [1/m], quadratic [1/m^2]: the light falls with 1 / (constant +
+        reach: maximum distance that is lit [m].
+        constant, linear [1/m], quadratic [1/m^2]: the light decreases with 1 / (constant +
             linear d + quadratic d^2).
         inner, outer: full angles of a spot's cones [rad]: all of its light inside the inner one,
             none outside the outer one.
         falloff: exponent between the two.
-        cast_shadows: whether it casts shadows; only a directional light's are drawn.
+        cast_shadows: whether it casts shadows; only those of a directional light are rendered.
     """
 
     name: str
@@ -76,10 +76,10 @@ SUN = Light(
 
 @dataclass(frozen=True)
 class Scene:
-    """What is seen beside the models.
+    """Light and background of a world.
 
     Attributes:
-        ambient: RGB of the light that comes from everywhere.
+        ambient: RGB of the ambient light.
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
         fog: or None.
@@ -94,7 +94,7 @@ class Scene:
 
 
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
-MIN_STEP = 1e-6  # [s] shortest physics step
+MIN_STEP = 1e-6  # [s] minimum physics step
 DEFAULT_STEP = 0.001  # [s]
 
 
@@ -108,7 +108,7 @@ class WorldDescription:
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
         scene: lights, background and fog.
-        warnings: what was ignored or mended, with that of the models in its file.
+        warnings: what was ignored or repaired, also in the models of its file.
     """
 
     name: str = "default"
@@ -120,7 +120,7 @@ class WorldDescription:
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
-        """Note something that was ignored or mended, once: see ReadWarning."""
+        """Add a warning about something ignored or repaired, once: see ReadWarning."""
         add_warning(self.warnings, text, cause, item)
 
 

@@ -1,4 +1,4 @@
-"""<gazebo> elements of URDF, and contact properties as these and <surface> of SDF have them."""
+"""<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -9,9 +9,9 @@ from bullet_sim.formats.shapes import gazebo_color, rgba_of
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
-MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
+MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
-# property -> paths in <gazebo reference=...> of a URDF, first found counts
+# property -> paths in <gazebo reference=...> of a URDF, the first that exists counts
 URDF = {
     "friction": ("mu1", "mu", "collision/surface/friction/ode/mu"),
     "friction2": ("mu2", "collision/surface/friction/ode/mu2"),
@@ -38,22 +38,22 @@ def read_surface(
     label: str,
     warn: Callable[[str], None],
 ) -> None:
-    """Take what an element says of a surface; what cannot be read is left as it was.
+    """Read the contact properties of an element; what cannot be read stays unchanged.
 
     Args:
         element: <gazebo> of a URDF, or <collision>.
         paths: URDF or SDF of this module.
         surface: changed in place.
         label: name for warnings.
-        warn: function of one sentence.
+        warn: gets a message.
     """
-    for key, places in paths.items():
-        for place in places:
-            text = child_text(element, place)
+    for key, tags in paths.items():
+        for tag in tags:
+            text = child_text(element, tag)
             if text is None:
                 continue
             try:
-                setattr(surface, key, _READERS[key](text, f"{label} <{place}>"))
+                setattr(surface, key, _READERS[key](text, f"{label} <{tag}>"))
             except ModelError as error:
                 warn(f"{error}; it is ignored")
             break
@@ -62,7 +62,7 @@ def read_surface(
 
 
 def read_stiffness(element: Node, surface: Surface, label: str) -> None:
-    """Take <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
+    """Read <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
     stiffness = child_number(element, "kp", label, None)
     if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
         surface.stiffness = stiffness
@@ -118,8 +118,8 @@ _READ = {
     "visual",
     "collision",
 }
-# Settings of Gazebo's solver or file conversion without a counterpart here.
-_QUIET = {
+# Settings of Gazebo's solver or file conversion that are ignored without a warning.
+_IGNORED = {
     "maxContacts",
     "laserRetro",
     "dampingFactor",
@@ -163,8 +163,8 @@ def apply(robot: Node, model: ModelDescription) -> None:
         elif reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
-                "what it holds is left out",
-                "<gazebo> elements refer to no link and no joint; what they hold is left out",
+                "what it contains is left out",
+                "<gazebo> elements refer to no link and no joint; what they contain is left out",
                 f"'{reference}'",
             )
         _unknown(element, model, reference)
@@ -186,7 +186,7 @@ def apply(robot: Node, model: ModelDescription) -> None:
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
     label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
-        if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
+        if isinstance(child.tag, str) and child.tag not in _READ | _IGNORED:
             model.warn(
                 f"{label}: <{child.tag}> means nothing here and is ignored",
                 f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",
@@ -202,7 +202,7 @@ def _model_flags(element: Node, model: ModelDescription) -> None:
 
 
 def _either(element: Node, *tags: str) -> str:
-    """Text of the first of the tags that is there, or 'false'."""
+    """Text of the first of the tags that exists, or 'false'."""
     texts = (child_text(element, tag) for tag in tags)
     return next((text for text in texts if text), "false")
 
@@ -225,8 +225,8 @@ def _material(element: Node, model: ModelDescription, link: Link, label: str) ->
         color = gazebo_color(name)
         if color is None:
             model.warn(
-                f"{label}: material '{name}' is none of Gazebo's standard colours; it is ignored",
-                "materials are none of Gazebo's standard colours and are ignored",
+                f"{label}: material '{name}' is none of Gazebo's standard colors; it is ignored",
+                "materials are none of Gazebo's standard colors and are ignored",
                 f"'{name}'",
             )
     else:

@@ -1,4 +1,4 @@
-"""Joints of URDF and SDF: types, axes, limits, and the tree that they make."""
+"""Joints of URDF and SDF: types, axes, limits, and the tree that they form."""
 
 from typing import TYPE_CHECKING
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from bullet_sim.formats.sdf.model import Frames, ModelReader
 
 Version = tuple[int, int]  # (major, minor) of an SDF document
-UNLIMITED = 1e9  # [rad, m] stands for no limit on one side
+UNLIMITED = 1e9  # [rad, m] replaces a missing limit on one side
 
 
 def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
-    """A joint's axis with length 1; the default, with a warning, for one without direction.
+    """Unit vector of a joint's axis; the default, with a warning, for a zero vector.
 
     Args:
         vector: (3,).
@@ -48,24 +48,24 @@ def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
     return default
 
 
-def set_stops(
+def set_limits(
     joint: Joint, lower: float | None, upper: float | None, label: str, element: Node
 ) -> None:
-    """Set a joint's stops [rad, m], None for none; swapped ones stop nothing, as in ODE.
+    """Set a joint's limits [rad, m], None for none; swapped ones are ignored, as in ODE.
 
     Args:
-        lower, upper: the limits.
+        lower, upper: [rad, m].
         label: for the message.
         element: takes the warning.
     """
-    if lower is None and upper is None:  # PyBullet has both or none
+    if lower is None and upper is None:  # PyBullet has both or neither
         return
     lower = -UNLIMITED if lower is None else lower
     upper = UNLIMITED if upper is None else upper
     if lower > upper:
         element.warn(
-            f"{label} has lower limit {lower} above upper {upper}; it has no stops, as in Gazebo",
-            "joints have a lower limit above the upper one and so no stops",
+            f"{label} has lower limit {lower} above upper {upper}; it has no limits, as in Gazebo",
+            "joints have a lower limit above the upper one and so no limits",
             label,
         )
         return
@@ -73,7 +73,7 @@ def set_stops(
 
 
 def closes_loop(model: ModelDescription, parent: str | None, child: str | None) -> bool:
-    """Whether a joint between two links would lead from a link back to itself."""
+    """Whether a joint between two links would close a loop."""
     above = {joint.child: joint.parent for joint in model.joints.values()}
     while parent is not None and parent != child:
         parent = above.get(parent)
@@ -82,11 +82,11 @@ def closes_loop(model: ModelDescription, parent: str | None, child: str | None) 
 
 UNSUPPORTED_TYPES = ("floating", "planar")
 URDF_TYPES = MOVABLE_TYPES + ("fixed",) + UNSUPPORTED_TYPES
-LEFT_OUT = "joints are left out"
+SKIPPED = "joints are left out"
 
 
 def read_joints(robot: Node, model: ModelDescription) -> None:
-    """Add every <joint> of a <robot> that can be one to the model; others are warnings.
+    """Add every valid <joint> of a <robot> to the model; others cause warnings.
 
     Args:
         robot: the root element.
@@ -102,12 +102,12 @@ def _joint(element: Node, model: ModelDescription) -> Joint | None:
     name = element.get("name") or ""
     label = f"joint '{name}' of '{model.name}'"
     parent, child = (
-        found.get("link") if found is not None else None
-        for found in (element.find("parent"), element.find("child"))
+        end.get("link") if end is not None else None
+        for end in (element.find("parent"), element.find("child"))
     )
-    fault = _urdf_fault(name, parent, child, model)
-    if fault:
-        element.warn(f"{label} {fault}; it is left out", LEFT_OUT, f"'{name}'")
+    error = _urdf_error(name, parent, child, model)
+    if error:
+        element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
     kind, origin = _urdf_type(element, label), urdf_origin(element, label)
     joint = Joint(name, kind, str(parent), str(child), origin)
@@ -154,8 +154,8 @@ def check_mimics(model: ModelDescription) -> None:
             joint.mimic = None  # controllers move it
 
 
-def _urdf_fault(name: str, parent: str | None, child: str | None, model: ModelDescription) -> str:
-    """Why an element is no joint, or ''."""
+def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDescription) -> str:
+    """Why an element is no valid joint, or ''."""
     if not name:
         return "has no name"
     if name in model.joints:
@@ -190,8 +190,8 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
     if limit is None:
         if bounded:
             element.warn(
-                f"{label} has no <limit>; it moves without stops",
-                "joints that need a <limit> have none and move without stops",
+                f"{label} has no <limit>; it moves without limits",
+                "joints that need a <limit> have none and move without limits",
                 f"'{joint.name}'",
             )
         return
@@ -208,7 +208,7 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
         return
     lower = bound_of(limit, "lower", f"{label} limit", 0.0)
     upper = bound_of(limit, "upper", f"{label} limit", 0.0)
-    set_stops(joint, lower, upper, label, element)
+    set_limits(joint, lower, upper, label, element)
 
 
 # Joints of several axes become a chain of hinges: the tags of their axes, or the axes.
@@ -217,7 +217,7 @@ CHAINS: dict[str, tuple[str | Vec3, ...]] = {
     "revolute2": ("axis", "axis2"),
     "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
 }
-SHARE = 0.01  # of its child's mass and inertia that a link within such a chain has
+MASS_RATIO = 0.01  # mass and inertia of a link within such a chain, of those of its child
 SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", *CHAINS)
 _UP = (0.0, 0.0, 1.0)
 
@@ -225,11 +225,11 @@ _UP = (0.0, 0.0, 1.0)
 def read_joint(
     element: Node, reader: "ModelReader", prefix: str, frames: "Frames", version: Version
 ) -> None:
-    """Add a <joint> to the model of a reader (model.py), or warn why it is none.
+    """Add a <joint> to the model of a reader (model.py), or warn why that is impossible.
 
     Args:
         element: the <joint>.
-        reader: has the model and the poses of its links.
+        reader: contains the model and the poses of its links.
         prefix: of the names of the nested model that the joint is in.
         frames: of that model.
         version: of the SDF document.
@@ -251,9 +251,9 @@ def read_joint(
     else:
         parent = prefix + str(parent)
     child = prefix + str(child)
-    fault = _sdf_fault(model, parent, child)
-    if fault:
-        element.warn(f"{label} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
+    error = _sdf_error(model, parent, child)
+    if error:
+        element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}' of '{model.name}'")
         return
     anchor = Pose()
     if element.find("pose") is not None:
@@ -271,7 +271,7 @@ def read_joint(
 
 def _chain(
     element: Node,
-    whole: Joint,
+    original: Joint,
     reader: "ModelReader",
     label: str,
     frames: "Frames",
@@ -279,32 +279,32 @@ def _chain(
 ) -> None:
     """Add the hinges that make up a joint of several axes, with small links between them.
 
-    The first has the joint's name, the others a number behind it. A ball's middle axis must not
-    turn by a quarter.
+    The first has the joint's name, the others have a number appended. The second axis of a ball
+    joint must not rotate by 90 degrees.
     """
-    model, child, axes = reader.model, reader.model.links[whole.child], CHAINS[whole.kind]
-    parent, origin = whole.parent, whole.origin * whole.anchor
-    for number, axis in enumerate(axes, 1):
-        last = number == len(axes)
-        name = whole.name if number == 1 else f"{whole.name}__{number}"
-        link = whole.child if last else f"{whole.name}__link{number}"
+    model, child, axes = reader.model, reader.model.links[original.child], CHAINS[original.kind]
+    parent, origin = original.parent, original.origin * original.anchor
+    for index, axis in enumerate(axes, 1):
+        last = index == len(axes)
+        name = original.name if index == 1 else f"{original.name}__{index}"
+        link = original.child if last else f"{original.name}__link{index}"
         if last:
-            origin = origin * whole.anchor.inverse()
+            origin = origin * original.anchor.inverse()
         joint = Joint(
-            name, "continuous", parent, link, origin, anchor=whole.anchor if last else Pose()
+            name, "continuous", parent, link, origin, anchor=original.anchor if last else Pose()
         )
         if isinstance(axis, str):
             joint.kind = "revolute"
-            _axis(element, joint, label, frames, version, axis, whole.anchor)
+            _axis(element, joint, label, frames, version, axis, original.anchor)
         else:
             joint.axis = axis
         model.joints[name] = joint
         if not last:
-            moment = SHARE * max(float(child.inertia.trace()) / 3.0, 1e-6)
+            moment = MASS_RATIO * max(float(child.inertia.trace()) / 3.0, 1e-6)
             model.links[link] = Link(
-                link, mass=SHARE * max(child.mass, 1e-3), inertia=moment * np.eye(3)
+                link, mass=MASS_RATIO * max(child.mass, 1e-3), inertia=moment * np.eye(3)
             )
-            reader.poses[link] = reader.poses[whole.child] * whole.anchor
+            reader.poses[link] = reader.poses[original.child] * original.anchor
         parent, origin = link, Pose()
 
 
@@ -322,8 +322,8 @@ def _sdf_type(element: Node, label: str) -> str:
     return used
 
 
-def _sdf_fault(model: ModelDescription, parent: str | None, child: str | None) -> str:
-    """Why a joint between two links cannot be, or ''."""
+def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
+    """Why there can be no joint between two links, or ''."""
     if child not in model.links or parent not in model.links:
         return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
     taken = any(joint.child == child for joint in model.joints.values())
@@ -341,21 +341,21 @@ def _axis(
     tag: str = "axis",
     anchor: Pose | None = None,
 ) -> None:
-    """Read an axis with its limits; anchor: the joint's frame in the child's, if not joint's."""
+    """Read an axis with its limits; anchor: joint frame in the child's; None: joint.anchor."""
     anchor = joint.anchor if anchor is None else anchor
     vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
     of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, version < (1, 5))
-    found = element.find(f"{tag}/xyz")
-    frame = found.get("expressed_in") if found is not None else None
+    xyz = element.find(f"{tag}/xyz")
+    frame = xyz.get("expressed_in") if xyz is not None else None
     if of_model or frame:
-        own = frames.pose(child_text(element, "child", "")) * anchor
-        turn = frames.pose(frame, found) if frame else Pose()
-        vector = own.matrix.T @ turn.matrix @ vector
+        joint_frame = frames.pose(child_text(element, "child", "")) * anchor
+        axis_frame = frames.pose(frame, xyz) if frame else Pose()
+        vector = joint_frame.matrix.T @ axis_frame.matrix @ vector
     joint.axis = unit_axis(vector, _UP, label, element)
     if joint.kind != "continuous":
         lower = child_bound(element, f"{tag}/limit/lower", label)
         upper = child_bound(element, f"{tag}/limit/upper", label)
-        set_stops(joint, lower, upper, label, element)
+        set_limits(joint, lower, upper, label, element)
     joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
     joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
     joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", label, 0.0))

@@ -196,7 +196,7 @@ def script_material(
     uris = [(uri.text or "").strip() for uri in element.findall("uri")]
     for uri in uris or EVERYWHERE:
         try:
-            path = resolve(element.document.beside(uri))
+            path = resolve(element.document.resolve_relative(uri))
         except ValueError:
             continue
         folders.append(path if os.path.isdir(path) else os.path.dirname(path))
@@ -393,7 +393,7 @@ def _geometry(
         return Geometry("sphere", (child_number(shape, "radius", label, 1.0),))
     if shape.tag == "mesh":
         scale = child_floats(shape, "scale", 3, f"{label} mesh", _ONE)
-        uri = shape.document.beside(child_text(shape, "uri", ""))
+        uri = shape.document.resolve_relative(child_text(shape, "uri", ""))
         geometry = mesh_geometry(uri, scale, label, resolve, model)
         submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
@@ -421,7 +421,7 @@ def _heightmap(
     uri = child_text(shape, "uri", "")
     size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
     try:
-        path = resolve(shape.document.beside(uri))
+        path = resolve(shape.document.resolve_relative(uri))
         found = os.path.isfile(path)
     except ValueError:
         found = False

@@ -13,7 +13,7 @@ import numpy as np
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
-from bullet_sim.xml_reader import Document, decoded, mended
+from bullet_sim.xml_reader import Document, decoded, repaired
 
 if TYPE_CHECKING:
     import trimesh
@@ -211,7 +211,7 @@ def _scene(geometry: Geometry, beside: Beside) -> "trimesh.Scene":
         if not geometry.path.lower().endswith(".dae"):
             raise
         with open(geometry.path, "rb") as file:
-            text = mended(decoded(file.read(), Document(geometry.path)))
+            text = repaired(decoded(file.read(), Document(geometry.path)))
     return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
 
 

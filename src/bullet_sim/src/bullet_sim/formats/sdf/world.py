@@ -12,7 +12,7 @@ from bullet_sim.description.model import RGB, ModelDescription
 from bullet_sim.description.warnings import ReadWarning
 from bullet_sim.description.world import (
     DEFAULT_STEP,
-    KINDS,
+    LIGHT_TYPES,
     MIN_STEP,
     SUN,
     Fog,
@@ -86,9 +86,10 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     name = element.get("name") or "light"
     label = f"{label} light '{name}'"
     kind = element.get("type") or "point"
-    if kind not in KINDS:
+    if kind not in LIGHT_TYPES:
         element.warn(
-            f"{label} has type '{kind}', known are {', '.join(KINDS)}; it becomes a point light",
+            f"{label} has type '{kind}', known are {', '.join(LIGHT_TYPES)}; "
+            "it becomes a point light",
             "lights have a type that is not known here and become point lights",
             f"'{name}' ({kind})",
         )
