@@ -258,7 +258,7 @@ def read_joint(
     anchor = Pose()
     if element.find("pose") is not None:
         default = child_text(element, "child", "")
-        anchor = frames.pose(default).inverse() * frames.place(element, default, label)
+        anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, kind, parent, child, origin, anchor=anchor)
     if kind in CHAINS:

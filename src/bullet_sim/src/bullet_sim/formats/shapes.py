@@ -1,7 +1,7 @@
-"""Shapes of URDF and SDF: geometry, colours, materials.
+"""Shapes of URDF and SDF: geometry, colors, materials.
 
-Colours of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1. The names are Gazebo's,
-the values our own: Gazebo's textures become similar plain colours.
+Colors of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1. The names are Gazebo's;
+the values are not: Gazebo's textures become similar plain colors.
 """
 
 import math
@@ -95,15 +95,15 @@ _SUFFIXES = (
 
 
 def gazebo_color(name: str) -> RGBA | None:
-    """RGBA of a standard material, or None when there is none of that name.
+    """RGBA of a standard material; None: no such material.
 
     Args:
         name: 'Gazebo/Orange' or 'Orange'; Transparent and Glow forms count, too.
     """
-    word = name.strip().rsplit("/", 1)[-1]
+    plain = name.strip().rsplit("/", 1)[-1]
     for suffix in ("",) + _SUFFIXES:
-        base = word[: -len(suffix)] if suffix and word.endswith(suffix) else word
-        alpha = 0.5 if suffix.startswith(("Transparent", "Laser")) and base != word else 1.0
+        base = plain[: -len(suffix)] if suffix and plain.endswith(suffix) else plain
+        alpha = 0.5 if suffix.startswith(("Transparent", "Laser")) and base != plain else 1.0
         if base in _GREY:
             return (_GREY[base],) * 3 + (alpha,)
         if base in _COLORS:
@@ -112,10 +112,10 @@ def gazebo_color(name: str) -> RGBA | None:
 
 
 def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
-    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
+    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; values are clamped to 0..1.
 
     Args:
-        element: that the text is of.
+        element: contains the text; takes the warning.
         text: the numbers.
         label: for the message.
     """
@@ -124,13 +124,13 @@ def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
     if len(values) == 4 and all(map(math.isfinite, values)):
         r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
         return r, g, b, a
-    sentence = f"{label} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
-    warn_replaced(element, label, text, sentence, None)
+    message = f"{label} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
+    warn_replaced(element, label, text, message, None)
     return None
 
 
-# Where Gazebo has looked for scripts already when a material names none.
-EVERYWHERE = ("file://media/materials/scripts", "file://Media/materials/scripts")
+# Where Gazebo has searched for scripts already when a material names none.
+DEFAULT_SCRIPTS = ("file://media/materials/scripts", "file://Media/materials/scripts")
 _TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
 
 
@@ -143,33 +143,33 @@ class Material:
 
 
 def read_materials(text: str) -> dict[str, tuple[str, RGBA | None]]:
-    """All materials of an OGRE script: name -> (picture's file name or '', RGBA or None).
+    """All materials of an OGRE script: name -> (image's file name or '', RGBA or None).
 
-    The first texture and the first colour of a material count; inherited values
+    The first texture and the first color of a material count; inherited values
     ("material A : B") are copied; everything else is ignored.
     """
-    found: dict[str, tuple[str, RGBA | None]] = {}
+    materials: dict[str, tuple[str, RGBA | None]] = {}
     current, depth = None, 0
     for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
-        words = _TOKEN.findall(line.split("//")[0])
-        if words and words[0] == "material" and depth == 0 and len(words) > 1:
-            names = [word.strip('"') for word in words[1:] if word not in ("{", "}", ":")]
+        tokens = _TOKEN.findall(line.split("//")[0])
+        if tokens and tokens[0] == "material" and depth == 0 and len(tokens) > 1:
+            names = [token.strip('"') for token in tokens[1:] if token not in ("{", "}", ":")]
             current = names[0]
-            parent = found.get(names[1]) if len(names) > 1 else None
-            found[current] = parent or ("", None)
-        elif current is not None and len(words) > 1:
-            found[current] = _noted(found[current], words)
-        depth = max(0, depth + words.count("{") - words.count("}"))
-    return found
+            parent = materials.get(names[1]) if len(names) > 1 else None
+            materials[current] = parent or ("", None)
+        elif current is not None and len(tokens) > 1:
+            materials[current] = _updated(materials[current], tokens)
+        depth = max(0, depth + tokens.count("{") - tokens.count("}"))
+    return materials
 
 
-def _noted(so_far: tuple[str, RGBA | None], words: list[str]) -> tuple[str, RGBA | None]:
+def _updated(so_far: tuple[str, RGBA | None], tokens: list[str]) -> tuple[str, RGBA | None]:
     texture, color = so_far
-    if words[0] == "texture":
-        texture = words[1].strip('"')
-    elif words[0] in ("diffuse", "ambient") and (color is None or words[0] == "diffuse"):
+    if tokens[0] == "texture":
+        texture = tokens[1].strip('"')
+    elif tokens[0] in ("diffuse", "ambient") and (color is None or tokens[0] == "diffuse"):
         try:
-            values = tuple(min(1.0, max(0.0, float(word))) for word in words[1:5])
+            values = tuple(min(1.0, max(0.0, float(token))) for token in tokens[1:5])
         except ValueError:
             return so_far
         if len(values) >= 3:
@@ -181,7 +181,7 @@ def _noted(so_far: tuple[str, RGBA | None], words: list[str]) -> tuple[str, RGBA
 def script_material(
     element: Node, resolve: Resolve, label: str, model: ModelDescription
 ) -> Material | None:
-    """Material of a <script> element, or None with a warning when it is not found.
+    """Material of a <script> element, or None with a warning when it does not exist.
 
     Args:
         element: <script> with <name> and <uri>s.
@@ -194,7 +194,7 @@ def script_material(
         return Material(color=color)
     files, folders = [], []
     uris = [(uri.text or "").strip() for uri in element.findall("uri")]
-    for uri in uris or EVERYWHERE:
+    for uri in uris or DEFAULT_SCRIPTS:
         try:
             path = resolve(element.document.resolve_relative(uri))
         except ValueError:
@@ -204,26 +204,26 @@ def script_material(
     for path in files:
         try:
             with open(path, encoding="utf-8", errors="replace") as file:
-                found = read_materials(file.read()).get(name)
+                material = read_materials(file.read()).get(name)
         except OSError:
             continue
-        if found is None:
+        if material is None:
             continue
-        texture, color = found
+        texture, color = material
         if not texture:
             return Material(color=color)
-        picture = _picture(texture, folders)
-        if picture:
-            return Material(picture, color)
+        image = _texture_path(texture, folders)
+        if image:
+            return Material(image, color)
         model.warn(
-            f"{label}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
-            "pictures of materials are missing",
+            f"{label}: image '{texture}' of material '{name}' is in none of {', '.join(folders)}",
+            "images of materials are missing",
             f"'{texture}'",
         )
         return Material(color=color)
     model.warn(
-        f"{label}: material '{name}' is not found in its scripts; it stays grey",
-        "materials are not found in their scripts and stay grey",
+        f"{label}: material '{name}' is not in its scripts; it stays gray",
+        "materials are not in their scripts and stay gray",
         f"'{name}'",
     )
     return None
@@ -237,28 +237,28 @@ def _scripts(path: str) -> list[str]:
     return [path] if os.path.isfile(path) else []
 
 
-def _picture(name: str, folders: list[str]) -> str:
+def _texture_path(name: str, folders: list[str]) -> str:
     for folder in folders:
-        for place in (
+        for directory in (
             folder,
             os.path.join(folder, "..", "textures"),
             os.path.join(folder, "materials", "textures"),
         ):
-            path = os.path.normpath(os.path.join(place, name))
+            path = os.path.normpath(os.path.join(directory, name))
             if os.path.isfile(path):
                 return path
     return ""
 
 
 MESH_TYPES = (".obj", ".stl", ".dae")
-THIN = 1e-3  # [m] of a side that is given as 0
+MIN_SIZE = 1e-3  # [m] replaces a size of 0
 MISSING = "meshes are missing and left out"
 
 
 def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geometry | None:
-    """The geometry with sizes above 0, or None; a plane or a mesh has none.
+    """The geometry with sizes above 0, or None with a warning; planes and meshes have no size.
 
-    A negative size counts without its sign, a side of 0 becomes thin; what has no size at all
+    A negative size counts without its sign, one of 0 becomes MIN_SIZE; a geometry with all sizes 0
     is left out.
 
     Args:
@@ -267,17 +267,17 @@ def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geom
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
-    shown = f"{label} {geometry.kind} size is {geometry.size}, must be greater than 0"
+    message = f"{label} {geometry.kind} size is {geometry.size}, must be greater than 0"
     if not any(geometry.size):
-        model.warn(f"{shown}; it is left out", "shapes have no size and are left out", label)
+        model.warn(f"{message}; it is left out", "shapes have no size and are left out", label)
         return None
-    sizes = tuple(abs(value) or THIN for value in geometry.size)
-    model.warn(f"{shown}; it becomes {sizes}", "shapes have a size of 0 or less", label)
+    sizes = tuple(abs(value) or MIN_SIZE for value in geometry.size)
+    model.warn(f"{message}; it becomes {sizes}", "shapes have a size of 0 or less", label)
     return replace(geometry, size=sizes)
 
 
 def first_geometry(element: Node, label: str, model: ModelDescription) -> Node | None:
-    """The shape in the <geometry> of a visual or collision, or None with a warning."""
+    """The element in the <geometry> of a visual or collision, or None with a warning."""
     geometry = element.find("geometry")
     if geometry is None or not len(geometry):
         model.warn(
@@ -292,7 +292,7 @@ def first_geometry(element: Node, label: str, model: ModelDescription) -> Node |
 def mesh_geometry(
     uri: str, scale: Vec3, label: str, resolve: Resolve, model: ModelDescription
 ) -> Geometry | None:
-    """Mesh by URI, or None with a warning that names the file when it cannot be used."""
+    """Mesh of a URI, or None with a warning that names the file when it cannot be used."""
     try:
         path = resolve(uri)
     except ValueError as error:
@@ -349,19 +349,19 @@ def parse_shape(
     parsed = parsed and usable_size(parsed, label, model)
     if parsed is None:
         return None
-    turn = _plane_turn(geometry, label)
+    offset = _plane_rotation(geometry, label)
     if parsed.kind == "heightmap":
-        turn = Pose(child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0)))
-    shape = Shape(parsed, pose * turn, name=name, link=link)
+        offset = Pose(child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0)))
+    shape = Shape(parsed, pose * offset, name=name, link=link)
     if tag == "collision":
         return shape
     if geometry.tag == "plane":  # a thin box below the surface
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
-    return _looks(element, shape, label, model, resolve)
+    return _with_material(element, shape, label, model, resolve)
 
 
-def _plane_turn(shape: Node, label: str) -> Pose:
-    """Rotation of a plane whose normal is not +z: the shortest."""
+def _plane_rotation(shape: Node, label: str) -> Pose:
+    """Shortest rotation from +z to the normal of a plane."""
     if shape.tag != "plane":
         return Pose()
     x, y, z = child_floats(shape, "normal", 3, f"{label} plane", (0.0, 0.0, 1.0))
@@ -422,10 +422,10 @@ def _heightmap(
     size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
     try:
         path = resolve(shape.document.resolve_relative(uri))
-        found = os.path.isfile(path)
+        exists = os.path.isfile(path)
     except ValueError:
-        found = False
-    if not found:
+        exists = False
+    if not exists:
         model.warn(
             f"{label}: heightmap '{uri}' is not found; it is left out",
             "heightmaps are missing and left out",
@@ -445,7 +445,7 @@ def _polyline(shape: Node, label: str, model: ModelDescription, _: Resolve) -> G
     )
 
 
-def _looks(
+def _with_material(
     element: Node, shape: Shape, label: str, model: ModelDescription, resolve: Resolve
 ) -> Shape:
     material = element.find("material")
@@ -454,22 +454,22 @@ def _looks(
         text = child_text(material, "diffuse") or child_text(material, "ambient")
         color = rgba_of(material, text, f"{label} material") if text else None
         script = material.find("script")
-        found = script_material(script, resolve, label, model) if script is not None else None
-        if found is not None:
-            color, texture = found.color or color, found.texture
+        scripted = script_material(script, resolve, label, model) if script is not None else None
+        if scripted is not None:
+            color, texture = scripted.color or color, scripted.texture
     if color is None and not texture and shape.geometry.kind != "mesh":
         color = GREY
-    clear = min(1.0, max(0.0, child_number(element, "transparency", label, 0.0)))
-    if clear and color is not None:
-        color = color[:3] + (color[3] * (1.0 - clear),)
-    if clear >= 1.0:
+    transparency = min(1.0, max(0.0, child_number(element, "transparency", label, 0.0)))
+    if transparency and color is not None:
+        color = color[:3] + (color[3] * (1.0 - transparency),)
+    if transparency >= 1.0:
         color = (0.0, 0.0, 0.0, 0.0)
-    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, label)
+    finish = _finish(element, material, 1.0 - transparency if color is None else 1.0, label)
     return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
 
 
 def _finish(element: Node, material: Node | None, opacity: float, label: str) -> Finish:
-    """Finish of a <visual>: its <material> beside colour and texture."""
+    """Finish of a <visual>: its <material> except color and texture."""
     casts = child_flag(element, "cast_shadows", label, True)
     if material is None:
         return Finish(opacity=opacity, cast_shadows=casts)
@@ -491,5 +491,5 @@ def _finish(element: Node, material: Node | None, opacity: float, label: str) ->
 def _material_rgb(material: Node, tag: str, label: str, default: D) -> RGB | D:
     """RGB of a child of a <material>."""
     text = child_text(material, tag)
-    found = rgba_of(material, text, f"{label} material") if text else None
-    return default if found is None else found[:3]
+    color = rgba_of(material, text, f"{label} material") if text else None
+    return default if color is None else color[:3]

@@ -26,13 +26,13 @@ def parse_transmissions(
 
     Args:
         robot: root element.
-        joint_names: joints that exist.
-        warn: called with one sentence per ignored element.
+        joint_names: names of existing joints.
+        warn: gets a message for each ignored element.
 
     Returns:
         Dict of joint name -> tuple of 'effort', 'velocity', 'position'.
     """
-    offered: dict[str, tuple[str, ...]] = {}
+    interfaces: dict[str, tuple[str, ...]] = {}
     for element in robot.findall("transmission"):
         label = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
         joints = element.findall("joint")
@@ -44,19 +44,19 @@ def parse_transmissions(
             if name is None or name not in joint_names:
                 warn(f"{label} names joint '{name}', which does not exist; it is left out")
                 continue
-            found = _interfaces(joint) or fallback
-            if not found:
+            names = _interfaces(joint) or fallback
+            if not names:
                 warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
-            for interface in found:
+            for interface in names:
                 kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
                 if kind is None:
                     warn(
                         f"{label} gives joint '{name}' the hardware interface '{interface}', "
                         f"known are {', '.join(INTERFACES)}; it is left out"
                     )
-                elif kind not in offered.get(name, ()):
-                    offered[name] = offered.get(name, ()) + (kind,)
-    return offered
+                elif kind not in interfaces.get(name, ()):
+                    interfaces[name] = interfaces.get(name, ()) + (kind,)
+    return interfaces
 
 
 def _interfaces(element: Node) -> list[str]:
@@ -83,7 +83,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     robot = parse(text, f"URDF of '{name}'", model.warnings)
     if robot.tag != "robot":
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
-    left = _left_by_xacro(robot, name)
+    xacro_tag = _xacro_tag(robot, name)
     materials: dict[str | None, RGBA | None] = {}
     for element in robot.findall("material"):
         materials.setdefault(element.get("name"), _material_color(element, name))
@@ -91,32 +91,34 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
         link = _link(element, materials, resolve, model)
         if link is not None:
             model.links[link.name] = link
-    if left and not model.links:
-        raise ModelError(f"URDF of '{name}' has no link but <{left}>: process it with xacro first")
+    if xacro_tag and not model.links:
+        raise ModelError(
+            f"URDF of '{name}' has no link but <{xacro_tag}>: process it with xacro first"
+        )
     read_joints(robot, model)
     model.find_root(f"URDF of '{name}'")
-    _tie_to_world(model)
+    _fix_to_world(model)
     for joint in model.joints.values():
-        _stiffen(joint, model)
+        _fix_unsupported(joint, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     check_mimics(model)
     gazebo_tags.apply(robot, model)
     return model
 
 
-def _left_by_xacro(robot: Node, name: str) -> str:
-    """The first tag of xacro, or '', with a warning for each; as in Gazebo, they mean nothing."""
-    found = [node for node in robot.iter() if node.tag.startswith("xacro:")]
-    for node in found:
+def _xacro_tag(robot: Node, name: str) -> str:
+    """The first tag of xacro, or '', with a warning for each; as in Gazebo, they are ignored."""
+    nodes = [node for node in robot.iter() if node.tag.startswith("xacro:")]
+    for node in nodes:
         node.warn(
             f"<{node.tag}> in the URDF of '{name}' is ignored: process it with xacro first",
             "xacro tags are ignored: process the file with xacro first",
             f"<{node.tag}>",
         )
-    return found[0].tag if found else ""
+    return nodes[0].tag if nodes else ""
 
 
-def _tie_to_world(model: ModelDescription) -> None:
+def _fix_to_world(model: ModelDescription) -> None:
     """A root link `world` means the world itself, as in Gazebo: its child is fixed to it."""
     joints = model.joints_of(model.root)
     if model.root != "world" or not joints:
@@ -128,12 +130,12 @@ def _tie_to_world(model: ModelDescription) -> None:
         model.fixed_base = True
 
 
-def _stiffen(joint: Joint, model: ModelDescription) -> None:
+def _fix_unsupported(joint: Joint, model: ModelDescription) -> None:
     if joint.kind in UNSUPPORTED_TYPES:
         model.warn(
             f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which "
-            "cannot be simulated here; it is held fixed",
-            f"joints of type {joint.kind} cannot be simulated here and are held fixed",
+            "cannot be simulated here; it becomes fixed",
+            f"joints of type {joint.kind} cannot be simulated here and become fixed",
             f"'{joint.name}'",
         )
         joint.kind = "fixed"
@@ -148,9 +150,9 @@ def _link(
     link = Link(element.get("name") or "")
     label = f"link '{link.name}'"
     if not link.name or link.name in model.links:
-        fault = "has no name" if not link.name else "is there already: there are two of that name"
+        error = "has no name" if not link.name else "is there already: there are two of that name"
         element.warn(
-            f"{label} of '{model.name}' {fault}; it is left out",
+            f"{label} of '{model.name}' {error}; it is left out",
             "links are left out",
             label,
         )
@@ -195,9 +197,9 @@ def _inertial(element: Node, link: Link, label: str) -> None:
     link.centre = np.array(pose.position)
 
 
-def _shape_name(link: str, tag: str, number: int) -> str:
-    """Name that sdformat gives to the number-th nameless collision or visual of a link."""
-    return f"{link}_{tag}" + (f"_{number}" if number else "")
+def _shape_name(link: str, tag: str, index: int) -> str:
+    """Name that sdformat gives to a nameless collision or visual with an index in its link."""
+    return f"{link}_{tag}" + (f"_{index}" if index else "")
 
 
 def _material_color(element: Node, name: str) -> RGBA | None:
@@ -229,7 +231,7 @@ def _shape(
 
 
 def _size(element: Node, label: str) -> tuple[float | None, ...]:
-    """Size of a box, cylinder or sphere; with a None what is written is no number."""
+    """Size of a box, cylinder or sphere; None for each text that is no number."""
     label = f"{label} {element.tag}"
     if element.tag == "box":
         missing = (0.0,) * 3 if element.get("size") is None else (None,)

@@ -9,26 +9,26 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import opened
 from bullet_sim.pose import Array
 
-MAX_POINTS = 257  # a side of a heightmap; greater images are thinned out to it
+MAX_POINTS = 257  # per side of a heightmap; larger images are subsampled
 
 
 def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
-    """Surface over the pixels of an image, the picture's top towards +y.
+    """Surface over the pixels of an image, whose top is towards +y.
 
     Args:
-        path: of the image; grey is the height, white the highest.
+        path: of the image; brightness is the height.
         size: along x and y, height of white [m].
 
     Returns:
-        vertices (N, 3) [m] about the middle, faces (M, 3).
+        vertices (N, 3) [m] about the center, faces (M, 3).
 
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
     try:
-        with opened(path) as picture:
-            deep = picture.mode.startswith("I")
-            grey = np.asarray(picture if deep else picture.convert("L"), float)
+        with opened(path) as image:
+            deep = image.mode.startswith("I")
+            grey = np.asarray(image if deep else image.convert("L"), float)
     except (OSError, ValueError, SyntaxError) as error:
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     if min(grey.shape) < 2:
@@ -53,7 +53,7 @@ def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, A
     """A polygon in the plane, extruded upwards by a height [m].
 
     Args:
-        points: its corners (x, y) [m] in order, either way round; the last may repeat the first.
+        points: its corners (x, y) [m] in order, in either direction; the last may repeat the first.
 
     Returns:
         vertices (N, 3) [m], faces (M, 3).
@@ -92,7 +92,7 @@ def _cross(p: Array, q: Array) -> float:
 
 
 def _triangles(corners: list[Array]) -> list[tuple[int, ...]]:
-    """Triangles of a counter-clockwise polygon by cutting off ears (Meisters, 1975)."""
+    """Triangles of a counter-clockwise polygon by ear clipping (Meisters, 1975)."""
     left, faces = list(range(len(corners))), []
     while len(left) > 3:
         for k, here in enumerate(left):
@@ -118,7 +118,7 @@ def _is_ear(corners: list[Array], left: list[int], before: int, here: int, after
 
 
 def write_obj(path: str, vertices: Array, faces: Array) -> None:
-    """Write an OBJ file, in place of what is there, at once."""
+    """Write an OBJ file; it replaces an existing one atomically."""
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
     with open(f"{path}.new", "w", encoding="ascii") as file:

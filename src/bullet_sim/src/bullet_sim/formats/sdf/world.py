@@ -72,7 +72,7 @@ def sun(include: Node, label: str) -> Light:
     if include.find("pose") is None:
         return replace(SUN, name=name)
     pose = sdf_pose(include, label)
-    return replace(SUN, name=name, position=pose.position, direction=_turned(pose, SUN.direction))
+    return replace(SUN, name=name, position=pose.position, direction=_rotated(pose, SUN.direction))
 
 
 def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
@@ -100,7 +100,7 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
         name,
         kind,
         pose.position,
-        _turned(pose, child_floats(element, "direction", 3, label, DOWN)),
+        _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
         _color(element, "diffuse", label, Light.diffuse),
         _color(element, "specular", label, Light.specular),
         reach,
@@ -114,8 +114,8 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     )
 
 
-def _turned(pose: Pose, direction: Vec3) -> Vec3:
-    """A direction of a frame in its parent's, of length 1; down where it has none."""
+def _rotated(pose: Pose, direction: Vec3) -> Vec3:
+    """A direction in a frame as unit vector in the parent's; down for a zero vector."""
     length = math.sqrt(sum(value * value for value in direction))
     if length < 1e-9:
         direction, length = DOWN, 1.0
@@ -128,8 +128,8 @@ def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
     text = child_text(element, tag)
     if text is None:
         return default
-    found = rgba_of(element.find(tag), text, f"{label} <{tag}>")
-    return default if found is None else found[:3]
+    color = rgba_of(element.find(tag), text, f"{label} <{tag}>")
+    return default if color is None else color[:3]
 
 
 def _fog(element: Node | None, label: str) -> Fog | None:
@@ -149,10 +149,10 @@ def _fog(element: Node | None, label: str) -> Fog | None:
 
 
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
-# World plugins that bring gazebo_ros' services and topics, which are here without them.
-OWN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
-# Tags of a world that only matter to Gazebo's own windows and solvers.
-_QUIET = {
+# World plugins that provide gazebo_ros' services and topics, which exist here without them.
+BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
+# Tags of a world for Gazebo's windows and solvers, or read elsewhere; ignored without a warning.
+_IGNORED = {
     "gravity",
     "physics",
     "scene",
@@ -194,14 +194,14 @@ def parse_world(
         elif element.tag == "model":
             _model(element, described, resolve, label, _version(sdf), states)
         elif element.tag == "light":
-            _shine(described, parse_light(element, label))
+            _add_light(described, parse_light(element, label))
         else:
             _other(element, described, label)
     _number_names(described, label)
     return described
 
 
-def _shine(described: WorldDescription, light: Light) -> None:
+def _add_light(described: WorldDescription, light: Light) -> None:
     scene = described.scene
     described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
 
@@ -215,7 +215,7 @@ def _model(
     states: dict[str | None, Node],
 ) -> None:
     try:
-        model, pose = _placed(element, resolve, label, version)
+        model, pose = _read_model(element, resolve, label, version)
     except ModelError as error:
         element.warn(
             f"model '{element.get('name')}' is left out: {error}",
@@ -246,14 +246,14 @@ def _number_names(described: WorldDescription, label: str) -> None:
 
 
 def _version(sdf: Node) -> Version:
-    """(major, minor) of an <sdf>; (1, 6) where it gives none that can be read."""
-    found = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
-    return (int(found.group(1)), int(found.group(2))) if found else (1, 6)
+    """(major, minor) of an <sdf>; (1, 6) where it gives no valid one."""
+    match = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
+    return (int(match.group(1)), int(match.group(2))) if match else (1, 6)
 
 
 def _physics(world: Node, described: WorldDescription, label: str) -> None:
-    zero = described.gravity
-    gravity = child_floats(world, "physics/gravity", 3, label, zero)
+    default = described.gravity
+    gravity = child_floats(world, "physics/gravity", 3, label, default)
     described.gravity = child_floats(world, "gravity", 3, label, gravity)
     step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
     if not MIN_STEP <= step < 1:
@@ -271,11 +271,11 @@ def _physics(world: Node, described: WorldDescription, label: str) -> None:
 
 
 def _other(element: Node, described: WorldDescription, label: str) -> None:
-    if element.tag in _QUIET:
+    if element.tag in _IGNORED:
         return
     if element.tag == "plugin":
         name = element.get("filename")
-        if library(element) not in OWN_PLUGINS:
+        if library(element) not in BUILT_IN_PLUGINS:
             described.warn(
                 f"{label}: world plugin '{name}' is not known here and is ignored",
                 "world plugins are not known here and are ignored",
@@ -295,20 +295,20 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
     plain = uri.replace("model://", "").strip("/")
     pose = sdf_pose(element, f"{label} <include>")
     if plain == "sun":
-        _shine(described, sun(element, f"{label} <include>"))
+        _add_light(described, sun(element, f"{label} <include>"))
         return
     try:
         if plain == "ground_plane":
-            model, own = ground_plane(), pose
+            model, model_pose = ground_plane(), pose
         else:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
                 light_pose = None if element.find("pose") is None else pose
-                _shine(described, parse_light(inner, label, light_pose))
+                _add_light(described, parse_light(inner, label, light_pose))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
-            model, own = _placed(inner, resolve, label, version)
+            model, model_pose = _read_model(inner, resolve, label, version)
     except (OSError, ValueError) as error:
         described.warn(
             f"{label} includes '{uri}', which cannot be used: {error}",
@@ -318,7 +318,7 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
         return
     model.name = child_text(element, "name", model.name)
     model.static = is_true(child_text(element, "static", str(model.static)))
-    described.models.append((model, pose if element.find("pose") is not None else own))
+    described.models.append((model, pose if element.find("pose") is not None else model_pose))
 
 
 def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
@@ -336,7 +336,7 @@ def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
     return open_include
 
 
-def _placed(
+def _read_model(
     element: Node, resolve: Resolve, label: str, version: Version
 ) -> tuple[ModelDescription, Pose]:
     opener = _opener(resolve, element.document.warnings)
@@ -356,7 +356,7 @@ def _model_of(sdf: Node, label: str) -> Node:
 def parse_model(
     text: str | bytes | Node, resolve: Resolve, label: str = "model"
 ) -> tuple[ModelDescription, Pose]:
-    """Read an SDF document with one <model>: (ModelDescription, its own pose).
+    """Read an SDF document with one <model>: (ModelDescription, its pose).
 
     Args:
         text: the document.
@@ -365,11 +365,11 @@ def parse_model(
     sdf = parse(text, label)
     if sdf.find("model") is None and sdf.find("world") is not None:
         return _only_model(parse_world(text, resolve, label), label)
-    return _placed(_model_of(sdf, label), resolve, label, _version(sdf))
+    return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
 
 
 def _only_model(world: WorldDescription, label: str) -> tuple[ModelDescription, Pose]:
-    """The one model of a world: spawn_model's -database sends a world that includes it."""
+    """The only model of a world: spawn_model's -database sends a world that includes it."""
     if len(world.models) != 1:
         raise ModelError(
             "; ".join(world.warnings)
