@@ -1,4 +1,4 @@
-"""<sensor> and <plugin> elements: what each family says (specifications) and how it is read."""
+"""<sensor> and <plugin> elements: their specifications and readers."""
 
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -22,7 +22,7 @@ __all__ = [
     "parse_plugin",
     "parse_sensor",
 ]
-# Types of <sensor> that built-in readers take.
+# Types of <sensor> that built-in readers support.
 SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
                 "ray", "gpu_ray", "imu", "contact")  # fmt: skip
 
@@ -86,14 +86,14 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             )
             continue
         try:
-            found = reader(SensorXml(plugin, model, element, link, pose))
-            model.sensors += found if isinstance(found, list) else [found]
+            specs = reader(SensorXml(plugin, model, element, link, pose))
+            model.sensors += specs if isinstance(specs, list) else [specs]
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
 
 
 def _find(registry: Registry[Any], name: str) -> Any:
-    """The reader of a library; None: it is not known."""
+    """The reader of a library; None: the library is unknown."""
     try:
         return registry.find(name)
     except KeyError:
@@ -101,7 +101,7 @@ def _find(registry: Registry[Any], name: str) -> Any:
 
 
 def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
-    """The reader of a library that takes a type of <sensor>, or None."""
+    """The reader of a library that supports a type of <sensor>, or None."""
     reader = _find(SENSOR_PLUGINS, name)
     return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
 

@@ -31,8 +31,8 @@ class WheelDriveSpec:
         left, right: joints of each side that get that side's speed.
         separation: between the sides [m].
         diameter: of the wheels [m].
-        torque: most a wheel gets [N m].
-        acceleration: of a wheel's rim [m/s^2]; 0: at once.
+        torque: maximum of a wheel [N m].
+        acceleration: of a wheel's rim [m/s^2]; 0: unlimited.
         rate: of commands to the wheels and of odometry [Hz].
         command_topic, topic: of velocity commands and of odometry.
         frame_id, child_frame_id: of the odometry.
@@ -197,7 +197,7 @@ def planar_move(xml: PluginXml) -> None:
     "roboticsgroup_gazebo_mimic_joint_plugin", "roboticsgroup_upatras_gazebo_mimic_joint_plugin"
 )
 def mimic_joint(xml: PluginXml) -> None:
-    """A joint's Mimic; with <hasPID> it follows as without."""
+    """A joint's Mimic; <hasPID> is ignored."""
     leader, follower = xml.text("joint"), xml.text("mimicJoint")
     if len(_movable(xml, (leader, follower))) < 2:
         return
@@ -211,16 +211,16 @@ def mimic_joint(xml: PluginXml) -> None:
     )
 
 
-def _movable(xml: PluginXml, wanted: Sequence[str]) -> tuple[str, ...]:
-    """The wanted joints that move; one warning for the others."""
+def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the named joints that can move; one warning for the others."""
     movable = [name for name, joint in xml.model.joints.items() if joint.kind in MOVABLE_TYPES]
-    missing = [name for name in wanted if name not in movable]
-    if missing or not wanted:
+    missing = [name for name in names if name not in movable]
+    if missing or not names:
         xml.warn(
             f"{xml.label} names joints {', '.join(missing) or '(none)'}, which do not exist or "
             f"do not move; movable joints are {', '.join(movable) or '(none)'}"
         )
-    return tuple(name for name in wanted if name in movable)
+    return tuple(name for name in names if name in movable)
 
 
 def _odometry_names(xml: PluginXml) -> dict[str, Any]:

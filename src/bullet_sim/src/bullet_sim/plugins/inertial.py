@@ -14,8 +14,8 @@ class ImuSpec:
     """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame.
 
     Attributes:
-        rate: messages per simulated second [Hz]; 0: one a physics step.
-        variance: written on the diagonals of the covariances.
+        rate: messages per simulated second [Hz]; 0: every physics step.
+        variance: on the diagonals of the covariances.
     """
 
     name: str
@@ -38,7 +38,7 @@ class GroundTruthSpec:
     Attributes:
         link: link whose frame is reported.
         frame_id: the world frame's name in the header.
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        rate: messages per simulated second [Hz]; 0: every physics step.
         child_frame_id: the link's name in the message.
         twist_in_child: True: twist in the child frame, as nav_msgs/Odometry asks; False: along
             the world's axes, as upstream's plugin gives it.
@@ -60,7 +60,7 @@ class GpsSpec:
     """A GPS receiver; x of the world points along reference_heading, y to the left of it.
 
     Attributes:
-        rate: fixes per simulated second [Hz]; 0: one a physics step.
+        rate: fixes per simulated second [Hz]; 0: every physics step.
         topic, velocity_topic: NavSatFix and Vector3Stamped.
         latitude, longitude: of the world's origin [degrees]; altitude [m].
         heading: of the world's x axis [rad], clockwise from north.
@@ -93,7 +93,7 @@ class MagneticSpec:
     """A magnetometer in the earth's field.
 
     Attributes:
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        rate: messages per simulated second [Hz]; 0: every physics step.
         magnitude: of the field, in the message's unit.
         heading: of the world's x axis [rad], clockwise from north.
         declination, inclination: of the field [rad]; inclination positive downwards.
@@ -170,7 +170,7 @@ def model_imu(xml: PluginXml) -> None:
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
 def imu(xml: SensorXml) -> ImuSpec:
-    """ImuSpec of a plugin that belongs into <gazebo>, but is often found in a <sensor>."""
+    """ImuSpec of a plugin that belongs into <gazebo>, but is often in a <sensor>."""
     return _imu_spec(
         xml,
         xml.name,
@@ -195,15 +195,15 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         values = [sensor.noise(path) for path in paths]
         mean[key] = sum(value[0] for value in values)
         stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
-    turn = plugin.vector("rpyOffset")
-    if any(turn):
+    rotation = plugin.vector("rpyOffset")
+    if any(rotation):
         xml.warn(
-            f"{plugin.label} has <rpyOffset> {turn}, which is ignored: give the sensor a <pose>"
+            f"{plugin.label} has <rpyOffset> {rotation}, which is ignored: give the sensor a <pose>"
         )
     if is_true(xml.text("initialOrientationAsReference")):
         xml.warn(
-            f"{plugin.label} wants <initialOrientationAsReference>; its orientation is "
-            "in the world all the same (REP 145)"
+            f"{plugin.label} has <initialOrientationAsReference>, which is ignored: its "
+            "orientation is in the world frame (REP 145)"
         )
     names = Names(xml.element, xml.model.name, default=xml.model.name)
     return _imu_spec(
