@@ -12,10 +12,10 @@ from bullet_sim.errors import ModelError, SimError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.meshes import prepare
-from bullet_sim.meshes.read import MAX_PIXELS, open_picture
+from bullet_sim.meshes.read import MAX_PIXELS, open_image
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from bullet_sim.xml_reader import DEEPEST, parse
+from bullet_sim.xml_reader import MAX_DEPTH, parse
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
@@ -128,12 +128,12 @@ def test_nesting_is_bounded():
     def nested(depth):
         return "<a>" * depth + "</a>" * depth
 
-    assert parse(nested(DEEPEST), "x.urdf").tag == "a"
-    with pytest.raises(ModelError, match="x.urdf has more than 100 elements within each other"):
-        parse(nested(DEEPEST + 1), "x.urdf")
+    assert parse(nested(MAX_DEPTH), "x.urdf").tag == "a"
+    with pytest.raises(ModelError, match="x.urdf has more than 100 nested elements"):
+        parse(nested(MAX_DEPTH + 1), "x.urdf")
     models = "<model name='m'>" * 5000 + "</model>" * 5000
     said = in_a_child(lambda: sdf.parse_world(f"<sdf><world>{models}</world></sdf>", str))
-    assert "elements within each other" in said
+    assert "nested elements" in said
 
 
 # meshes -------------------------------------------------------------------------------------------
@@ -186,22 +186,22 @@ def test_a_dae_reads_no_other_file_by_an_entity(tmp_path):
 @seed(1)
 @FEW
 @given(st.binary(max_size=400) | st.text("v fn/0123.-e\n", max_size=200).map(str.encode))
-def test_any_bytes_are_a_mesh_or_a_fault(data):
+def test_any_bytes_are_a_mesh_or_an_error(data):
     for name in ("m.stl", "m.obj"):
-        fault = prepare.mesh_fault(name, prepare.kind_of(name, data), data)
-        assert fault == "" or name in fault
+        error = prepare.mesh_error(name, prepare.mesh_type(name, data), data)
+        assert error == "" or name in error
 
 
-# pictures -----------------------------------------------------------------------------------------
+# images -------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "content",
-    [png(16384, 16384), png(2**31 - 4, 2**31 - 4), png(1, 1)[:40], png(64, 64), b"", b"no picture"],
+    [png(16384, 16384), png(2**31 - 4, 2**31 - 4), png(1, 1)[:40], png(64, 64), b"", b"no image"],
     ids=["16k", "2 G", "cut in its head", "cut in its rows", "empty", "text"],
 )
-def test_a_broken_picture_is_named(tmp_path, content):
+def test_a_broken_image_is_named(tmp_path, content):
     path = tmp_path / "p.png"
     path.write_bytes(content)
-    assert str(path) in in_a_child(lambda: open_picture(str(path)))
+    assert str(path) in in_a_child(lambda: open_image(str(path)))
     land = f"<heightmap><uri>{path}</uri><size>10 10 1</size></heightmap>"
     text = (
         '<sdf version="1.6"><model name="h"><static>true</static><link name="l"><collision '
@@ -216,7 +216,7 @@ def test_a_broken_picture_is_named(tmp_path, content):
     assert str(path) in in_a_child(spawn)
 
 
-def test_a_picture_of_too_many_pixels_beside_a_mesh_is_left_out(tmp_path):
+def test_an_image_of_too_many_pixels_next_to_a_mesh_is_left_out(tmp_path):
     (tmp_path / "p.png").write_bytes(png(16384, 16384))
     (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd p.png\n")
     path = tmp_path / "m.obj"
@@ -225,8 +225,8 @@ def test_a_picture_of_too_many_pixels_beside_a_mesh_is_left_out(tmp_path):
     assert str(tmp_path / "p.png") in said and str(MAX_PIXELS) in said
 
 
-def test_a_picture_of_one_pixel(tmp_path):
+def test_an_image_of_one_pixel(tmp_path):
     from PIL import Image
 
     Image.new("RGB", (1, 1), (255, 0, 0)).save(tmp_path / "one.png")
-    assert open_picture(str(tmp_path / "one.png")).size == (1, 1)
+    assert open_image(str(tmp_path / "one.png")).size == (1, 1)

@@ -5,7 +5,7 @@ import math
 import pytest
 from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import WIDEST
+from bullet_sim.plugins.cameras import MAX_FOV
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.lidar import Lidar
 
@@ -54,7 +54,7 @@ CAMERAS = {
     "a negative height": (picture("<height>-48</height>"), "height", 240, "must be at least 1"),
     "a height of a word": (picture("<height>low</height>"), "height", 240, "'low'"),
     "left by xacro": (picture("<height>${h}</height>"), "height", 240, "process the file"),
-    "half a circle": (fov("3.14159"), "horizontal_fov", WIDEST, "at most 3.054"),
+    "half a circle": (fov("3.14159"), "horizontal_fov", MAX_FOV, "at most 3.054"),
     "a negative angle": (fov("-1"), "horizontal_fov", 1.047, "is -1"),
     "an angle of a word": (fov("wide"), "horizontal_fov", 1.047, "'wide'"),
     "nearest 0": (clip(0, 50), "near", 0.1, "<clip>"),
@@ -73,7 +73,7 @@ def test_cameras(inside, field, expected, words):
     camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
 
 
-@pytest.mark.parametrize("angle, used", [(3.6, WIDEST), (6.28, WIDEST), (1.5, 1.5)])
+@pytest.mark.parametrize("angle, used", [(3.6, MAX_FOV), (6.28, MAX_FOV), (1.5, 1.5)])
 def test_a_wide_angle_camera_has_its_angle_and_a_pinholes_camera_info(angle, used):
     lens = "<lens><type>equidistant</type></lens>"
     model = sensor(fov(angle).replace("</camera>", f"{lens}</camera>"), "wideanglecamera")

@@ -2,7 +2,7 @@
 
 import pytest
 from bullet_sim.errors import ModelError
-from bullet_sim.xml_reader import Document, Node, mended, parse
+from bullet_sim.xml_reader import Document, Node, parse, repaired
 
 GOOD = '<a x="1"><b>text</b></a>'
 
@@ -119,7 +119,7 @@ def test_refused_with_name_and_line(text, words):
     assert "my.world is not well-formed XML" in str(error.value) and words in str(error.value)
 
 
-@pytest.mark.parametrize("broken", ["", "<a x=1>"], ids=["as it is", "mended"])
+@pytest.mark.parametrize("broken", ["", "<a x=1>"], ids=["as it is", "repaired"])
 def test_lines(broken):
     text = '\n\n<?xml version="1.0"?>\n<!-- two\nlines -->\n' + (broken or "<a>")
     text += '\n<b\n  c="1"\n  d="x\ny"/>\n<e/></a>'
@@ -138,7 +138,7 @@ def test_a_warning_names_file_line_and_cause():
 def test_mending_leaves_a_sound_text_as_it_was():
     text = "<a x='1'><b>1 &lt; 2</b>\n<!-- c --><d/></a>"
     expected = '<a x="1"><b>1 &lt; 2</b>\n<d/></a>'
-    assert mended(text) == expected and mended(expected) == expected
+    assert repaired(text) == expected and repaired(expected) == expected
 
 
 def test_elements_know_their_document():

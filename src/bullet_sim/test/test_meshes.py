@@ -1,4 +1,4 @@
-"""Meshes and pictures: what PyBullet gets instead of the files of the description."""
+"""Meshes and images: what PyBullet gets instead of the files of the description."""
 
 import struct
 
@@ -7,8 +7,8 @@ import pytest
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Geometry, Link, Shape
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.meshes.prepare import localise
-from bullet_sim.meshes.read import Beside
+from bullet_sim.meshes.prepare import prepare_meshes
+from bullet_sim.meshes.read import MeshFileResolver
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from PIL import Image
@@ -88,7 +88,7 @@ def localised(tmp_path, name, content, role="visuals", scale=(1.0, 1.0, 1.0), **
         assert cause and item
         warnings.append(text)
 
-    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path / "out"), warn)
+    prepare_meshes(LumpedModel({"l": link}, (), "l", {}), str(tmp_path / "out"), warn)
     return getattr(link, role), warnings
 
 
@@ -236,7 +236,7 @@ def test_same_content_is_converted_once(tmp_path):
     assert (tmp_path / "out" / "meshes").stat().st_mtime_ns == stamp
 
 
-def test_pictures_get_a_width_that_egl_draws(tmp_path):
+def test_images_get_a_width_that_egl_renders(tmp_path):
     Image.new("RGB", (30, 21), (10, 200, 30)).save(tmp_path / "p.png")
     link = Link(
         "l",
@@ -245,14 +245,14 @@ def test_pictures_get_a_width_that_egl_draws(tmp_path):
             Shape(Geometry("sphere", (1,)), texture=str(tmp_path / "p.png")),
         ],
     )
-    localise(LumpedModel({"l": link}, (), "l", {}), str(tmp_path), lambda text: None)
+    prepare_meshes(LumpedModel({"l": link}, (), "l", {}), str(tmp_path), lambda text: None)
     box, ball = link.visuals
     assert ball.color == pytest.approx((10 / 255, 200 / 255, 30 / 255, 1), abs=0.01)
     np.testing.assert_allclose(np.ptp(corners(box), axis=0), (2, 4, 0.1))
     saved = list((tmp_path / "meshes").glob("*/*.png"))
     assert len(saved) == 1
-    with Image.open(saved[0]) as picture:
-        assert picture.size[0] % 4 == 0 and picture.size[1] % 4 == 0
+    with Image.open(saved[0]) as image:
+        assert image.size[0] % 4 == 0 and image.size[1] % 4 == 0
 
 
 def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
@@ -297,12 +297,12 @@ def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
         ("file:///home/me/green%20leaf.png", "green leaf.png"),
     ],
 )
-def test_pictures_are_found_where_gazebo_models_have_them(tmp_path, name, place):
+def test_images_are_found_where_gazebo_models_have_them(tmp_path, name, place):
     folder = tmp_path / "meshes"
     folder.mkdir()
     file = folder / place
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_bytes(b"picture")
-    assert Beside(str(folder / "m.dae")).get(name) == b"picture"
+    file.write_bytes(b"image")
+    assert MeshFileResolver(str(folder / "m.dae")).get(name) == b"image"
     with pytest.raises(FileNotFoundError, match="red.png"):
-        Beside(str(folder / "m.dae")).get("red.png")
+        MeshFileResolver(str(folder / "m.dae")).get("red.png")

@@ -1,4 +1,4 @@
-"""URDF text: what is read, what is mended with a warning, what is refused and how."""
+"""URDF text: what is read, what is repaired with a warning, what is refused and how."""
 
 import math
 

@@ -22,4 +22,4 @@ class CommandError(SimError):
 
 
 class RenderError(SimError):
-    """Pictures cannot be rendered as requested."""
+    """Images cannot be rendered as requested."""

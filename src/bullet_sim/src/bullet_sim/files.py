@@ -1,8 +1,7 @@
-"""Files and folders: names that are free, folders of a process, output of compiled code.
+"""Files and folders: reading with a size limit, temporary folders, output of compiled code.
 
-Temporary folders whose owner is known: what a killed process has left goes with the next start. A
-folder's owner holds a lock (flock) on it, which the kernel drops when the process ends in any way.
-A folder of this kind without a lock has no owner any more.
+A process holds a lock (flock) on its temporary folder, which the kernel releases when the process
+exits in any way. A folder without a lock was left by a killed process; the next start removes it.
 """
 
 import contextlib
@@ -11,86 +10,87 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 
 from bullet_sim.errors import ModelError
 
-MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; reading takes some 20 times as much memory
+MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; parsing takes some 20 times as much memory
 
 
-def read_file(path, what, most):
+def read_file(path: str, label: str, max_bytes: int) -> bytes:
     """All bytes of a file.
 
     Args:
-        path: of the file; pipes and devices, which may be endless or silent, are none.
-        what: for messages, e.g. "mesh".
-        most: bytes that it may have.
+        path: of a regular file; pipes and devices are refused, as they may be endless or block.
+        label: for messages, e.g. "mesh".
+        max_bytes: size limit.
 
     Raises:
-        ModelError: it is no file, is too long or cannot be read; names it.
+        ModelError: it is no regular file, is too long or cannot be read; names the file.
     """
     if os.path.exists(path) and not os.path.isfile(path):
-        raise ModelError(f"{what} '{path}' is no file")
+        raise ModelError(f"{label} '{path}' is no file")
     try:
         size = os.path.getsize(path)
-        if size > most:
-            raise ModelError(f"{what} '{path}' has {size} bytes, must have at most {most}")
+        if size > max_bytes:
+            raise ModelError(f"{label} '{path}' has {size} bytes, must have at most {max_bytes}")
         with open(path, "rb") as file:
             content = file.read(size + 1)
     except OSError as error:
-        raise ModelError(f"{what} '{path}' cannot be read: {error.strerror}") from error
+        raise ModelError(f"{label} '{path}' cannot be read: {error.strerror}") from error
     if len(content) > size:  # as of files in /proc, whose size is 0
-        raise ModelError(f"{what} '{path}' has more than the {size} bytes that it says to have")
+        raise ModelError(f"{label} '{path}' has more than the {size} bytes that its size reports")
     return content
 
 
 PREFIX = "bullet_sim_world_"
 NEW = "bullet_sim_new_"  # until it is locked
 
-_cleaned = set()  # directories that this process has cleaned up
+_cleaned: set[str] = set()  # directories that this process has cleaned up
 
 
 class OwnFolder:
-    """A temporary folder that lives no longer than this process.
+    """A temporary folder that is removed with this process at the latest.
 
     Args:
-        parent: Directory that it lies in; None: that of temporary files.
+        parent: directory that contains it; None: the system's directory of temporary files.
 
     Attributes:
-        path: Of it.
+        path: of the folder.
 
     Raises:
-        OSError: It cannot be made.
+        OSError: it cannot be created.
     """
 
-    def __init__(self, parent=None):
+    def __init__(self, parent: str | None = None) -> None:
         parent = parent or tempfile.gettempdir()
         if parent not in _cleaned:
             _cleaned.add(parent)
             remove_ownerless(parent)
-        made = tempfile.mkdtemp(prefix=NEW, dir=parent)
-        self._lock = os.open(made, os.O_RDONLY | os.O_DIRECTORY)
+        created = tempfile.mkdtemp(prefix=NEW, dir=parent)
+        self._lock = os.open(created, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
-        self.path = os.path.join(parent, PREFIX + os.path.basename(made)[len(NEW) :])
-        os.rename(made, self.path)  # others see it locked from the beginning
+        self.path = os.path.join(parent, PREFIX + os.path.basename(created)[len(NEW) :])
+        os.rename(created, self.path)  # other processes see it only when it is locked
 
-    def close(self):
-        """Removes it."""
+    def close(self) -> None:
+        """Remove the folder."""
         shutil.rmtree(self.path, ignore_errors=True)
         if self._lock >= 0:
             os.close(self._lock)
         self._lock = -1
 
 
-def remove_ownerless(parent):
-    """Removes this user's folders whose owner has ended without doing so.
+def remove_ownerless(parent: str) -> list[str]:
+    """Remove this user's folders whose process has exited without doing so.
 
     Args:
-        parent: Directory to look in.
+        parent: directory to search.
 
     Returns:
-        Names of those that were removed.
+        Names of the removed folders, sorted.
     """
-    removed = []
+    removed: list[str] = []
     try:
         entries = [entry for entry in os.scandir(parent) if entry.name.startswith(PREFIX)]
     except OSError:
@@ -100,12 +100,12 @@ def remove_ownerless(parent):
             if entry.stat(follow_symlinks=False).st_uid != os.getuid():
                 continue
             folder = os.open(entry.path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-        except OSError:  # no folder, or another process was quicker
+        except OSError:  # no folder, or another process has removed it
             continue
         try:
             fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            continue  # its owner lives
+            continue  # its process is alive
         else:
             shutil.rmtree(entry.path, ignore_errors=True)
             removed.append(entry.name)
@@ -114,10 +114,10 @@ def remove_ownerless(parent):
     return sorted(removed)
 
 
-def keep_python_output():
-    """Give sys.stdout and sys.stderr own file descriptors, which silenced() does not redirect.
+def keep_python_output() -> None:
+    """Give sys.stdout and sys.stderr separate file descriptors, which silenced() does not redirect.
 
-    Otherwise the output of other threads is lost while a library is silenced. To be called once,
+    Otherwise the output of other threads is dropped while a library is silenced. To be called once,
     before other modules store these streams.
     """
     for name in ("stdout", "stderr"):
@@ -137,7 +137,7 @@ def keep_python_output():
 
 
 @contextlib.contextmanager
-def silenced():
+def silenced() -> Iterator[None]:
     """Redirect file descriptors 1 and 2 to /dev/null within the context."""
     sys.stdout.flush()
     sys.stderr.flush()

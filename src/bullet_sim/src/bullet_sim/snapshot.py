@@ -28,7 +28,7 @@ class BodySource:
 
 @dataclass(frozen=True)
 class BodyState:
-    """Pose of a body's root link in the world frame [m], (x, y, z, w), and its joints [rad, m]."""
+    """Pose of a root link in the world frame [m], (x, y, z, w), and joint positions [rad, m]."""
 
     key: int
     position: tuple[float, float, float]

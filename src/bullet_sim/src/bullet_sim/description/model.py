@@ -1,14 +1,20 @@
 """A robot's description: links, joints, shapes, their appearance."""
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Array, Pose, Vec3
+
+if TYPE_CHECKING:
+    from bullet_sim.description.lump import LumpedModel
 
 RGB = tuple[float, float, float]
+RGBA = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -16,13 +22,13 @@ class Finish:
     """Surface of a visual, RGB 0..1.
 
     Attributes:
-        ambient: reflected of the light from everywhere; None: as the colour.
-        specular: of the highlights; None: the mesh's own, or none.
-        emissive: what it shines by itself.
+        ambient: reflectance of ambient light; None: as the color.
+        specular: of the highlights; None: the mesh's, or none.
+        emissive: light that it emits.
         shininess: exponent of the highlights.
-        opacity: 1 opaque, 0 invisible; multiplies the colour's.
+        opacity: 1 opaque, 0 invisible; multiplies the color's.
         cast_shadows: whether it casts shadows.
-        lit: False: drawn in its colour, whatever the light.
+        lit: False: rendered in its color, whatever the light.
     """
 
     ambient: RGB | None = None
@@ -50,14 +56,14 @@ class Geometry:
     Attributes:
         points: corners (x, y) of a polyline [m].
         path, scale: file and size factors of a mesh; a negative factor mirrors.
-        submesh: name of the one part of the mesh file to use; empty: all.
-        centered: the submesh is moved so that its middle is the origin.
+        submesh: name of the only part of the mesh file to use; empty: all.
+        centered: the submesh is moved so that its center is the origin.
     """
 
     kind: str
     size: tuple[float, ...] = ()
     path: str = ""
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    scale: Vec3 = (1.0, 1.0, 1.0)
     submesh: str = ""
     centered: bool = False
     points: tuple[tuple[float, float], ...] = ()
@@ -65,11 +71,11 @@ class Geometry:
 
 @dataclass
 class Shape:
-    """A visual or a collision: geometry at a pose in its link's frame, colour RGBA 0..1.
+    """A visual or a collision: geometry at a pose in its link's frame, color RGBA 0..1.
 
     Attributes:
         texture: path of a texture image; empty: none.
-        painted: the colour replaces a mesh's own materials.
+        painted: the color replaces a mesh's own materials.
         finish: how it reflects light.
         name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
@@ -77,19 +83,19 @@ class Shape:
 
     geometry: Geometry
     pose: Pose = Pose()
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
     texture: str = ""
     painted: bool = False
     name: str = ""
     link: str = ""
     finish: Finish = PLAIN
 
-    def at(self, pose):
-        """The same shape in a frame in which its present frame has the given pose."""
+    def at(self, pose: Pose) -> "Shape":
+        """The same shape in a frame in which its current frame has the given pose."""
         return replace(self, pose=pose * self.pose)
 
 
-EVERYTHING = 0xFFFF  # collide_bitmask of what names none
+EVERYTHING = 0xFFFF  # collide_bitmask where none is given
 
 
 @dataclass
@@ -101,13 +107,13 @@ class Surface:
         direction: the first direction (fdir1) in the link's frame.
         stiffness [N/m], damping [N s/m]: of the contact.
         bitmask: two links touch where the AND of their masks is not 0.
-        max_speed: [m/s] at which the link is pushed out of what it was spawned in.
-        min_depth: [m] of penetration that is left alone then.
+        max_speed: at which a link that was spawned inside another is pushed out [m/s].
+        min_depth: penetration that is not corrected then [m].
     """
 
     friction: float | None = None
     friction2: float | None = None
-    direction: tuple[float, float, float] | None = None
+    direction: Vec3 | None = None
     stiffness: float | None = None
     damping: float | None = None
     bitmask: int = EVERYTHING
@@ -117,34 +123,34 @@ class Surface:
 
 @dataclass
 class Link:
-    """A rigid part: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
+    """A rigid link: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
 
     Attributes:
-        gravity: False: the file turns gravity off for it.
-        self_collide: collides with other such links of its model.
-        color: of a <gazebo> material, which replaces the colours of its visuals; None: none.
+        gravity: False: the file disables gravity for it.
+        self_collide: collides with other links of its model that have it.
+        color: of a <gazebo> material, which replaces the colors of its visuals; None: none.
     """
 
     name: str
     mass: float = 0.0
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     visuals: list[Shape] = field(default_factory=list)
     collisions: list[Shape] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """What a joint that follows another does.
+    """How a joint follows another.
 
     Attributes:
-        joint: name of the one it follows.
+        joint: name of the joint that it follows.
         multiplier, offset: its position is multiplier times the other's, plus offset [rad, m].
-        max_effort: to follow with [N m, N]; None: the joint's limit.
+        max_effort: maximum effort for following [N m, N]; None: the joint's limit.
         sensitiveness: deviation below which it is not corrected [rad, m].
     """
 
@@ -157,11 +163,16 @@ class Mimic:
 
 @dataclass
 class Joint:
-    """A joint: origin of the child's frame in the parent's, unit axis in the child's frame.
+    """A joint.
 
-    Limits: lower/upper [rad, m] (None: none), effort [N m, N], velocity [rad/s, m/s];
-    0 effort or velocity means that the file gives none. anchor: the joint's frame in the child
-    link's frame, in which the axis is given; in a URDF the two are one. mimic: it follows another.
+    Attributes:
+        origin: child link's frame in the parent's.
+        axis: unit vector in the joint's frame.
+        lower, upper: limits [rad, m]; None: none.
+        effort, velocity: limits [N m, N], [rad/s, m/s]; 0: the file gives none.
+        damping, friction: [N m s/rad, N s/m], [N m, N].
+        anchor: joint's frame in the child link's; in a URDF the two are equal.
+        mimic: set if it follows another joint.
     """
 
     name: str
@@ -169,7 +180,7 @@ class Joint:
     parent: str
     child: str
     origin: Pose = Pose()
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vec3 = (1.0, 0.0, 0.0)
     lower: float | None = None
     upper: float | None = None
     effort: float = 0.0
@@ -182,7 +193,7 @@ class Joint:
 
 @dataclass
 class ModelDescription:
-    """A whole model.
+    """A full model.
 
     Attributes:
         links, joints: by name, in file order.
@@ -191,19 +202,19 @@ class ModelDescription:
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
-        measured: joints whose force and torque a sensor reads; fixed ones are not merged.
+        measured: joints whose force and torque a sensor measures; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
-        self_collide: parts collide with each other.
-        warnings: what was ignored or mended, one ReadWarning each.
+        self_collide: links collide with each other.
+        warnings: what was ignored or repaired.
     """
 
     name: str
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
     root: str = ""
-    sensors: list[object] = field(default_factory=list)
+    sensors: list[Any] = field(default_factory=list)
     control_namespace: str | None = None
     control_period: float = 0.0
     robot_sim_type: str = ""
@@ -214,45 +225,47 @@ class ModelDescription:
     fixed_base: bool = False
     warnings: list[ReadWarning] = field(default_factory=list)
 
-    def warn(self, text, cause="", item=""):
-        """Note something that was ignored or mended, once: see ReadWarning."""
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
+        """Add a warning about something ignored or repaired, once: see ReadWarning."""
         add_warning(self.warnings, text, cause, item)
 
-    def joints_of(self, parent):
+    def joints_of(self, parent: str) -> list[Joint]:
         """Joints whose parent is the given link, in file order."""
         return [joint for joint in self.joints.values() if joint.parent == parent]
 
-    def unreachable(self):
-        """Links that no chain of joints connects to the root: those of a loop, and below it."""
-        found = [self.root]
-        for name in found:
-            found += [j.child for j in self.joints_of(name) if j.child not in found]
-        return [name for name in self.links if name not in found]
+    def unreachable(self) -> list[str]:
+        """Links without a chain of joints to the root: those of a loop, and below it."""
+        reached = [self.root]
+        for name in reached:
+            reached += [j.child for j in self.joints_of(name) if j.child not in reached]
+        return [name for name in self.links if name not in reached]
 
-    def find_root(self, what):
+    def find_root(self, label: str) -> None:
         """Set the root link and check that the joints make a tree.
 
         Args:
-            what: the kind of description, for messages, e.g. "URDF of 'car'".
+            label: of the description, for messages, e.g. "URDF of 'car'".
 
         Raises:
             ModelError: no link, a link with two parents, no or several roots, a loop.
         """
         if not self.links:
-            raise ModelError(f"{what} has no link")
+            raise ModelError(f"{label} has no link")
         children = [joint.child for joint in self.joints.values()]
-        twice = sorted({child for child in children if children.count(child) > 1})
-        if twice:
-            raise ModelError(f"link '{twice[0]}' of '{self.name}' has more than one parent joint")
+        repeated = sorted({child for child in children if children.count(child) > 1})
+        if repeated:
+            raise ModelError(
+                f"link '{repeated[0]}' of '{self.name}' has more than one parent joint"
+            )
         roots = [link for link in self.links if link not in children]
         if len(roots) != 1:
             raise ModelError(
-                f"{what} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
+                f"{label} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"
             )
         self.root = roots[0]
         if self.unreachable():
             raise ModelError(
-                f"joints of model '{self.name}' form a loop: no way from its root "
+                f"joints of model '{self.name}' form a loop: no path from its root "
                 f"'{self.root}' to {', '.join(self.unreachable())}"
             )
 
@@ -265,50 +278,53 @@ class VisualLink:
         parent: row of its parent in the body's links; -1: it is the root.
         origin: of its frame in the parent's at joint position 0.
         kind: 'fixed', 'revolute' (continuous, too) or 'prismatic'.
-        axis: of length 1 in its frame.
+        axis: unit vector in its frame.
         shapes: its visuals.
     """
 
     parent: int = -1
     origin: Pose = Pose()
     kind: str = "fixed"
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vec3 = (1.0, 0.0, 0.0)
     shapes: tuple[Shape, ...] = ()
 
 
-def visual_links(lumped, order, visuals=None):
+def visual_links(
+    lumped: "LumpedModel",
+    order: Sequence[str],
+    visuals: Mapping[str, Iterable[Shape]] | None = None,
+) -> tuple[VisualLink, ...]:
     """VisualLinks of a LumpedModel.
 
     Args:
-        lumped: LumpedModel.
         order: names of its links, the root first, in the order of the snapshot's joints.
         visuals: link name -> Shapes to use instead of the links' own.
 
     Returns:
-        Tuple of VisualLink; a joint is before those below it if `order` is so.
+        Tuple of VisualLink; parents are before their children if they are in `order`.
     """
     joints = {joint.child: joint for joint in lumped.joints}
     rows = {name: row for row, name in enumerate(order)}
-    found = []
+    links = []
     for name in order:
         shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
         joint = joints.get(name)
         if joint is None:
-            found.append(VisualLink(shapes=shapes))
+            links.append(VisualLink(shapes=shapes))
             continue
         kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
-        found.append(VisualLink(rows[joint.parent], joint.origin, kind, tuple(joint.axis), shapes))
-    return tuple(found)
+        links.append(VisualLink(rows[joint.parent], joint.origin, kind, joint.axis, shapes))
+    return tuple(links)
 
 
-def depth_first(lumped):
+def depth_first(lumped: "LumpedModel") -> list[str]:
     """Names of a LumpedModel's links, each followed by those below it."""
-    below = {}
+    below: dict[str, list[str]] = {}
     for joint in lumped.joints:
         below.setdefault(joint.parent, []).append(joint.child)
-    pending, found = [lumped.root], []
+    pending, names = [lumped.root], []
     while pending:
         name = pending.pop()
-        found.append(name)
+        names.append(name)
         pending += reversed(below.get(name, ()))
-    return found
+    return names

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
-from bullet_sim.description.warnings import add_warning
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import RGB, Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.pose import Pose, Vec3
 
-RGB = tuple[float, float, float]
-KINDS = ("directional", "point", "spot")
+LIGHT_TYPES = ("directional", "point", "spot")
 
 
 @dataclass(frozen=True)
@@ -16,22 +15,22 @@ class Light:
 
     Attributes:
         kind: 'directional', 'point' or 'spot'.
-        position: [m] in the world; of a directional light without meaning.
-        direction: into which it shines, of length 1, in the world.
+        position: [m] in the world; meaningless for a directional light.
+        direction: in which it shines, unit vector in the world.
         diffuse, specular: RGB 0..1.
-        reach: nothing further away is lit [m].
-        constant, linear [1/m], quadratic [1/m^2]: the light falls with 1 / (constant +
+        reach: maximum distance that is lit [m].
+        constant, linear [1/m], quadratic [1/m^2]: the light decreases with 1 / (constant +
             linear d + quadratic d^2).
         inner, outer: full angles of a spot's cones [rad]: all of its light inside the inner one,
             none outside the outer one.
         falloff: exponent between the two.
-        cast_shadows: whether it casts shadows; only a directional light's are drawn.
+        cast_shadows: whether it casts shadows; only those of a directional light are rendered.
     """
 
     name: str
     kind: str = "directional"
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    position: Vec3 = (0.0, 0.0, 0.0)
+    direction: Vec3 = (0.0, 0.0, -1.0)
     diffuse: RGB = (1.0, 1.0, 1.0)
     specular: RGB = (0.1, 0.1, 0.1)
     reach: float = 10.0
@@ -77,10 +76,10 @@ SUN = Light(
 
 @dataclass(frozen=True)
 class Scene:
-    """What is seen beside the models.
+    """Light and background of a world.
 
     Attributes:
-        ambient: RGB of the light that comes from everywhere.
+        ambient: RGB of the ambient light.
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
         fog: or None.
@@ -95,7 +94,7 @@ class Scene:
 
 
 GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
-MIN_STEP = 1e-6  # [s] shortest physics step
+MIN_STEP = 1e-6  # [s] minimum physics step
 DEFAULT_STEP = 0.001  # [s]
 
 
@@ -109,23 +108,23 @@ class WorldDescription:
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
         scene: lights, background and fog.
-        warnings: what was ignored or mended, with that of the models in its file.
+        warnings: what was ignored or repaired, also in the models of its file.
     """
 
     name: str = "default"
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: Vec3 = (0.0, 0.0, -9.81)
     step: float = DEFAULT_STEP
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
     scene: Scene = Scene()
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[ReadWarning] = field(default_factory=list)
 
-    def warn(self, text, cause="", item=""):
-        """Note something that was ignored or mended, once: see ReadWarning."""
+    def warn(self, text: str, cause: str = "", item: str = "") -> None:
+        """Add a warning about something ignored or repaired, once: see ReadWarning."""
         add_warning(self.warnings, text, cause, item)
 
 
-def ground_plane():
+def ground_plane() -> ModelDescription:
     """The built-in endless floor at z = 0, friction 1."""
     model = ModelDescription("ground_plane", root="link", static=True)
     link = Link("link")
@@ -144,6 +143,6 @@ def ground_plane():
     return model
 
 
-def empty_world():
+def empty_world() -> WorldDescription:
     """The WorldDescription of Gazebo's empty world: the floor and the sun."""
     return WorldDescription(models=[(ground_plane(), Pose())])

@@ -1,16 +1,17 @@
-"""<gazebo> elements of URDF, and contact properties as these and <surface> of SDF have them."""
+"""<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from bullet_sim.description.model import EVERYTHING, ModelDescription
+from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.shapes import gazebo_color, rgba_of
 from bullet_sim.plugins import parse_plugin, parse_sensor
-from bullet_sim.xml_reader import child_number, child_text, floats, is_true
+from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
-MAX_STIFFNESS = 1e5  # [N/m] above which contacts are left as hard as Bullet makes them
+MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
-# property -> paths in <gazebo reference=...> of a URDF, first found counts
+# property -> paths in <gazebo reference=...> of a URDF, the first that exists counts
 URDF = {
     "friction": ("mu1", "mu", "collision/surface/friction/ode/mu"),
     "friction2": ("mu2", "collision/surface/friction/ode/mu2"),
@@ -30,23 +31,29 @@ SDF = {
 }
 
 
-def read_surface(element, paths, surface, what, warn):
-    """Take what an element says of a surface; what cannot be read is left as it was.
+def read_surface(
+    element: Node,
+    paths: Mapping[str, tuple[str, ...]],
+    surface: Surface,
+    label: str,
+    warn: Callable[[str], None],
+) -> None:
+    """Read the contact properties of an element; what cannot be read stays unchanged.
 
     Args:
         element: <gazebo> of a URDF, or <collision>.
         paths: URDF or SDF of this module.
-        surface: Surface, changed.
-        what: name for warnings.
-        warn: function of one sentence.
+        surface: changed in place.
+        label: name for warnings.
+        warn: gets a message.
     """
-    for key, places in paths.items():
-        for place in places:
-            text = child_text(element, place)
+    for key, tags in paths.items():
+        for tag in tags:
+            text = child_text(element, tag)
             if text is None:
                 continue
             try:
-                setattr(surface, key, _READERS[key](text, f"{what} <{place}>"))
+                setattr(surface, key, _READERS[key](text, f"{label} <{tag}>"))
             except ModelError as error:
                 warn(f"{error}; it is ignored")
             break
@@ -54,29 +61,29 @@ def read_surface(element, paths, surface, what, warn):
         surface.direction = None
 
 
-def read_stiffness(element, surface, what):
-    """Take <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
-    stiffness = child_number(element, "kp", what, None)
+def read_stiffness(element: Node, surface: Surface, label: str) -> None:
+    """Read <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
+    stiffness = child_number(element, "kp", label, None)
     if stiffness is not None and 0 < stiffness < MAX_STIFFNESS:
         surface.stiffness = stiffness
-        surface.damping = max(0.0, child_number(element, "kd", what, 1.0))
+        surface.damping = max(0.0, child_number(element, "kd", label, 1.0))
 
 
-def _not_negative(text, what):
-    return max(0.0, floats(text, 1, what)[0])
+def _not_negative(text: str, label: str) -> float:
+    return max(0.0, floats(text, 1, label)[0])
 
 
-def _direction(text, what):
-    return floats(text, 3, what)
+def _direction(text: str, label: str) -> tuple[float, ...]:
+    return floats(text, 3, label)
 
 
-def _bitmask(text, what):
+def _bitmask(text: str, label: str) -> int:
     try:
         value = int(text, 0)
     except ValueError:
         value = -1
     if value < 0:
-        raise ModelError(f"{what} is '{text}', must be a whole number such as 0x01")
+        raise ModelError(f"{label} is '{text}', must be a whole number such as 0x01")
     return value & EVERYTHING
 
 
@@ -111,8 +118,8 @@ _READ = {
     "visual",
     "collision",
 }
-# Settings of Gazebo's solver or file conversion without a counterpart here.
-_QUIET = {
+# Settings of Gazebo's solver or file conversion that are ignored without a warning.
+_IGNORED = {
     "maxContacts",
     "laserRetro",
     "dampingFactor",
@@ -140,7 +147,7 @@ _QUIET = {
 }
 
 
-def apply(robot, model: ModelDescription):
+def apply(robot: Node, model: ModelDescription) -> None:
     """Read every <gazebo> child of <robot> into the model description.
 
     Args:
@@ -156,8 +163,8 @@ def apply(robot, model: ModelDescription):
         elif reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
-                "what it holds is left out",
-                "<gazebo> elements refer to no link and no joint; what they hold is left out",
+                "what it contains is left out",
+                "<gazebo> elements refer to no link and no joint; what they contain is left out",
                 f"'{reference}'",
             )
         _unknown(element, model, reference)
@@ -176,34 +183,35 @@ def apply(robot, model: ModelDescription):
             parse_plugin(plugin, model)
 
 
-def _unknown(element, model, reference):
-    what = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
+def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
+    label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
-        if isinstance(child.tag, str) and child.tag not in _READ | _QUIET:
+        if isinstance(child.tag, str) and child.tag not in _READ | _IGNORED:
             model.warn(
-                f"{what}: <{child.tag}> means nothing here and is ignored",
+                f"{label}: <{child.tag}> means nothing here and is ignored",
                 f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",
-                what,
+                label,
             )
 
 
-def _model_flags(element, model):
+def _model_flags(element: Node, model: ModelDescription) -> None:
     if is_true(child_text(element, "static", "false")):
         model.static = True
     if is_true(_either(element, "self_collide", "selfCollide")):
         model.self_collide = True
 
 
-def _either(element, *tags):
-    """Text of the first of the tags that is there, or 'false'."""
-    return next((child_text(element, tag) for tag in tags if child_text(element, tag)), "false")
+def _either(element: Node, *tags: str) -> str:
+    """Text of the first of the tags that exists, or 'false'."""
+    texts = (child_text(element, tag) for tag in tags)
+    return next((text for text in texts if text), "false")
 
 
-def _link_flags(element, model, link):
-    what = f"<gazebo reference='{link.name}'>"
-    read_surface(element, URDF, link.surface, what, model.warn)
-    read_stiffness(element, link.surface, what)
-    _material(element, model, link, what)
+def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
+    label = f"<gazebo reference='{link.name}'>"
+    read_surface(element, URDF, link.surface, label, model.warn)
+    read_stiffness(element, link.surface, label)
+    _material(element, model, link, label)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
     off = is_true(child_text(element, "turnGravityOff", "false"))
@@ -211,14 +219,14 @@ def _link_flags(element, model, link):
         link.gravity = False
 
 
-def _material(element, model, link, what):
+def _material(element: Node, model: ModelDescription, link: Link, label: str) -> None:
     name = child_text(element, "material")
     if name is not None:
         color = gazebo_color(name)
         if color is None:
             model.warn(
-                f"{what}: material '{name}' is none of Gazebo's standard colours; it is ignored",
-                "materials are none of Gazebo's standard colours and are ignored",
+                f"{label}: material '{name}' is none of Gazebo's standard colors; it is ignored",
+                "materials are none of Gazebo's standard colors and are ignored",
                 f"'{name}'",
             )
     else:
@@ -227,7 +235,7 @@ def _material(element, model, link, what):
         )
         name = child_text(element, "visual/material/script/name")
         color = (
-            rgba_of(element, text, f"{what} material")
+            rgba_of(element, text, f"{label} material")
             if text
             else (gazebo_color(name) if name else None)
         )

@@ -1,10 +1,13 @@
-"""Joints of URDF and SDF: types, axes, limits, and the tree that they make."""
+"""Joints of URDF and SDF: types, axes, limits, and the tree that they form."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription
+from bullet_sim.pose import Pose, Vec3, Vector
 from bullet_sim.xml_reader import (
+    Node,
     bound_of,
     child_bound,
     child_flag,
@@ -16,55 +19,61 @@ from bullet_sim.xml_reader import (
     urdf_origin,
 )
 
-UNLIMITED = 1e9  # [rad, m] stands for no limit on one side
+if TYPE_CHECKING:
+    from bullet_sim.formats.sdf.model import Frames, ModelReader
+
+Version = tuple[int, int]  # (major, minor) of an SDF document
+UNLIMITED = 1e9  # [rad, m] replaces a missing limit on one side
 
 
-def unit_axis(vector, default, what, element):
-    """A joint's axis with length 1; the default, with a warning, for one without direction.
+def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
+    """Unit vector of a joint's axis; the default, with a warning, for a zero vector.
 
     Args:
         vector: (3,).
         default: unit vector.
-        what: for the message.
-        element: Node that takes the warning.
+        label: for the message.
+        element: takes the warning.
     """
     length = float(np.linalg.norm(vector))
     if length >= 1e-9:
-        return tuple((np.asarray(vector, float) / length).tolist())
+        x, y, z = (np.asarray(vector, float) / length).tolist()
+        return x, y, z
     used = " ".join(f"{value:g}" for value in default)
     element.warn(
-        f"{what} axis is zero, must have a direction; {used} is used",
+        f"{label} axis is zero, must have a direction; {used} is used",
         "joint axes are zero; the format's default is used",
-        what,
+        label,
     )
     return default
 
 
-def set_stops(joint, lower, upper, what, element):
-    """Set a joint's stops [rad, m], None for none; swapped ones stop nothing, as in ODE.
+def set_limits(
+    joint: Joint, lower: float | None, upper: float | None, label: str, element: Node
+) -> None:
+    """Set a joint's limits [rad, m], None for none; swapped ones are ignored, as in ODE.
 
     Args:
-        joint: Joint.
-        lower, upper: the limits.
-        what: for the message.
-        element: Node that takes the warning.
+        lower, upper: [rad, m].
+        label: for the message.
+        element: takes the warning.
     """
-    if lower is None and upper is None:  # PyBullet has both or none
+    if lower is None and upper is None:  # PyBullet has both or neither
         return
     lower = -UNLIMITED if lower is None else lower
     upper = UNLIMITED if upper is None else upper
     if lower > upper:
         element.warn(
-            f"{what} has lower limit {lower} above upper {upper}; it has no stops, as in Gazebo",
-            "joints have a lower limit above the upper one and so no stops",
-            what,
+            f"{label} has lower limit {lower} above upper {upper}; it has no limits, as in Gazebo",
+            "joints have a lower limit above the upper one and so no limits",
+            label,
         )
         return
     joint.lower, joint.upper = lower, upper
 
 
-def closes_loop(model, parent, child):
-    """Whether a joint between two links would lead from a link back to itself."""
+def closes_loop(model: ModelDescription, parent: str | None, child: str | None) -> bool:
+    """Whether a joint between two links would close a loop."""
     above = {joint.child: joint.parent for joint in model.joints.values()}
     while parent is not None and parent != child:
         parent = above.get(parent)
@@ -73,15 +82,15 @@ def closes_loop(model, parent, child):
 
 UNSUPPORTED_TYPES = ("floating", "planar")
 URDF_TYPES = MOVABLE_TYPES + ("fixed",) + UNSUPPORTED_TYPES
-LEFT_OUT = "joints are left out"
+SKIPPED = "joints are left out"
 
 
-def read_joints(robot, model):
-    """Add every <joint> of a <robot> that can be one to the model; others are warnings.
+def read_joints(robot: Node, model: ModelDescription) -> None:
+    """Add every valid <joint> of a <robot> to the model; others cause warnings.
 
     Args:
         robot: the root element.
-        model: ModelDescription with its links.
+        model: with its links.
     """
     for element in robot.findall("joint"):
         joint = _joint(element, model)
@@ -89,44 +98,45 @@ def read_joints(robot, model):
             model.joints[joint.name] = joint
 
 
-def _joint(element, model):
+def _joint(element: Node, model: ModelDescription) -> Joint | None:
     name = element.get("name") or ""
-    what = f"joint '{name}' of '{model.name}'"
+    label = f"joint '{name}' of '{model.name}'"
     parent, child = (
-        found.get("link") if found is not None else None
-        for found in (element.find("parent"), element.find("child"))
+        end.get("link") if end is not None else None
+        for end in (element.find("parent"), element.find("child"))
     )
-    fault = _urdf_fault(name, parent, child, model)
-    if fault:
-        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}'")
+    error = _urdf_error(name, parent, child, model)
+    if error:
+        element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
-    joint = Joint(name, _urdf_type(element, what), parent, child, origin=urdf_origin(element, what))
+    kind, origin = _urdf_type(element, label), urdf_origin(element, label)
+    joint = Joint(name, kind, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
-        vector = floats_of(axis, "xyz", 3, f"{what} axis", (1.0, 0.0, 0.0))
+        vector = floats_of(axis, "xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
         if joint.kind in MOVABLE_TYPES:
-            joint.axis = unit_axis(vector, joint.axis, what, element)
-    _limit(element, joint, what)
+            joint.axis = unit_axis(vector, joint.axis, label, element)
+    _limit(element, joint, label)
     dynamics = element.find("dynamics")
     if dynamics is not None:
-        joint.damping = max(0.0, number_of(dynamics, "damping", what, 0.0))
-        joint.friction = max(0.0, number_of(dynamics, "friction", what, 0.0))
-    joint.mimic = _mimic(element, joint, what)
+        joint.damping = max(0.0, number_of(dynamics, "damping", label, 0.0))
+        joint.friction = max(0.0, number_of(dynamics, "friction", label, 0.0))
+    joint.mimic = _mimic(element, joint, label)
     return joint
 
 
-def _mimic(element, joint, what):
+def _mimic(element: Node, joint: Joint, label: str) -> Mimic | None:
     mimic = element.find("mimic")
     if mimic is None or joint.kind not in MOVABLE_TYPES:
         return None
     return Mimic(
         mimic.get("joint") or "",
-        number_of(mimic, "multiplier", f"{what} mimic", 1.0),
-        number_of(mimic, "offset", f"{what} mimic", 0.0),
+        number_of(mimic, "multiplier", f"{label} mimic", 1.0),
+        number_of(mimic, "offset", f"{label} mimic", 0.0),
     )
 
 
-def check_mimics(model):
+def check_mimics(model: ModelDescription) -> None:
     """Drop a <mimic> of a joint that does not exist, with a warning, or of a commanded joint."""
     for joint in model.joints.values():
         if joint.mimic is None:
@@ -144,8 +154,8 @@ def check_mimics(model):
             joint.mimic = None  # controllers move it
 
 
-def _urdf_fault(name, parent, child, model):
-    """Why an element is no joint, or ''."""
+def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDescription) -> str:
+    """Why an element is no valid joint, or ''."""
     if not name:
         return "has no name"
     if name in model.joints:
@@ -160,73 +170,75 @@ def _urdf_fault(name, parent, child, model):
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
 
-def _urdf_type(element, what):
+def _urdf_type(element: Node, label: str) -> str:
     kind = element.get("type")
     if kind in URDF_TYPES:
         return kind
     lower = str(kind).strip().lower()
     used = lower if lower in URDF_TYPES else "fixed"
     element.warn(
-        f"{what} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
+        f"{label} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
         "joints have a type that does not exist",
         f"'{element.get('name')}'",
     )
     return used
 
 
-def _limit(element, joint, what):
+def _limit(element: Node, joint: Joint, label: str) -> None:
     limit = element.find("limit")
     bounded = joint.kind in ("revolute", "prismatic")
     if limit is None:
         if bounded:
             element.warn(
-                f"{what} has no <limit>; it moves without stops",
-                "joints that need a <limit> have none and move without stops",
+                f"{label} has no <limit>; it moves without limits",
+                "joints that need a <limit> have none and move without limits",
                 f"'{joint.name}'",
             )
         return
-    joint.effort = abs(bound_of(limit, "effort", f"{what} limit") or 0.0)
-    joint.velocity = abs(bound_of(limit, "velocity", f"{what} limit") or 0.0)
+    joint.effort = abs(bound_of(limit, "effort", f"{label} limit") or 0.0)
+    joint.velocity = abs(bound_of(limit, "velocity", f"{label} limit") or 0.0)
     for key in ("effort", "velocity"):
         if limit.get(key) is None and joint.kind != "fixed":
             limit.warn(
-                f"{what} limit has no {key}, which URDF demands; it has no such limit",
+                f"{label} limit has no {key}, which URDF demands; it has no such limit",
                 f"joint limits have no {key}, which URDF demands, and count as unlimited",
                 f"'{joint.name}'",
             )
     if not bounded:
         return
-    lower = bound_of(limit, "lower", f"{what} limit", 0.0)
-    upper = bound_of(limit, "upper", f"{what} limit", 0.0)
-    set_stops(joint, lower, upper, what, element)
+    lower = bound_of(limit, "lower", f"{label} limit", 0.0)
+    upper = bound_of(limit, "upper", f"{label} limit", 0.0)
+    set_limits(joint, lower, upper, label, element)
 
 
 # Joints of several axes become a chain of hinges: the tags of their axes, or the axes.
-CHAINS = {
+CHAINS: dict[str, tuple[str | Vec3, ...]] = {
     "universal": ("axis", "axis2"),
     "revolute2": ("axis", "axis2"),
     "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
 }
-SHARE = 0.01  # of its child's mass and inertia that a link within such a chain has
+MASS_RATIO = 0.01  # mass and inertia of a link within such a chain, of those of its child
 SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", *CHAINS)
 _UP = (0.0, 0.0, 1.0)
 
 
-def read_joint(element, reader, prefix, frames, version):
-    """Add a <joint> to the model of a reader (model.py), or warn why it is none.
+def read_joint(
+    element: Node, reader: "ModelReader", prefix: str, frames: "Frames", version: Version
+) -> None:
+    """Add a <joint> to the model of a reader (model.py), or warn why that is impossible.
 
     Args:
         element: the <joint>.
-        reader: has the model and the poses of its links.
+        reader: contains the model and the poses of its links.
         prefix: of the names of the nested model that the joint is in.
-        frames: Frames of that model.
+        frames: of that model.
         version: of the SDF document.
     """
     model, poses = reader.model, reader.poses
     name = prefix + (element.get("name") or "joint")
-    what = f"joint '{name}' of '{model.name}'"
+    label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
-    kind = _sdf_type(element, what)
+    kind = _sdf_type(element, label)
     if child == "world" and kind == "fixed":
         parent, child = child, parent
     if parent == "world" and prefix + str(child) in model.links:
@@ -239,72 +251,79 @@ def read_joint(element, reader, prefix, frames, version):
     else:
         parent = prefix + str(parent)
     child = prefix + str(child)
-    fault = _sdf_fault(model, parent, child)
-    if fault:
-        element.warn(f"{what} {fault}; it is left out", LEFT_OUT, f"'{name}' of '{model.name}'")
+    error = _sdf_error(model, parent, child)
+    if error:
+        element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}' of '{model.name}'")
         return
     anchor = Pose()
     if element.find("pose") is not None:
         default = child_text(element, "child", "")
-        anchor = frames.pose(default).inverse() * frames.place(element, default, what)
+        anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, kind, parent, child, origin, anchor=anchor)
     if kind in CHAINS:
-        _chain(element, joint, reader, what, frames, version)
+        _chain(element, joint, reader, label, frames, version)
         return
     if kind != "fixed":
-        _axis(element, joint, what, frames, version)
+        _axis(element, joint, label, frames, version)
     model.joints[name] = joint
 
 
-def _chain(element, whole, reader, what, frames, version):
+def _chain(
+    element: Node,
+    original: Joint,
+    reader: "ModelReader",
+    label: str,
+    frames: "Frames",
+    version: Version,
+) -> None:
     """Add the hinges that make up a joint of several axes, with small links between them.
 
-    The first has the joint's name, the others a number behind it. A ball's middle axis must not
-    turn by a quarter.
+    The first has the joint's name, the others have a number appended. The second axis of a ball
+    joint must not rotate by 90 degrees.
     """
-    model, child, axes = reader.model, reader.model.links[whole.child], CHAINS[whole.kind]
-    parent, origin = whole.parent, whole.origin * whole.anchor
-    for number, axis in enumerate(axes, 1):
-        last = number == len(axes)
-        name = whole.name if number == 1 else f"{whole.name}__{number}"
-        link = whole.child if last else f"{whole.name}__link{number}"
+    model, child, axes = reader.model, reader.model.links[original.child], CHAINS[original.kind]
+    parent, origin = original.parent, original.origin * original.anchor
+    for index, axis in enumerate(axes, 1):
+        last = index == len(axes)
+        name = original.name if index == 1 else f"{original.name}__{index}"
+        link = original.child if last else f"{original.name}__link{index}"
         if last:
-            origin = origin * whole.anchor.inverse()
+            origin = origin * original.anchor.inverse()
         joint = Joint(
-            name, "continuous", parent, link, origin, anchor=whole.anchor if last else Pose()
+            name, "continuous", parent, link, origin, anchor=original.anchor if last else Pose()
         )
         if isinstance(axis, str):
             joint.kind = "revolute"
-            _axis(element, joint, what, frames, version, axis, whole.anchor)
+            _axis(element, joint, label, frames, version, axis, original.anchor)
         else:
             joint.axis = axis
         model.joints[name] = joint
         if not last:
-            moment = SHARE * max(float(child.inertia.trace()) / 3.0, 1e-6)
+            moment = MASS_RATIO * max(float(child.inertia.trace()) / 3.0, 1e-6)
             model.links[link] = Link(
-                link, mass=SHARE * max(child.mass, 1e-3), inertia=moment * np.eye(3)
+                link, mass=MASS_RATIO * max(child.mass, 1e-3), inertia=moment * np.eye(3)
             )
-            reader.poses[link] = reader.poses[whole.child] * whole.anchor
+            reader.poses[link] = reader.poses[original.child] * original.anchor
         parent, origin = link, Pose()
 
 
-def _sdf_type(element, what):
+def _sdf_type(element: Node, label: str) -> str:
     kind = element.get("type")
     if kind in SDF_TYPES:
         return kind
     lower = str(kind).strip().lower()
     used = lower if lower in SDF_TYPES else "fixed"
     element.warn(
-        f"{what} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
+        f"{label} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
         f"joints have type '{kind}', which is not known here, and are {used}",
-        what,
+        label,
     )
     return used
 
 
-def _sdf_fault(model, parent, child):
-    """Why a joint between two links cannot be, or ''."""
+def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
+    """Why there can be no joint between two links, or ''."""
     if child not in model.links or parent not in model.links:
         return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
     taken = any(joint.child == child for joint in model.joints.values())
@@ -313,23 +332,31 @@ def _sdf_fault(model, parent, child):
     return ""
 
 
-def _axis(element, joint, what, frames, version, tag="axis", anchor=None):
-    """Read an axis with its limits; anchor: the joint's frame in the child's, if not joint's."""
+def _axis(
+    element: Node,
+    joint: Joint,
+    label: str,
+    frames: "Frames",
+    version: Version,
+    tag: str = "axis",
+    anchor: Pose | None = None,
+) -> None:
+    """Read an axis with its limits; anchor: joint frame in the child's; None: joint.anchor."""
     anchor = joint.anchor if anchor is None else anchor
-    vector = child_floats(element, f"{tag}/xyz", 3, f"{what} {tag}", _UP)
-    of_model = child_flag(element, f"{tag}/use_parent_model_frame", what, version < (1, 5))
-    found = element.find(f"{tag}/xyz")
-    frame = found.get("expressed_in") if found is not None else None
+    vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
+    of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, version < (1, 5))
+    xyz = element.find(f"{tag}/xyz")
+    frame = xyz.get("expressed_in") if xyz is not None else None
     if of_model or frame:
-        own = frames.pose(child_text(element, "child", "")) * anchor
-        turn = frames.pose(frame, found) if frame else Pose()
-        vector = own.matrix.T @ turn.matrix @ vector
-    joint.axis = unit_axis(vector, _UP, what, element)
+        joint_frame = frames.pose(child_text(element, "child", "")) * anchor
+        axis_frame = frames.pose(frame, xyz) if frame else Pose()
+        vector = joint_frame.matrix.T @ axis_frame.matrix @ vector
+    joint.axis = unit_axis(vector, _UP, label, element)
     if joint.kind != "continuous":
-        lower = child_bound(element, f"{tag}/limit/lower", what)
-        upper = child_bound(element, f"{tag}/limit/upper", what)
-        set_stops(joint, lower, upper, what, element)
-    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", what) or 0.0)
-    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", what) or 0.0)
-    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", what, 0.0))
-    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", what, 0.0))
+        lower = child_bound(element, f"{tag}/limit/lower", label)
+        upper = child_bound(element, f"{tag}/limit/upper", label)
+        set_limits(joint, lower, upper, label, element)
+    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
+    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
+    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", label, 0.0))
+    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))

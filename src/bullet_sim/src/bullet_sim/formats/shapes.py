@@ -1,17 +1,20 @@
-"""Shapes of URDF and SDF: geometry, colours, materials.
+"""Shapes of URDF and SDF: geometry, colors, materials.
 
-Colours of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1. The names are Gazebo's,
-the values our own: Gazebo's textures become similar plain colours.
+Colors of Gazebo's standard materials, e.g. Gazebo/Orange, as RGBA 0..1. The names are Gazebo's;
+the values are not: Gazebo's textures become similar plain colors.
 """
 
 import math
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from bullet_sim.description.model import Finish, Geometry, Shape
-from bullet_sim.pose import Pose
+from bullet_sim.description.model import RGB, RGBA, Finish, Geometry, ModelDescription, Shape
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
+    Node,
     child_flag,
     child_floats,
     child_number,
@@ -21,6 +24,9 @@ from bullet_sim.xml_reader import (
     leading_numbers,
     warn_replaced,
 )
+
+D = TypeVar("D")
+Resolve = Callable[[str], str]  # URI -> path of a file
 
 _GREY = {
     "Grey": 0.7,
@@ -88,16 +94,16 @@ _SUFFIXES = (
 )
 
 
-def gazebo_color(name):
-    """RGBA of a standard material, or None when there is none of that name.
+def gazebo_color(name: str) -> RGBA | None:
+    """RGBA of a standard material; None: no such material.
 
     Args:
         name: 'Gazebo/Orange' or 'Orange'; Transparent and Glow forms count, too.
     """
-    word = name.strip().rsplit("/", 1)[-1]
+    plain = name.strip().rsplit("/", 1)[-1]
     for suffix in ("",) + _SUFFIXES:
-        base = word[: -len(suffix)] if suffix and word.endswith(suffix) else word
-        alpha = 0.5 if suffix.startswith(("Transparent", "Laser")) and base != word else 1.0
+        base = plain[: -len(suffix)] if suffix and plain.endswith(suffix) else plain
+        alpha = 0.5 if suffix.startswith(("Transparent", "Laser")) and base != plain else 1.0
         if base in _GREY:
             return (_GREY[base],) * 3 + (alpha,)
         if base in _COLORS:
@@ -105,25 +111,26 @@ def gazebo_color(name):
     return None
 
 
-def rgba_of(element, text, what):
-    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; what is beyond 0..1 is cut off.
+def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
+    """RGBA 0..1 of 3 or 4 numbers, or None with a warning; values are clamped to 0..1.
 
     Args:
-        element: Node that the text is of.
+        element: contains the text; takes the warning.
         text: the numbers.
-        what: for the message.
+        label: for the message.
     """
     values, _ = leading_numbers(text, 4)
     values += (1.0,) * (len(values) == 3)
     if len(values) == 4 and all(map(math.isfinite, values)):
-        return tuple(min(1.0, max(0.0, value)) for value in values)
-    sentence = f"{what} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
-    warn_replaced(element, what, text, sentence, None)
+        r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
+        return r, g, b, a
+    message = f"{label} is '{(text or '').strip()}', must be 3 or 4 numbers from 0 to 1"
+    warn_replaced(element, label, text, message, None)
     return None
 
 
-# Where Gazebo has looked for scripts already when a material names none.
-EVERYWHERE = ("file://media/materials/scripts", "file://Media/materials/scripts")
+# Where Gazebo has searched for scripts already when a material names none.
+DEFAULT_SCRIPTS = ("file://media/materials/scripts", "file://Media/materials/scripts")
 _TOKEN = re.compile(r'"[^"]*"|[{}]|[^\s{}]+')
 
 
@@ -132,51 +139,54 @@ class Material:
     """Path of a texture image, or a colour RGBA 0..1."""
 
     texture: str = ""
-    color: tuple[float, float, float, float] | None = None
+    color: RGBA | None = None
 
 
-def read_materials(text):
-    """All materials of an OGRE script: name -> (picture's file name or '', RGBA or None).
+def read_materials(text: str) -> dict[str, tuple[str, RGBA | None]]:
+    """All materials of an OGRE script: name -> (image's file name or '', RGBA or None).
 
-    The first texture and the first colour of a material count; inherited values
+    The first texture and the first color of a material count; inherited values
     ("material A : B") are copied; everything else is ignored.
     """
-    found, current, depth = {}, None, 0
+    materials: dict[str, tuple[str, RGBA | None]] = {}
+    current, depth = None, 0
     for line in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).splitlines():
-        words = _TOKEN.findall(line.split("//")[0])
-        if words and words[0] == "material" and depth == 0 and len(words) > 1:
-            names = [word.strip('"') for word in words[1:] if word not in ("{", "}", ":")]
+        tokens = _TOKEN.findall(line.split("//")[0])
+        if tokens and tokens[0] == "material" and depth == 0 and len(tokens) > 1:
+            names = [token.strip('"') for token in tokens[1:] if token not in ("{", "}", ":")]
             current = names[0]
-            parent = found.get(names[1]) if len(names) > 1 else None
-            found[current] = parent or ("", None)
-        elif current is not None and len(words) > 1:
-            found[current] = _noted(found[current], words)
-        depth = max(0, depth + words.count("{") - words.count("}"))
-    return found
+            parent = materials.get(names[1]) if len(names) > 1 else None
+            materials[current] = parent or ("", None)
+        elif current is not None and len(tokens) > 1:
+            materials[current] = _updated(materials[current], tokens)
+        depth = max(0, depth + tokens.count("{") - tokens.count("}"))
+    return materials
 
 
-def _noted(so_far, words):
+def _updated(so_far: tuple[str, RGBA | None], tokens: list[str]) -> tuple[str, RGBA | None]:
     texture, color = so_far
-    if words[0] == "texture":
-        texture = words[1].strip('"')
-    elif words[0] in ("diffuse", "ambient") and (color is None or words[0] == "diffuse"):
+    if tokens[0] == "texture":
+        texture = tokens[1].strip('"')
+    elif tokens[0] in ("diffuse", "ambient") and (color is None or tokens[0] == "diffuse"):
         try:
-            values = tuple(min(1.0, max(0.0, float(word))) for word in words[1:5])
+            values = tuple(min(1.0, max(0.0, float(token))) for token in tokens[1:5])
         except ValueError:
             return so_far
         if len(values) >= 3:
-            color = (values + (1.0,))[:4]
+            r, g, b, a = (*values, 1.0)[:4]
+            color = (r, g, b, a)
     return texture, color
 
 
-def script_material(element, resolve, what, model):
-    """Material of a <script> element, or None with a warning when it is not found.
+def script_material(
+    element: Node, resolve: Resolve, label: str, model: ModelDescription
+) -> Material | None:
+    """Material of a <script> element, or None with a warning when it does not exist.
 
     Args:
         element: <script> with <name> and <uri>s.
-        resolve: function URI -> path.
-        what: for messages.
-        model: ModelDescription; gets the warning.
+        label: for messages.
+        model: gets the warning.
     """
     name = child_text(element, "name", "")
     color = gazebo_color(name) if name.startswith("Gazebo/") else None
@@ -184,9 +194,9 @@ def script_material(element, resolve, what, model):
         return Material(color=color)
     files, folders = [], []
     uris = [(uri.text or "").strip() for uri in element.findall("uri")]
-    for uri in uris or EVERYWHERE:
+    for uri in uris or DEFAULT_SCRIPTS:
         try:
-            path = resolve(element.document.beside(uri))
+            path = resolve(element.document.resolve_relative(uri))
         except ValueError:
             continue
         folders.append(path if os.path.isdir(path) else os.path.dirname(path))
@@ -194,32 +204,32 @@ def script_material(element, resolve, what, model):
     for path in files:
         try:
             with open(path, encoding="utf-8", errors="replace") as file:
-                found = read_materials(file.read()).get(name)
+                material = read_materials(file.read()).get(name)
         except OSError:
             continue
-        if found is None:
+        if material is None:
             continue
-        texture, color = found
+        texture, color = material
         if not texture:
             return Material(color=color)
-        picture = _picture(texture, folders)
-        if picture:
-            return Material(picture, color)
+        image = _texture_path(texture, folders)
+        if image:
+            return Material(image, color)
         model.warn(
-            f"{what}: picture '{texture}' of material '{name}' is in none of {', '.join(folders)}",
-            "pictures of materials are missing",
+            f"{label}: image '{texture}' of material '{name}' is in none of {', '.join(folders)}",
+            "images of materials are missing",
             f"'{texture}'",
         )
         return Material(color=color)
     model.warn(
-        f"{what}: material '{name}' is not found in its scripts; it stays grey",
-        "materials are not found in their scripts and stay grey",
+        f"{label}: material '{name}' is not in its scripts; it stays gray",
+        "materials are not in their scripts and stay gray",
         f"'{name}'",
     )
     return None
 
 
-def _scripts(path):
+def _scripts(path: str) -> list[str]:
     if os.path.isdir(path):
         return sorted(
             os.path.join(path, name) for name in os.listdir(path) if name.endswith(".material")
@@ -227,88 +237,89 @@ def _scripts(path):
     return [path] if os.path.isfile(path) else []
 
 
-def _picture(name, folders):
+def _texture_path(name: str, folders: list[str]) -> str:
     for folder in folders:
-        for place in (
+        for directory in (
             folder,
             os.path.join(folder, "..", "textures"),
             os.path.join(folder, "materials", "textures"),
         ):
-            path = os.path.normpath(os.path.join(place, name))
+            path = os.path.normpath(os.path.join(directory, name))
             if os.path.isfile(path):
                 return path
     return ""
 
 
 MESH_TYPES = (".obj", ".stl", ".dae")
-THIN = 1e-3  # [m] of a side that is given as 0
+MIN_SIZE = 1e-3  # [m] replaces a size of 0
 MISSING = "meshes are missing and left out"
 
 
-def usable_size(geometry, what, model):
-    """The geometry with sizes above 0, or None; a plane or a mesh has none.
+def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geometry | None:
+    """The geometry with sizes above 0, or None with a warning; planes and meshes have no size.
 
-    A negative size counts without its sign, a side of 0 becomes thin; what has no size at all
+    A negative size counts without its sign, one of 0 becomes MIN_SIZE; a geometry with all sizes 0
     is left out.
 
     Args:
-        geometry: Geometry.
-        what: for messages.
-        model: ModelDescription; gets the warning.
+        label: for messages.
+        model: gets the warning.
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
-    shown = f"{what} {geometry.kind} size is {geometry.size}, must be greater than 0"
+    message = f"{label} {geometry.kind} size is {geometry.size}, must be greater than 0"
     if not any(geometry.size):
-        model.warn(f"{shown}; it is left out", "shapes have no size and are left out", what)
+        model.warn(f"{message}; it is left out", "shapes have no size and are left out", label)
         return None
-    sizes = tuple(abs(value) or THIN for value in geometry.size)
-    model.warn(f"{shown}; it becomes {sizes}", "shapes have a size of 0 or less", what)
+    sizes = tuple(abs(value) or MIN_SIZE for value in geometry.size)
+    model.warn(f"{message}; it becomes {sizes}", "shapes have a size of 0 or less", label)
     return replace(geometry, size=sizes)
 
 
-def first_geometry(element, what, model):
-    """The shape in the <geometry> of a visual or collision, or None with a warning."""
+def first_geometry(element: Node, label: str, model: ModelDescription) -> Node | None:
+    """The element in the <geometry> of a visual or collision, or None with a warning."""
     geometry = element.find("geometry")
     if geometry is None or not len(geometry):
         model.warn(
-            f"{what} has no geometry; it is left out",
+            f"{label} has no geometry; it is left out",
             "shapes have no geometry and are left out",
-            what,
+            label,
         )
         return None
     return geometry[0]
 
 
-def mesh_geometry(uri, scale, what, resolve, model):
-    """Mesh by URI, or None with a warning that names the file when it cannot be used."""
+def mesh_geometry(
+    uri: str, scale: Vec3, label: str, resolve: Resolve, model: ModelDescription
+) -> Geometry | None:
+    """Mesh of a URI, or None with a warning that names the file when it cannot be used."""
     try:
         path = resolve(uri)
     except ValueError as error:
-        model.warn(f"{what}: mesh '{uri}' is not found ({error}); it is left out", MISSING, uri)
+        model.warn(f"{label}: mesh '{uri}' is not found ({error}); it is left out", MISSING, uri)
         return None
     if 0.0 in scale:
         model.warn(
-            f"{what}: mesh '{uri}' has scale {scale}, must not be 0; it is left out",
+            f"{label}: mesh '{uri}' has scale {scale}, must not be 0; it is left out",
             "meshes have scale 0 and are left out",
             uri,
         )
         return None
     if not os.path.isfile(path):
         model.warn(
-            f"{what}: mesh file '{path}' (from '{uri}') does not exist; it is left out",
+            f"{label}: mesh file '{path}' (from '{uri}') does not exist; it is left out",
             MISSING,
             uri,
         )
         return None
     if os.path.splitext(path)[1].lower() not in MESH_TYPES:
         model.warn(
-            f"{what}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; it is left out",
+            f"{label}: mesh '{path}' is not one of {', '.join(MESH_TYPES)}; it is left out",
             f"meshes are not one of {', '.join(MESH_TYPES)} and are left out",
             uri,
         )
         return None
-    return Geometry("mesh", path=path, scale=tuple(scale))
+    return Geometry("mesh", path=path, scale=scale)
 
 
 PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
@@ -317,7 +328,9 @@ GREY = (0.7, 0.7, 0.7, 1.0)
 _ONE = (1.0, 1.0, 1.0)
 
 
-def parse_shape(element, tag, link, pose, model, resolve):
+def parse_shape(
+    element: Node, tag: str, link: str, pose: Pose, model: ModelDescription, resolve: Resolve
+) -> Shape | None:
     """Shape of a <visual> or <collision>, or None with a warning.
 
     Args:
@@ -325,34 +338,33 @@ def parse_shape(element, tag, link, pose, model, resolve):
         tag: 'visual' or 'collision'.
         link: name of its link.
         pose: in the link's frame.
-        model: ModelDescription; gets warnings.
-        resolve: function URI -> path.
+        model: gets warnings.
     """
     name = element.get("name") or tag
-    what = f"{tag} '{name}' of link '{link}' of '{model.name}'"
-    geometry = first_geometry(element, what, model)
+    label = f"{tag} '{name}' of link '{link}' of '{model.name}'"
+    geometry = first_geometry(element, label, model)
     if geometry is None:
         return None
-    parsed = _geometry(geometry, what, model, resolve, tag)
-    parsed = parsed and usable_size(parsed, what, model)
+    parsed = _geometry(geometry, label, model, resolve, tag)
+    parsed = parsed and usable_size(parsed, label, model)
     if parsed is None:
         return None
-    turn = _plane_turn(geometry, what)
+    offset = _plane_rotation(geometry, label)
     if parsed.kind == "heightmap":
-        turn = Pose(child_floats(geometry, "pos", 3, f"{what} heightmap", (0.0, 0.0, 0.0)))
-    shape = Shape(parsed, pose * turn, name=name, link=link)
+        offset = Pose(child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0)))
+    shape = Shape(parsed, pose * offset, name=name, link=link)
     if tag == "collision":
         return shape
     if geometry.tag == "plane":  # a thin box below the surface
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
-    return _looks(element, shape, what, model, resolve)
+    return _with_material(element, shape, label, model, resolve)
 
 
-def _plane_turn(shape, what):
-    """Rotation of a plane whose normal is not +z: the shortest."""
+def _plane_rotation(shape: Node, label: str) -> Pose:
+    """Shortest rotation from +z to the normal of a plane."""
     if shape.tag != "plane":
         return Pose()
-    x, y, z = child_floats(shape, "normal", 3, f"{what} plane", (0.0, 0.0, 1.0))
+    x, y, z = child_floats(shape, "normal", 3, f"{label} plane", (0.0, 0.0, 1.0))
     length = (x * x + y * y + z * z) ** 0.5
     if length < 1e-9 or (x == 0.0 and y == 0.0 and z > 0.0):
         return Pose()
@@ -362,25 +374,27 @@ def _plane_turn(shape, what):
     return Pose(orientation=(-y, x, 0.0, 1.0 + z)).normalised()
 
 
-def _geometry(shape, what, model, resolve, tag):
+def _geometry(
+    shape: Node, label: str, model: ModelDescription, resolve: Resolve, tag: str
+) -> Geometry | None:
     if shape.tag == "plane":
         if tag == "collision":
             return Geometry("plane")
-        size = child_floats(shape, "size", 2, f"{what} plane", PLANE_SIZE)
+        size = child_floats(shape, "size", 2, f"{label} plane", PLANE_SIZE)
         return Geometry("box", size + (PLANE_THICKNESS,))
     if shape.tag == "box":
-        return Geometry("box", child_floats(shape, "size", 3, f"{what} box", _ONE))
+        return Geometry("box", child_floats(shape, "size", 3, f"{label} box", _ONE))
     if shape.tag == "cylinder":
         return Geometry(
             "cylinder",
-            (child_number(shape, "radius", what, 1.0), child_number(shape, "length", what, 1.0)),
+            (child_number(shape, "radius", label, 1.0), child_number(shape, "length", label, 1.0)),
         )
     if shape.tag == "sphere":
-        return Geometry("sphere", (child_number(shape, "radius", what, 1.0),))
+        return Geometry("sphere", (child_number(shape, "radius", label, 1.0),))
     if shape.tag == "mesh":
-        scale = child_floats(shape, "scale", 3, f"{what} mesh", _ONE)
-        uri = shape.document.beside(child_text(shape, "uri", ""))
-        geometry = mesh_geometry(uri, scale, what, resolve, model)
+        scale = child_floats(shape, "scale", 3, f"{label} mesh", _ONE)
+        uri = shape.document.resolve_relative(child_text(shape, "uri", ""))
+        geometry = mesh_geometry(uri, scale, label, resolve, model)
         submesh = child_text(shape, "submesh/name")
         if geometry is not None and submesh:
             geometry = replace(
@@ -390,28 +404,30 @@ def _geometry(shape, what, model, resolve, tag):
             )
         return geometry
     if shape.tag in ("heightmap", "polyline"):
-        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, what, model, resolve)
+        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, label, model, resolve)
     if shape.tag != "empty":
         model.warn(
-            f"{what} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
+            f"{label} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
             "mesh, heightmap, polyline; it is left out",
             "shapes have a geometry that is unknown here and are left out",
-            f"{what} <{shape.tag}>",
+            f"{label} <{shape.tag}>",
         )
     return None
 
 
-def _heightmap(shape, what, model, resolve):
+def _heightmap(
+    shape: Node, label: str, model: ModelDescription, resolve: Resolve
+) -> Geometry | None:
     uri = child_text(shape, "uri", "")
-    size = child_floats(shape, "size", 3, f"{what} heightmap", _ONE)
+    size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
     try:
-        path = resolve(shape.document.beside(uri))
-        found = os.path.isfile(path)
+        path = resolve(shape.document.resolve_relative(uri))
+        exists = os.path.isfile(path)
     except ValueError:
-        found = False
-    if not found:
+        exists = False
+    if not exists:
         model.warn(
-            f"{what}: heightmap '{uri}' is not found; it is left out",
+            f"{label}: heightmap '{uri}' is not found; it is left out",
             "heightmaps are missing and left out",
             uri,
         )
@@ -419,54 +435,61 @@ def _heightmap(shape, what, model, resolve):
     return Geometry("heightmap", size, path=path)
 
 
-def _polyline(shape, what, model, _):
-    points = tuple(
-        floats(point.text or "", 2, f"{what} polyline point") for point in shape.findall("point")
+def _polyline(shape: Node, label: str, model: ModelDescription, _: Resolve) -> Geometry | None:
+    corners = (
+        floats(point.text or "", 2, f"{label} polyline point") for point in shape.findall("point")
     )
+    points = tuple((x, y) for x, y in corners)
     return Geometry(
-        "polyline", (child_number(shape, "height", f"{what} polyline", 1.0),), points=points
+        "polyline", (child_number(shape, "height", f"{label} polyline", 1.0),), points=points
     )
 
 
-def _looks(element, shape, what, model, resolve):
+def _with_material(
+    element: Node, shape: Shape, label: str, model: ModelDescription, resolve: Resolve
+) -> Shape:
     material = element.find("material")
     color, texture = None, ""
     if material is not None:
         text = child_text(material, "diffuse") or child_text(material, "ambient")
-        color = rgba_of(material, text, f"{what} material") if text else None
+        color = rgba_of(material, text, f"{label} material") if text else None
         script = material.find("script")
-        found = script_material(script, resolve, what, model) if script is not None else None
-        if found is not None:
-            color, texture = found.color or color, found.texture
+        scripted = script_material(script, resolve, label, model) if script is not None else None
+        if scripted is not None:
+            color, texture = scripted.color or color, scripted.texture
     if color is None and not texture and shape.geometry.kind != "mesh":
         color = GREY
-    clear = min(1.0, max(0.0, child_number(element, "transparency", what, 0.0)))
-    if clear and color is not None:
-        color = color[:3] + (color[3] * (1.0 - clear),)
-    if clear >= 1.0:
+    transparency = min(1.0, max(0.0, child_number(element, "transparency", label, 0.0)))
+    if transparency and color is not None:
+        color = color[:3] + (color[3] * (1.0 - transparency),)
+    if transparency >= 1.0:
         color = (0.0, 0.0, 0.0, 0.0)
-    finish = _finish(element, material, 1.0 - clear if color is None else 1.0, what)
+    finish = _finish(element, material, 1.0 - transparency if color is None else 1.0, label)
     return replace(shape, color=color, texture=texture, painted=color is not None, finish=finish)
 
 
-def _finish(element, material, opacity, what):
-    """Finish of a <visual>: its <material> beside colour and texture."""
-    casts = child_flag(element, "cast_shadows", what, True)
+def _finish(element: Node, material: Node | None, opacity: float, label: str) -> Finish:
+    """Finish of a <visual>: its <material> except color and texture."""
+    casts = child_flag(element, "cast_shadows", label, True)
     if material is None:
         return Finish(opacity=opacity, cast_shadows=casts)
 
-    def color(tag, default):
-        text = child_text(material, tag)
-        found = rgba_of(material, text, f"{what} material") if text else None
-        return default if found is None else found[:3]
-
     has_script = material.find("script") is not None
     return Finish(
-        None if has_script or not child_text(material, "diffuse") else color("ambient", None),
-        color("specular", None),
-        color("emissive", (0.0, 0.0, 0.0)),
-        child_number(material, "shininess", what, 0.0) or Finish.shininess,
+        None
+        if has_script or not child_text(material, "diffuse")
+        else _material_rgb(material, "ambient", label, None),
+        _material_rgb(material, "specular", label, None),
+        _material_rgb(material, "emissive", label, (0.0, 0.0, 0.0)),
+        child_number(material, "shininess", label, 0.0) or Finish.shininess,
         opacity,
         casts,
-        child_flag(material, "lighting", what, True),
+        child_flag(material, "lighting", label, True),
     )
+
+
+def _material_rgb(material: Node, tag: str, label: str, default: D) -> RGB | D:
+    """RGB of a child of a <material>."""
+    text = child_text(material, tag)
+    color = rgba_of(material, text, f"{label} material") if text else None
+    return default if color is None else color[:3]

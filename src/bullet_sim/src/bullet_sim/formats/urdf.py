@@ -1,15 +1,16 @@
 """URDF -> ModelDescription."""
 
+from collections.abc import Callable, Container
 from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import RGBA, Geometry, Joint, Link, ModelDescription, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
-from bullet_sim.formats.shapes import first_geometry, mesh_geometry, rgba_of, usable_size
-from bullet_sim.xml_reader import floats_of, number_of, parse, urdf_origin
+from bullet_sim.formats.shapes import Resolve, first_geometry, mesh_geometry, rgba_of, usable_size
+from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
 
 INTERFACES = {
     "EffortJointInterface": "effort",
@@ -18,45 +19,47 @@ INTERFACES = {
 }
 
 
-def parse_transmissions(robot, joint_names, warn):
+def parse_transmissions(
+    robot: Node, joint_names: Container[str], warn: Callable[[str], None]
+) -> dict[str, tuple[str, ...]]:
     """Read every <transmission> child of <robot>.
 
     Args:
         robot: root element.
-        joint_names: joints that exist.
-        warn: called with one sentence per ignored element.
+        joint_names: names of existing joints.
+        warn: gets a message for each ignored element.
 
     Returns:
         Dict of joint name -> tuple of 'effort', 'velocity', 'position'.
     """
-    offered = {}
+    interfaces: dict[str, tuple[str, ...]] = {}
     for element in robot.findall("transmission"):
-        what = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
+        label = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
         joints = element.findall("joint")
         if not joints:
-            warn(f"{what} has no <joint>; it is left out")
+            warn(f"{label} has no <joint>; it is left out")
         fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
         for joint in joints:
             name = joint.get("name")
-            if name not in joint_names:
-                warn(f"{what} names joint '{name}', which does not exist; it is left out")
+            if name is None or name not in joint_names:
+                warn(f"{label} names joint '{name}', which does not exist; it is left out")
                 continue
-            found = _interfaces(joint) or fallback
-            if not found:
-                warn(f"{what} gives joint '{name}' no <hardwareInterface>; it is left out")
-            for interface in found:
+            names = _interfaces(joint) or fallback
+            if not names:
+                warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
+            for interface in names:
                 kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
                 if kind is None:
                     warn(
-                        f"{what} gives joint '{name}' the hardware interface '{interface}', "
+                        f"{label} gives joint '{name}' the hardware interface '{interface}', "
                         f"known are {', '.join(INTERFACES)}; it is left out"
                     )
-                elif kind not in offered.get(name, ()):
-                    offered[name] = offered.get(name, ()) + (kind,)
-    return offered
+                elif kind not in interfaces.get(name, ()):
+                    interfaces[name] = interfaces.get(name, ()) + (kind,)
+    return interfaces
 
 
-def _interfaces(element):
+def _interfaces(element: Node) -> list[str]:
     texts = [e.text.strip() for e in element.findall("hardwareInterface") if e.text]
     return [text for text in texts if text]
 
@@ -65,12 +68,12 @@ _ONE = (1.0, 1.0, 1.0)
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
-def parse_urdf(text, resolve, name="robot"):
+def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") -> ModelDescription:
     """Read a URDF.
 
     Args:
-        text: the document, str or bytes.
-        resolve: function URI -> file path (package://, model://, file:// or a path).
+        text: the document.
+        resolve: of package://, model://, file:// or a path.
         name: name of the model, used in messages.
 
     Raises:
@@ -80,40 +83,42 @@ def parse_urdf(text, resolve, name="robot"):
     robot = parse(text, f"URDF of '{name}'", model.warnings)
     if robot.tag != "robot":
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
-    left = _left_by_xacro(robot, name)
-    materials = {}
+    xacro_tag = _xacro_tag(robot, name)
+    materials: dict[str | None, RGBA | None] = {}
     for element in robot.findall("material"):
         materials.setdefault(element.get("name"), _material_color(element, name))
     for element in robot.findall("link"):
         link = _link(element, materials, resolve, model)
         if link is not None:
             model.links[link.name] = link
-    if left and not model.links:
-        raise ModelError(f"URDF of '{name}' has no link but <{left}>: process it with xacro first")
+    if xacro_tag and not model.links:
+        raise ModelError(
+            f"URDF of '{name}' has no link but <{xacro_tag}>: process it with xacro first"
+        )
     read_joints(robot, model)
     model.find_root(f"URDF of '{name}'")
-    _tie_to_world(model)
+    _fix_to_world(model)
     for joint in model.joints.values():
-        _stiffen(joint, model)
+        _fix_unsupported(joint, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     check_mimics(model)
     gazebo_tags.apply(robot, model)
     return model
 
 
-def _left_by_xacro(robot, name):
-    """The first tag of xacro, or '', with a warning for each; as in Gazebo, they mean nothing."""
-    found = [node for node in robot.iter() if node.tag.startswith("xacro:")]
-    for node in found:
+def _xacro_tag(robot: Node, name: str) -> str:
+    """The first tag of xacro, or '', with a warning for each; as in Gazebo, they are ignored."""
+    nodes = [node for node in robot.iter() if node.tag.startswith("xacro:")]
+    for node in nodes:
         node.warn(
             f"<{node.tag}> in the URDF of '{name}' is ignored: process it with xacro first",
             "xacro tags are ignored: process the file with xacro first",
             f"<{node.tag}>",
         )
-    return found[0].tag if found else ""
+    return nodes[0].tag if nodes else ""
 
 
-def _tie_to_world(model):
+def _fix_to_world(model: ModelDescription) -> None:
     """A root link `world` means the world itself, as in Gazebo: its child is fixed to it."""
     joints = model.joints_of(model.root)
     if model.root != "world" or not joints:
@@ -125,32 +130,37 @@ def _tie_to_world(model):
         model.fixed_base = True
 
 
-def _stiffen(joint, model):
+def _fix_unsupported(joint: Joint, model: ModelDescription) -> None:
     if joint.kind in UNSUPPORTED_TYPES:
         model.warn(
             f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which "
-            "cannot be simulated here; it is held fixed",
-            f"joints of type {joint.kind} cannot be simulated here and are held fixed",
+            "cannot be simulated here; it becomes fixed",
+            f"joints of type {joint.kind} cannot be simulated here and become fixed",
             f"'{joint.name}'",
         )
         joint.kind = "fixed"
 
 
-def _link(element, materials, resolve, model):
+def _link(
+    element: Node,
+    materials: dict[str | None, RGBA | None],
+    resolve: Resolve,
+    model: ModelDescription,
+) -> Link | None:
     link = Link(element.get("name") or "")
-    what = f"link '{link.name}'"
+    label = f"link '{link.name}'"
     if not link.name or link.name in model.links:
-        fault = "has no name" if not link.name else "is there already: there are two of that name"
+        error = "has no name" if not link.name else "is there already: there are two of that name"
         element.warn(
-            f"{what} of '{model.name}' {fault}; it is left out",
+            f"{label} of '{model.name}' {error}; it is left out",
             "links are left out",
-            what,
+            label,
         )
         return None
-    _inertial(element, link, what)
+    _inertial(element, link, label)
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
         for shape_element in element.findall(tag):
-            shape = _shape(shape_element, f"{what} {tag}", materials, resolve, model)
+            shape = _shape(shape_element, f"{label} {tag}", materials, resolve, model)
             if shape is not None:
                 shapes.append(
                     replace(
@@ -162,24 +172,24 @@ def _link(element, materials, resolve, model):
     return link
 
 
-def _inertial(element, link, what):
+def _inertial(element: Node, link: Link, label: str) -> None:
     inertial = element.find("inertial")
     if inertial is None:
         return
-    pose = urdf_origin(inertial, f"{what} inertial")
+    pose = urdf_origin(inertial, f"{label} inertial")
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
-        link.mass = number_of(mass, "value", f"{what} mass", 0.0)
+        link.mass = number_of(mass, "value", f"{label} mass", 0.0)
         if link.mass < 0:
             mass.warn(
-                f"{what} mass is {link.mass}, must be 0 or more; 0 is used",
+                f"{label} mass is {link.mass}, must be 0 or more; 0 is used",
                 "masses are below 0; 0 is used",
-                what,
+                label,
             )
             link.mass = 0.0
     if inertia is not None:
         xx, xy, xz, yy, yz, zz = (
-            number_of(inertia, key, f"{what} inertia", 0.0)
+            number_of(inertia, key, f"{label} inertia", 0.0)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -187,56 +197,67 @@ def _inertial(element, link, what):
     link.centre = np.array(pose.position)
 
 
-def _shape_name(link, tag, number):
-    """Name that sdformat gives to the number-th nameless collision or visual of a link."""
-    return f"{link}_{tag}" + (f"_{number}" if number else "")
+def _shape_name(link: str, tag: str, index: int) -> str:
+    """Name that sdformat gives to a nameless collision or visual with an index in its link."""
+    return f"{link}_{tag}" + (f"_{index}" if index else "")
 
 
-def _material_color(element, name):
+def _material_color(element: Node, name: str) -> RGBA | None:
     color = element.find("color")
     if color is None:
         return None
-    what = f"material '{element.get('name')}' of '{name}' rgba"
-    return rgba_of(color, color.get("rgba"), what)
+    label = f"material '{element.get('name')}' of '{name}' rgba"
+    return rgba_of(color, color.get("rgba"), label)
 
 
-def _shape(element, what, materials, resolve, model):
-    geometry = first_geometry(element, what, model)
+def _shape(
+    element: Node,
+    label: str,
+    materials: dict[str | None, RGBA | None],
+    resolve: Resolve,
+    model: ModelDescription,
+) -> Shape | None:
+    geometry = first_geometry(element, label, model)
     if geometry is None:
         return None
-    parsed = _geometry(geometry, what, resolve, model)
+    parsed = _geometry(geometry, label, resolve, model)
     if parsed is None:
         return None
     color = None
     material = element.find("material")
     if material is not None:
         color = _material_color(material, model.name) or materials.get(material.get("name"))
-    return Shape(parsed, urdf_origin(element, what), color)
+    return Shape(parsed, urdf_origin(element, label), color)
 
 
-def _size(element, what):
-    """Size of a box, cylinder or sphere; with a None what is written is no number."""
-    what = f"{what} {element.tag}"
+def _size(element: Node, label: str) -> tuple[float | None, ...]:
+    """Size of a box, cylinder or sphere; None for each text that is no number."""
+    label = f"{label} {element.tag}"
     if element.tag == "box":
         missing = (0.0,) * 3 if element.get("size") is None else (None,)
-        return floats_of(element, "size", 3, what, missing)
+        return floats_of(element, "size", 3, label, missing)
     return tuple(
-        number_of(element, key, what, 0.0 if element.get(key) is None else None)
+        number_of(element, key, label, 0.0 if element.get(key) is None else None)
         for key in _SIZES[element.tag]
     )
 
 
-def _geometry(element, what, resolve, model):
+def _geometry(
+    element: Node, label: str, resolve: Resolve, model: ModelDescription
+) -> Geometry | None:
     if element.tag in _SIZES:
-        size = _size(element, what)
-        return None if None in size else usable_size(Geometry(element.tag, size), what, model)
+        size = _size(element, label)
+        numbers = tuple(value for value in size if value is not None)
+        if len(numbers) < len(size):
+            return None
+        return usable_size(Geometry(element.tag, numbers), label, model)
     if element.tag == "mesh":
-        scale = floats_of(element, "scale", 3, f"{what} mesh", _ONE)
-        return mesh_geometry(element.get("filename", ""), scale, what, resolve, model)
+        scale = floats_of(element, "scale", 3, f"{label} mesh", _ONE)
+        return mesh_geometry(element.get("filename", ""), scale, label, resolve, model)
     model.warn(
-        f"{what} has geometry <{element.tag}>, which is not one of box, cylinder, "
+        f"{label} has geometry <{element.tag}>, which is not one of box, cylinder, "
         "sphere, mesh; it is left out",
         "shapes have a geometry that is none of box, cylinder, sphere, mesh and are left out",
-        f"{what} <{element.tag}>",
+        f"{label} <{element.tag}>",
     )
     return None

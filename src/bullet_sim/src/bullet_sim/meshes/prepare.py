@@ -2,8 +2,8 @@
 
 Mesh files and textured shapes -> files that PyBullet reads correctly: OBJ, one material each.
 PyBullet reads binary STL and OBJ with one material. Its DAE reader ignores materials and units, it
-reads no ASCII STL, mirrored meshes are inside out, an OBJ is drawn in one colour however many it
-has and black without any, EGL draws stripes where an image's width is no multiple of 4, and a
+reads no ASCII STL, mirrored meshes are inside out, an OBJ is rendered in one color however many it
+has and black without any, EGL renders stripes where an image's width is no multiple of 4, and a
 broken file can crash the process. So every file is checked, and other files are rewritten with
 trimesh (loaded on demand) into a folder next to the prepared URDF, once for each content.
 
@@ -16,11 +16,14 @@ import json
 import os
 import re
 import struct
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import RGBA, Geometry, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.files import read_file
 from bullet_sim.meshes import terrain
@@ -30,20 +33,27 @@ from bullet_sim.meshes.read import (
     MAX_SIZE,
     WHITE,
     check_corners,
+    image_of,
     mean_color,
-    open_picture,
+    open_image,
     opened,
-    picture_of,
     read_parts,
     rgba,
 )
+from bullet_sim.pose import Array
 
-CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, to the right and up
+if TYPE_CHECKING:
+    import trimesh
+    from PIL import Image
+
+Part = dict[str, Any]  # a converted file: file; color RGBA or None; textured
+Warn = Callable[[str, str, str], None]  # message, cause, item, see ReadWarning
+CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, (right, up)
 
 
-def box_sides():
-    """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) from a picture's
-    lower left counter-clockwise, as seen from outside where the side stands upright."""
+def box_sides() -> Iterator[tuple[Array, list[Array]]]:
+    """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) counter-clockwise
+    from the lower left of an image, seen from outside with the side upright."""
     for axis in range(3):
         for side in (1.0, -1.0):
             normal = np.zeros(3)
@@ -60,19 +70,19 @@ _VERTEX = re.compile(rb"^[ \t]*v\s", re.MULTILINE)
 _FACE = re.compile(rb"^[ \t]*f[ \t]+([^\n]*)$", re.MULTILINE)
 _MATERIAL = re.compile(rb"^[ \t]*usemtl[ \t]+(\S+)", re.MULTILINE)
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(\S[^\n]*)$", re.MULTILINE)
-_PICTURE = re.compile(r"^[ \t]*map_Kd[ \t]+(\S[^\n]*)$", re.MULTILINE)
+_IMAGE = re.compile(r"^[ \t]*map_Kd[ \t]+(\S[^\n]*)$", re.MULTILINE)
 
 
-def kind_of(path, data):
+def mesh_type(path: str, data: bytes) -> str:
     """'obj', 'stl' (binary), 'ascii stl' or 'dae'."""
-    ending = os.path.splitext(path)[1].lower()
-    if ending == ".stl":
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix == ".stl":
         return "stl" if _stl_count(data) is not None else "ascii stl"
-    return ending[1:]
+    return suffix[1:]
 
 
-def _stl_count(data):
-    """Number of triangles of a binary STL, or None when it is none."""
+def _stl_count(data: bytes) -> int | None:
+    """Number of triangles of a binary STL; None: it is no binary STL."""
     if len(data) < 84:
         return None
     (count,) = struct.unpack_from("<I", data, 80)
@@ -83,16 +93,16 @@ def _stl_count(data):
     )
 
 
-def mesh_fault(path, kind, data):
+def mesh_error(path: str, file_type: str, data: bytes) -> str:
     """Reason why PyBullet must not read a file, or ''; DAE and ASCII STL are checked later."""
     if not data:
         return f"mesh '{path}' is empty"
-    if kind == "stl":
-        return _stl_fault(path, data)
-    return _obj_fault(path, data) if kind == "obj" else ""
+    if file_type == "stl":
+        return _stl_error(path, data)
+    return _obj_error(path, data) if file_type == "obj" else ""
 
 
-def _stl_fault(path, data):
+def _stl_error(path: str, data: bytes) -> str:
     count = _stl_count(data)
     if not count:
         return f"mesh '{path}' has no triangles"
@@ -103,7 +113,7 @@ def _stl_fault(path, data):
     return f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
 
 
-def _obj_fault(path, data):
+def _obj_error(path: str, data: bytes) -> str:
     if _BAD_NUMBER.search(data):
         return f"mesh '{path}' has corners that are no numbers"
     count = len(_VERTEX.findall(data))
@@ -114,85 +124,87 @@ def _obj_fault(path, data):
         used = np.array([int(face.split(b"/", 1)[0]) for face in faces])
     except ValueError:
         return f"mesh '{path}' has a face that is no list of numbers"
-    wrong = used[(used > count) | (used < -count) | (used == 0)]
-    if not len(wrong):
+    invalid = used[(used > count) | (used < -count) | (used == 0)]
+    if not len(invalid):
         return ""
-    return f"mesh '{path}' has {count} corners, but a face names number {wrong[0]}"
+    return f"mesh '{path}' has {count} corners, but a face names number {invalid[0]}"
 
 
-def is_plain(shape, kind, data):
-    """Whether PyBullet draws a mesh file correctly without conversion.
+def loads_correctly(shape: Shape, file_type: str, data: bytes) -> bool:
+    """Whether PyBullet loads and renders a mesh file correctly without conversion.
 
     Not when it is mirrored or only a part of it is used. An OBJ needs one material, in a library
-    that exists: with none it is drawn black, and of several only one is
-    used; the description's colour does not replace it.
+    that exists: with none it is black, and of several only one is used; the
+    description's color does not replace it.
     """
     geometry = shape.geometry
-    if min(geometry.scale) < 0 or geometry.submesh or kind not in ("obj", "stl"):
+    if min(geometry.scale) < 0 or geometry.submesh or file_type not in ("obj", "stl"):
         return False
-    if kind == "stl":
+    if file_type == "stl":
         return True
     libraries = _libraries(geometry.path, data)
     if shape.painted or len(set(_MATERIAL.findall(data))) != 1 or not libraries:
         return False
     folder = os.path.dirname(geometry.path)
     return all(
-        _is_aligned(picture) for library in libraries for picture in _pictures(library, folder)
+        _is_aligned(image) for library in libraries for image in _image_files(library, folder)
     )
 
 
-def _libraries(path, data):
+def _libraries(path: str, data: bytes) -> list[str]:
     """Existing material libraries that an OBJ names."""
     folder = os.path.dirname(path)
     names = (library.strip().decode(errors="replace") for library in _LIBRARY.findall(data))
     return [file for file in (os.path.join(folder, name) for name in names) if os.path.isfile(file)]
 
 
-def _pictures(library, folder):
-    """Existing picture files that a material library names; paths begin in the OBJ's folder."""
+def _image_files(library: str, folder: str) -> list[str]:
+    """Existing image files of a material library; paths are relative to the OBJ's folder."""
     with open(library, encoding="utf-8", errors="replace") as file:
-        names = [picture.split()[-1] for picture in _PICTURE.findall(file.read())]
+        names = [name.split()[-1] for name in _IMAGE.findall(file.read())]
     files = (os.path.join(folder, name) for name in names)
     return [file for file in files if os.path.isfile(file)]
 
 
-def _is_aligned(picture):
-    width, height = _size(picture, os.stat(picture).st_mtime_ns)
+def _is_aligned(image: str) -> bool:
+    width, height = _size(image, os.stat(image).st_mtime_ns)
     return width % 4 == 0 and width * height <= MAX_PIXELS
 
 
 @functools.lru_cache(maxsize=256)
-def _size(picture, _):
+def _size(image: str, _: int) -> tuple[int, int]:
     try:
-        with opened(picture) as found:
-            return found.size
+        with opened(image) as file:
+            return file.size
     except ModelError:
         return 1, 1
 
 
-MAX_PICTURE = 2048  # [px] longest side of a picture
+MAX_IMAGE_SIDE = 2048  # [px]
 
 
-def convert(shape, signs, role, folder, faults=None):
+def convert(
+    shape: Shape, signs: tuple[int, ...], role: str, folder: str, errors: list[str] | None = None
+) -> list[Part]:
     """Write a mesh file's parts into a folder.
 
     Args:
-        shape: Shape whose geometry is a mesh; its texture goes over the mesh's materials, and
-            so does its colour when it is painted.
+        shape: a mesh; its texture replaces the mesh's materials, and so does its color when it is
+            painted.
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
-        folder: where the files go.
-        faults: list that takes what is wrong with its pictures, which are left out.
+        folder: for the files.
+        errors: gets the errors of its images, which are left out.
 
     Returns:
-        List of dicts: file; color RGBA or None; textured, whether a picture covers it.
+        List of dicts: file; color RGBA or None; textured, whether it has an image.
 
     Raises:
         ModelError: it cannot be read, is empty, or has numbers that are not finite.
     """
     geometry = shape.geometry
-    with np.errstate(all="ignore"):  # corners that are not finite are found below
-        meshes = _load(geometry, faults)
+    with np.errstate(all="ignore"):  # corners that are not finite are an error below
+        meshes = _load(geometry, errors)
     for mesh in meshes:
         check_corners(np.asarray(mesh.vertices, float), geometry.path)
     if geometry.centered:
@@ -205,80 +217,86 @@ def convert(shape, signs, role, folder, faults=None):
         _write(path, meshes, signs)
         return [{"file": path, "color": None, "textured": False}]
     parts = []
-    for number, mesh in enumerate(meshes):
-        path = os.path.join(folder, f"part_{number}.obj")
-        color, picture = _looks(mesh, shape)
-        _write(path, [mesh], signs, _library(path, color, picture), picture is not None)
-        parts.append({"file": path, "color": color, "textured": picture is not None})
+    for index, mesh in enumerate(meshes):
+        path = os.path.join(folder, f"part_{index}.obj")
+        color, image = _appearance(mesh, shape)
+        _write(path, [mesh], signs, _library(path, color, image), image is not None)
+        parts.append({"file": path, "color": color, "textured": image is not None})
     return parts
 
 
-def _load(geometry, faults):
+def _load(geometry: Geometry, errors: list[str] | None) -> list["trimesh.Trimesh"]:
     """Trimeshes of a file in metres, transforms of its scene applied."""
     meshes = []
-    for found, place in read_parts(geometry, faults):
-        mesh = found.copy()
-        mesh.apply_transform(place)
+    for part, transform in read_parts(geometry, errors):
+        mesh = part.copy()
+        mesh.apply_transform(transform)
         meshes.append(mesh)
     return meshes
 
 
-def _looks(mesh, shape):
-    """(RGBA, Pillow picture or None) of a trimesh as part of a Shape."""
+def _appearance(mesh: "trimesh.Trimesh", shape: Shape) -> tuple[RGBA, "Image.Image | None"]:
+    """(RGBA, Pillow image or None) of a trimesh as part of a Shape."""
     visual = mesh.visual
     uv = getattr(visual, "uv", None)
     if shape.texture:
         if uv is None:
             return mean_color(shape.texture), None
-        return WHITE, open_picture(shape.texture)
+        return WHITE, open_image(shape.texture)
     if shape.painted or visual is None or not visual.defined:
         return shape.color or GREY, None
     material = getattr(visual, "material", None)
     if material is None:
         return rgba(visual.main_color), None
-    picture = picture_of(material)
-    if picture is not None and uv is not None:
-        return WHITE, picture
+    image = image_of(material)
+    if image is not None and uv is not None:
+        return WHITE, image
     return rgba(material.main_color), None
 
 
-def _save(picture, path):
-    """Save a picture with sides that are multiples of 4: EGL draws others as stripes."""
+def _save(image: "Image.Image", path: str) -> None:
+    """Save an image with sides that are multiples of 4: EGL renders others as stripes."""
     try:
-        picture = picture.convert("RGB")
-    except (OSError, ValueError, SyntaxError) as error:  # cut off, or broken within
-        raise ModelError(f"a picture cannot be read: {error}") from error
-    shrink = min(1.0, MAX_PICTURE / max(picture.size))
-    size = tuple(max(4, 4 * round(side * shrink / 4)) for side in picture.size)
-    if size != picture.size:
-        picture = picture.resize(size)
-    picture.save(path)
+        image = image.convert("RGB")
+    except (OSError, ValueError, SyntaxError) as error:  # truncated or damaged
+        raise ModelError(f"an image cannot be read: {error}") from error
+    shrink = min(1.0, MAX_IMAGE_SIDE / max(image.size))
+    size = tuple(max(4, 4 * round(side * shrink / 4)) for side in image.size)
+    if size != image.size:
+        image = image.resize(size)
+    image.save(path)
 
 
-def _write(path, meshes, signs, head=(), covered=False):
-    """Write meshes as one OBJ after the lines of `head`; covered: with texture coordinates."""
+def _write(
+    path: str,
+    meshes: list["trimesh.Trimesh"],
+    signs: tuple[int, ...],
+    head: Sequence[str] = (),
+    textured: bool = False,
+) -> None:
+    """Write meshes as one OBJ after the lines of `head`; textured: with texture coordinates."""
     lines, first = list(head), 1
-    flip = np.prod(signs) < 0  # mirroring turns the normals inwards: reverse the triangles
+    flip = np.prod(signs) < 0  # mirroring flips the normals inwards: reverse the triangles
     for mesh in meshes:
         corners = np.asarray(mesh.vertices, float) * signs
         normals = np.asarray(mesh.vertex_normals, float) * signs
         faces = np.asarray(mesh.faces)[:, :: -1 if flip else 1] + first
         lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(row)) for row in corners]
-        if covered:
+        if textured:
             lines += [
                 "vt {:.6g} {:.6g}".format(*tuple(row[:2])) for row in np.asarray(mesh.visual.uv)
             ]
         lines += ["vn {:.6g} {:.6g} {:.6g}".format(*tuple(row)) for row in np.nan_to_num(normals)]
-        form = "f %d/%d/%d %d/%d/%d %d/%d/%d" if covered else "f %d//%d %d//%d %d//%d"
-        each = 3 if covered else 2
-        lines += [form % tuple(row) for row in np.repeat(faces, each, axis=1)]
+        template = "f %d/%d/%d %d/%d/%d %d/%d/%d" if textured else "f %d//%d %d//%d %d//%d"
+        repeats = 3 if textured else 2
+        lines += [template % tuple(row) for row in np.repeat(faces, repeats, axis=1)]
         first += len(corners)
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 
 
-def _library(path, color, picture=None):
-    """Write the material library of an OBJ, and its picture; gives the lines that name it."""
+def _library(path: str, color: RGBA, image: "Image.Image | None" = None) -> list[str]:
+    """Write the material library of an OBJ, and its image; returns the lines that refer to it."""
     base = os.path.splitext(os.path.basename(path))[0]
     folder = os.path.dirname(path)
     lines = [
@@ -287,24 +305,24 @@ def _library(path, color, picture=None):
         "Kd {:g} {:g} {:g}".format(*tuple(color[:3])),
         f"d {color[3]:g}",
     ]
-    if picture is not None:
-        _save(picture, os.path.join(folder, f"{base}.png"))
+    if image is not None:
+        _save(image, os.path.join(folder, f"{base}.png"))
         lines.append(f"map_Kd {base}.png")
     with open(os.path.join(folder, f"{base}.mtl"), "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
     return [f"mtllib {base}.mtl", "usemtl look"]
 
 
-def write_box(size, texture, folder):
-    """Write a box of a size [m] with a picture on each side; returns parts as convert does."""
+def write_box(size: Sequence[float], texture: str, folder: str) -> list[Part]:
+    """Write a box of a size [m] with an image on each side; returns parts as convert does."""
     path = os.path.join(folder, "part_0.obj")
-    lines = _library(path, WHITE, open_picture(texture))
+    lines = _library(path, WHITE, open_image(texture))
     lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
     half = np.asarray(size, float) / 2.0
-    for number, (normal, corners) in enumerate(box_sides()):
+    for index, (normal, corners) in enumerate(box_sides()):
         lines += ["v {:.9g} {:.9g} {:.9g}".format(*tuple(corner * half)) for corner in corners]
         lines.append("vn {:g} {:g} {:g}".format(*tuple(normal)))
-        corner = [f"{4 * number + k}/{k}/{number + 1}" for k in (1, 2, 3, 4)]
+        corner = [f"{4 * index + k}/{k}/{index + 1}" for k in (1, 2, 3, 4)]
         lines += [
             f"f {corner[0]} {corner[1]} {corner[2]}",
             f"f {corner[0]} {corner[2]} {corner[3]}",
@@ -317,115 +335,116 @@ def write_box(size, texture, folder):
 MAX_BYTES = 400_000_000  # of a mesh file
 
 
-def localise(lumped, folder, warn):
+def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, list[Shape]]:
     """Replace the meshes and textures of a LumpedModel in place by files that PyBullet reads.
 
     Args:
-        lumped: LumpedModel.
         folder: for converted files; they go to <folder>/meshes.
-        warn: function that takes a sentence, its cause and item (see ReadWarning) for each shape
-            that cannot be used.
+        warn: called for each shape that cannot be used.
 
     Returns:
-        Link name -> the visuals that can be used, as they were.
+        Link name -> the visuals that can be used, unchanged.
     """
-    store = _Store(os.path.join(folder, "meshes"), warn)
-    usable = {name: [] for name in lumped.links}
+    cache = _MeshCache(os.path.join(folder, "meshes"), warn)
+    usable: dict[str, list[Shape]] = {name: [] for name in lumped.links}
     for link in lumped.links.values():
-        for shapes, convert in ((link.visuals, store.visual), (link.collisions, store.collision)):
-            ready = []
+        for shapes, convert in ((link.visuals, cache.visual), (link.collisions, cache.collision)):
+            converted = []
             for shape in shapes:
                 try:
-                    ready += convert(shape)
+                    converted += convert(shape)
                     if shapes is link.visuals:
                         usable[link.name].append(shape)
                 except ModelError as error:
-                    what = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
+                    label = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
-                        f"{what} is left out: {error}",
+                        f"{label} is left out: {error}",
                         "meshes cannot be used and are left out",
-                        shape.geometry.path or what,
+                        shape.geometry.path or label,
                     )
-            shapes[:] = ready
+            shapes[:] = converted
     return usable
 
 
-class _Store:
-    """Converted files below one folder."""
+class _MeshCache:
+    """Converted files in one folder, by content."""
 
-    def __init__(self, folder, warn):
+    def __init__(self, folder: str, warn: Warn) -> None:
         self._folder, self._warn = folder, warn
 
-    def visual(self, shape):
+    def visual(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one visual: one for each material."""
-        if shape.geometry.kind in _MADE:
+        if shape.geometry.kind in _GENERATORS:
             shape = replace(shape, color=self._color(shape), texture="")
-            return [replace(shape, geometry=self._made(shape.geometry))]
+            return [replace(shape, geometry=self._generated(shape.geometry))]
         geometry = shape.geometry
         if geometry.kind != "mesh":
-            return [self._covered(shape)] if shape.texture else [shape]
+            return [self._textured(shape)] if shape.texture else [shape]
         data = read_file(geometry.path, "mesh", MAX_BYTES)
-        kind = kind_of(geometry.path, data)
-        fault = mesh_fault(geometry.path, kind, data)
-        if fault:
-            raise ModelError(fault)
-        if is_plain(shape, kind, data) and not shape.texture:
+        file_type = mesh_type(geometry.path, data)
+        error = mesh_error(geometry.path, file_type, data)
+        if error:
+            raise ModelError(error)
+        if loads_correctly(shape, file_type, data) and not shape.texture:
             return [shape]
-        faults = []
-        parts = self._converted(geometry, data, "visual", shape, faults)
-        for fault in dict.fromkeys(faults):
+        errors: list[str] = []
+        parts = self._converted(geometry, data, "visual", shape, errors)
+        for error in dict.fromkeys(errors):
             self._warn(
-                f"a picture of mesh '{geometry.path}' is left out: {fault}",
-                "pictures of meshes cannot be used and are left out",
+                f"an image of mesh '{geometry.path}' is left out: {error}",
+                "images of meshes cannot be used and are left out",
                 geometry.path,
             )
         return [
             replace(
-                shape, texture="", geometry=_beside(part["file"], geometry), color=part["color"]
+                shape,
+                texture="",
+                geometry=_scaled_mesh(part["file"], geometry),
+                color=part["color"],
             )
             for part in parts
         ]
 
-    def collision(self, shape):
+    def collision(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one collision; materials are ignored."""
-        if shape.geometry.kind in _MADE:
-            return [replace(shape, geometry=self._made(shape.geometry))]
+        if shape.geometry.kind in _GENERATORS:
+            return [replace(shape, geometry=self._generated(shape.geometry))]
         geometry = shape.geometry
         if geometry.kind != "mesh":
             return [shape]
         data = read_file(geometry.path, "mesh", MAX_BYTES)
-        kind = kind_of(geometry.path, data)
-        fault = mesh_fault(geometry.path, kind, data)
-        if fault:
-            raise ModelError(fault)
-        if kind in ("obj", "stl") and min(geometry.scale) > 0 and not geometry.submesh:
+        file_type = mesh_type(geometry.path, data)
+        error = mesh_error(geometry.path, file_type, data)
+        if error:
+            raise ModelError(error)
+        if file_type in ("obj", "stl") and min(geometry.scale) > 0 and not geometry.submesh:
             return [shape]
         parts = self._converted(geometry, data, "collision", shape)
-        return [replace(shape, geometry=_beside(part["file"], geometry)) for part in parts]
+        return [replace(shape, geometry=_scaled_mesh(part["file"], geometry)) for part in parts]
 
-    def _made(self, geometry):
+    def _generated(self, geometry: Geometry) -> Geometry:
         """The mesh of a heightmap or a polyline."""
         data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
         key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
 
-        def make(folder):
+        def make(folder: str) -> list[Part]:
             path = os.path.join(folder, "shape.obj")
-            terrain.write_obj(path, *_MADE[geometry.kind](geometry))
+            terrain.write_obj(path, *_GENERATORS[geometry.kind](geometry))
             return [{"file": path, "color": None}]
 
-        return Geometry("mesh", path=self._kept(key, make)[0]["file"])
+        return Geometry("mesh", path=self._cached(key, make)[0]["file"])
 
     @staticmethod
-    def _color(shape):
+    def _color(shape: Shape) -> RGBA | None:
         return mean_color(shape.texture) if shape.texture else shape.color
 
-    def _covered(self, shape):
-        """A box with a texture on its sides; other shapes get the texture's mean colour."""
+    def _textured(self, shape: Shape) -> Shape:
+        """A box with a texture on its sides; other shapes get the texture's mean color."""
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
             return replace(shape, texture="", color=mean_color(shape.texture))
-        key = _key(read_file(shape.texture, "picture", MAX_BYTES), repr(size))
-        parts = self._kept(key, lambda folder: write_box(size, shape.texture, folder))
+        key = _key(read_file(shape.texture, "image", MAX_BYTES), repr(size))
+        parts = self._cached(key, lambda folder: write_box(size, shape.texture, folder))
         return replace(
             shape,
             texture="",
@@ -433,16 +452,24 @@ class _Store:
             geometry=Geometry("mesh", path=parts[0]["file"]),
         )
 
-    def _converted(self, geometry, data, role, shape, faults=None):
+    def _converted(
+        self,
+        geometry: Geometry,
+        data: bytes,
+        role: str,
+        shape: Shape,
+        errors: list[str] | None = None,
+    ) -> list[Part]:
         signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
-        looks = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
+        appearance = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
         key = _key(
-            data, repr((geometry.path, signs, geometry.submesh, geometry.centered, role, looks))
+            data,
+            repr((geometry.path, signs, geometry.submesh, geometry.centered, role, appearance)),
         )
-        return self._kept(key, lambda folder: convert(shape, signs, role, folder, faults))
+        return self._cached(key, lambda folder: convert(shape, signs, role, folder, errors))
 
-    def _kept(self, key, make):
-        """Parts made before, or made now; each a dict of file, color, textured."""
+    def _cached(self, key: str, make: Callable[[str], list[Part]]) -> list[Part]:
+        """Parts from the cache, or made now; each a dict of file, color, textured."""
         folder = os.path.join(self._folder, key)
         index = os.path.join(folder, "parts.json")
         if not os.path.isfile(index):
@@ -455,15 +482,16 @@ class _Store:
         return [dict(part, color=part["color"] and tuple(part["color"])) for part in parts]
 
 
-_MADE = {
+_GENERATORS = {
     "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
     "polyline": lambda geometry: terrain.extruded(geometry.points, geometry.size[0]),
 }
 
 
-def _beside(path, geometry):
-    return Geometry("mesh", path=path, scale=tuple(abs(factor) for factor in geometry.scale))
+def _scaled_mesh(path: str, geometry: Geometry) -> Geometry:
+    x, y, z = geometry.scale
+    return Geometry("mesh", path=path, scale=(abs(x), abs(y), abs(z)))
 
 
-def _key(data, text):
+def _key(data: bytes, text: str) -> str:
     return hashlib.sha256(data + text.encode()).hexdigest()[:24]

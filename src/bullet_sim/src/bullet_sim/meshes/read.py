@@ -1,143 +1,155 @@
-"""Mesh files: their parts, the files next to them, colours and textures."""
+"""Mesh files: their parts, the files next to them, colors and textures."""
 
 import io
 import os
 import re
 import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, BinaryIO
 from urllib.parse import unquote
 
 import numpy as np
 
+from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
-from bullet_sim.xml_reader import Document, decoded, mended
+from bullet_sim.pose import Array
+from bullet_sim.xml_reader import Document, decoded, repaired
+
+if TYPE_CHECKING:
+    import trimesh
+    from PIL import Image
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
 MAX_PIXELS = 8192 * 8192
-_MOST = f"must have at most {MAX_PIXELS} (as 8192 x 8192 has)"
-GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a colour
+_LIMIT = f"must have at most {MAX_PIXELS} (as 8192 x 8192 has)"
+GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a color
 
 
 class TooLarge(ModelError):
-    """A picture has too many pixels."""
+    """An image has too many pixels."""
 
 
-def rgba(color):
-    """RGBA 0..1 of trimesh's colour of 0..255, which may lack the last number."""
-    return tuple(float(value) / 255.0 for value in (list(color) + [255])[:4])
+def rgba(color: Iterable[float]) -> RGBA:
+    """RGBA 0..1 of trimesh's color of 0..255, whose alpha may be missing."""
+    r, g, b, a = (float(value) / 255.0 for value in (list(color) + [255])[:4])
+    return r, g, b, a
 
 
-def picture_of(material):
-    """Pillow picture over a trimesh's material, or None."""
+def image_of(material: Any) -> "Image.Image | None":
+    """Pillow image of a trimesh's material, or None."""
     return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
 
 
-def opened(source):
-    """Pillow picture of a file, not read yet; to be closed.
+def opened(source: str | BinaryIO) -> "Image.Image":
+    """Pillow image of a file, not read yet; to be closed.
 
     Args:
         source: path, or a binary stream with a name.
 
     Raises:
-        ModelError: it is no picture, or has more than MAX_PIXELS.
+        ModelError: it is no image, or has more than MAX_PIXELS.
     """
     from PIL import Image
 
-    path = getattr(source, "name", source)
+    path: Any = getattr(source, "name", source)
     if source is path and not os.path.isfile(path):
-        raise ModelError(f"picture '{path}' cannot be read: it is no file")
+        raise ModelError(f"image '{path}' cannot be read: it is no file")
     try:
-        with warnings.catch_warnings():  # of Pillow, which has a bound of its own
+        with warnings.catch_warnings():  # of Pillow, which has a limit, too
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            picture = Image.open(source)
+            image = Image.open(source)
     except Image.DecompressionBombError as error:
-        raise TooLarge(f"picture '{path}' has too many pixels, {_MOST}") from error
+        raise TooLarge(f"image '{path}' has too many pixels, {_LIMIT}") from error
     except (OSError, ValueError, SyntaxError) as error:
-        raise ModelError(f"picture '{path}' cannot be read: {error}") from error
-    width, height = picture.size
+        raise ModelError(f"image '{path}' cannot be read: {error}") from error
+    width, height = image.size
     if width * height > MAX_PIXELS:
-        picture.close()
-        raise TooLarge(f"picture '{path}' has {width} x {height} pixels, {_MOST}")
-    return picture
+        image.close()
+        raise TooLarge(f"image '{path}' has {width} x {height} pixels, {_LIMIT}")
+    return image
 
 
-def open_picture(path, transparent=False):
-    """Pillow picture of a file, with its transparency if wanted and there.
+def open_image(path: str, transparent: bool = False) -> "Image.Image":
+    """Pillow image of a file; transparent: with its alpha channel if there is one.
 
     Raises:
         ModelError: it cannot be read.
     """
     try:
-        with opened(path) as found:
-            return found.convert("RGBA" if transparent and "A" in found.getbands() else "RGB")
+        with opened(path) as image:
+            return image.convert("RGBA" if transparent and "A" in image.getbands() else "RGB")
     except ModelError:
         raise
     except (OSError, ValueError, SyntaxError) as error:
-        raise ModelError(f"picture '{path}' cannot be read: {error}") from error
+        raise ModelError(f"image '{path}' cannot be read: {error}") from error
 
 
-def mean_color(path):
-    """Mean RGBA of a picture file."""
-    mean = np.asarray(open_picture(path).resize((32, 32))).reshape(-1, 3).mean(axis=0)
-    return tuple((mean / 255.0).tolist()) + (1.0,)
+def mean_color(path: str) -> RGBA:
+    """Mean RGBA of an image file."""
+    mean = np.asarray(open_image(path).resize((32, 32))).reshape(-1, 3).mean(axis=0)
+    r, g, b = (mean / 255.0).tolist()
+    return r, g, b, 1.0
 
 
-PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff")
-TEXTURES = os.path.join("..", "materials", "textures")  # of a Gazebo model, beside its meshes
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff")
+TEXTURES = os.path.join("..", "materials", "textures")  # of a Gazebo model, relative to its meshes
 
 
-class Beside:
-    """Reads files for trimesh, in the place of its own resolver, which stays in one folder.
+class MeshFileResolver:
+    """Reads files for trimesh, instead of its resolver, which is limited to one folder.
 
     Args:
         path: of the mesh.
     """
 
-    def __init__(self, path):
-        self.faults = []  # of pictures that cannot be used, which trimesh leaves out silently
+    def __init__(self, path: str) -> None:
+        self.errors: list[str] = []  # of unusable images, which trimesh ignores
         self._folder = os.path.dirname(os.path.abspath(path))
 
-    def get(self, name):
+    def get(self, name: str) -> bytes:
         """Bytes of a file by the name that the mesh has for it.
 
-        A name counts as it is, then without its folders, beside the mesh and in TEXTURES.
+        Tried are the name as it is and without its folders, in the mesh's folder and in TEXTURES.
 
         Raises:
-            FileNotFoundError: it is in none of these places.
+            FileNotFoundError: it is in none of these folders.
         """
         name = unquote(name.strip().removeprefix("file://"))
         plain = re.split(r"[\\/]", name)[-1]
-        for place in (name, plain, os.path.join(TEXTURES, plain)):
-            path = os.path.normpath(os.path.join(self._folder, place))
+        for relative in (name, plain, os.path.join(TEXTURES, plain)):
+            path = os.path.normpath(os.path.join(self._folder, relative))
             if os.path.isfile(path):
                 return self._read(path)
         raise FileNotFoundError(f"'{name}' is neither in '{self._folder}' nor in its {TEXTURES}")
 
-    def _read(self, path):
+    def _read(self, path: str) -> bytes:
         with open(path, "rb") as file:
-            if path.lower().endswith(PICTURES):
+            if path.lower().endswith(IMAGES):
                 try:
                     opened(file)
                 except ModelError as error:
-                    self.faults.append(str(error))
+                    self.errors.append(str(error))
                     if isinstance(error, TooLarge):
                         raise FileNotFoundError(str(error)) from error
                 file.seek(0)
             return file.read()
 
-    __getitem__ = get  # as trimesh asks for material libraries
+    __getitem__ = get  # trimesh reads material libraries with it
 
 
 MAX_SIZE = 1e6  # [m] larger meshes are refused
 
 
-def read_parts(geometry, faults=None):
-    """Trimeshes of a file and their places, (mesh, (4, 4) with the scale to metres).
+def read_parts(
+    geometry: Geometry, errors: list[str] | None = None
+) -> list[tuple["trimesh.Trimesh", Array]]:
+    """Trimeshes of a file with their transforms, (mesh, (4, 4) with the scale to meters).
 
     DAE: <unit> counts, <up_axis> does not (see prepare.py).
 
     Args:
-        geometry: Geometry that is a mesh; its submesh counts, its scale does not.
-        faults: list that takes what is wrong with its pictures, which are left out.
+        geometry: a mesh; its submesh counts, its scale does not.
+        errors: gets the errors of its images, which are left out.
 
     Raises:
         ModelError: it cannot be read, or has no triangles or no such submesh.
@@ -149,21 +161,21 @@ def read_parts(geometry, faults=None):
             f"mesh '{geometry.path}' needs the Python package trimesh: {error}"
         ) from error
     try:
-        beside = Beside(geometry.path)
-        scene = _scene(geometry, beside)
-        if faults is not None:
-            faults += beside.faults
+        resolver = MeshFileResolver(geometry.path)
+        scene = _scene(geometry, resolver)
+        if errors is not None:
+            errors += resolver.errors
         parts, names = [], []
         for node in scene.graph.nodes_geometry:
-            place, name = scene.graph[node]
+            transform, name = scene.graph[node]
             names.append(name)
-            found = scene.geometry[name]
+            mesh = scene.geometry[name]
             if (
-                isinstance(found, trimesh.Trimesh)
-                and len(found.faces)
+                isinstance(mesh, trimesh.Trimesh)
+                and len(mesh.faces)
                 and (not geometry.submesh or _is_part(geometry.submesh, name, node))
             ):
-                parts.append((found, np.diag([_unit(scene.units)] * 3 + [1.0]) @ place))
+                parts.append((mesh, np.diag([_unit(scene.units)] * 3 + [1.0]) @ transform))
     except Exception as error:  # pylint: disable=broad-except  # its readers raise many types
         raise ModelError(
             f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
@@ -178,34 +190,34 @@ def read_parts(geometry, faults=None):
     return parts
 
 
-def check_corners(corners, path):
-    """Raise ModelError when corners (n, 3) [m] of a file are not finite or far out."""
+def check_corners(corners: Array, path: str) -> None:
+    """Raise ModelError when corners (n, 3) [m] of a file are not finite or beyond MAX_SIZE."""
     if not np.isfinite(corners).all() or np.abs(corners).max() > MAX_SIZE:
         raise ModelError(f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m")
 
 
-def _scene(geometry, beside):
-    """trimesh's Scene of a file and those beside it."""
+def _scene(geometry: Geometry, resolver: MeshFileResolver) -> "trimesh.Scene":
+    """trimesh's Scene of a file and those that it refers to."""
     import trimesh
 
-    options = {"process": False, "resolver": beside}
+    options = {"process": False, "resolver": resolver}
     if geometry.submesh and geometry.path.lower().endswith(".obj"):
         options |= {"split_objects": True, "group_material": False}
     try:
         return trimesh.load_scene(geometry.path, **options)
-    except Exception:  # XML that TinyXML takes and lxml does not, such as < in a name?
+    except Exception:  # XML that TinyXML accepts and lxml does not, such as < in a name?
         if not geometry.path.lower().endswith(".dae"):
             raise
         with open(geometry.path, "rb") as file:
-            text = mended(decoded(file.read(), Document(geometry.path)))
+            text = repaired(decoded(file.read(), Document(geometry.path)))
     return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
 
 
-def _is_part(wanted, *names):
-    return any(name == wanted or str(name).startswith(wanted) for name in names)
+def _is_part(submesh: str, *names: str) -> bool:
+    return any(name == submesh or str(name).startswith(submesh) for name in names)
 
 
-def _unit(text):
-    """Metres in a file's unit: trimesh says 'meters' or '0.0254 * meters'."""
-    found = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
-    return float(found.group(1)) if found else 1.0
+def _unit(text: str | None) -> float:
+    """Meters in a file's unit: trimesh returns 'meters' or '0.0254 * meters'."""
+    match = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
+    return float(match.group(1)) if match else 1.0

@@ -1,32 +1,34 @@
 """Shapes that become meshes: heightmaps from images, polygons extruded upwards."""
 
 import os
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import opened
+from bullet_sim.pose import Array
 
-MAX_POINTS = 257  # a side of a heightmap; greater images are thinned out to it
+MAX_POINTS = 257  # per side of a heightmap; larger images are subsampled
 
 
-def heightmap(path, size):
-    """Surface over the pixels of an image, the picture's top towards +y.
+def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
+    """Surface over the pixels of an image, whose top is towards +y.
 
     Args:
-        path: of the image; grey is the height, white the highest.
+        path: of the image; brightness is the height.
         size: along x and y, height of white [m].
 
     Returns:
-        vertices (N, 3) [m] about the middle, faces (M, 3).
+        vertices (N, 3) [m] about the center, faces (M, 3).
 
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
     try:
-        with opened(path) as picture:
-            deep = picture.mode.startswith("I")
-            grey = np.asarray(picture if deep else picture.convert("L"), float)
+        with opened(path) as image:
+            deep = image.mode.startswith("I")
+            grey = np.asarray(image if deep else image.convert("L"), float)
     except (OSError, ValueError, SyntaxError) as error:
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     if min(grey.shape) < 2:
@@ -47,11 +49,11 @@ def heightmap(path, size):
     return vertices, np.concatenate((np.stack((a, c, b), -1), np.stack((b, c, d), -1)))
 
 
-def extruded(points, height):
+def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, Array]:
     """A polygon in the plane, extruded upwards by a height [m].
 
     Args:
-        points: its corners (x, y) [m] in order, either way round; the last may repeat the first.
+        points: its corners (x, y) [m] in order, in either direction; the last may repeat the first.
 
     Returns:
         vertices (N, 3) [m], faces (M, 3).
@@ -85,12 +87,12 @@ def extruded(points, height):
     return vertices, np.concatenate((top[:, ::-1], top + count, sides))
 
 
-def _cross(p, q):
+def _cross(p: Array, q: Array) -> float:
     return p[0] * q[1] - p[1] * q[0]
 
 
-def _triangles(corners):
-    """Triangles of a counter-clockwise polygon by cutting off ears (Meisters, 1975)."""
+def _triangles(corners: list[Array]) -> list[tuple[int, ...]]:
+    """Triangles of a counter-clockwise polygon by ear clipping (Meisters, 1975)."""
     left, faces = list(range(len(corners))), []
     while len(left) > 3:
         for k, here in enumerate(left):
@@ -104,7 +106,7 @@ def _triangles(corners):
     return [*faces, tuple(left)]
 
 
-def _is_ear(corners, left, before, here, after):
+def _is_ear(corners: list[Array], left: list[int], before: int, here: int, after: int) -> bool:
     a, b, c = corners[before], corners[here], corners[after]
     if _cross(b - a, c - a) <= 0.0:
         return False
@@ -115,8 +117,8 @@ def _is_ear(corners, left, before, here, after):
     )
 
 
-def write_obj(path, vertices, faces):
-    """Write an OBJ file, in place of what is there, at once."""
+def write_obj(path: str, vertices: Array, faces: Array) -> None:
+    """Write an OBJ file; it replaces an existing one atomically."""
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
     with open(f"{path}.new", "w", encoding="ascii") as file:

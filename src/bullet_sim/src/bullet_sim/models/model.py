@@ -10,7 +10,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.model import EVERYTHING, visual_links
 from bullet_sim.errors import ModelError
-from bullet_sim.meshes.prepare import localise
+from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
 from bullet_sim.models.urdf_writer import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Pose, cross
@@ -141,7 +141,7 @@ class Model:
         self.is_ghost = False
         self.on_moved = lambda model: None  # called after set_state
         self._lumped = lump(description)
-        visuals = localise(self._lumped, folder, description.warn)
+        visuals = prepare_meshes(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
         with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))

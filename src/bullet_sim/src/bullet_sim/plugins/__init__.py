@@ -1,4 +1,4 @@
-"""<sensor> and <plugin> elements: what each family says (specifications) and how it is read."""
+"""<sensor> and <plugin> elements: their specifications and readers."""
 
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -9,7 +9,7 @@ from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
-from bullet_sim.xml_reader import sdf_pose
+from bullet_sim.xml_reader import document_root, sdf_pose
 
 __all__ = [
     "PLUGINS",
@@ -22,7 +22,7 @@ __all__ = [
     "parse_plugin",
     "parse_sensor",
 ]
-# Types of <sensor> that built-in readers take.
+# Types of <sensor> that built-in readers support.
 SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
                 "ray", "gpu_ray", "imu", "contact")  # fmt: skip
 
@@ -86,14 +86,14 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             )
             continue
         try:
-            found = reader(SensorXml(plugin, model, element, link, pose))
-            model.sensors += found if isinstance(found, list) else [found]
+            specs = reader(SensorXml(plugin, model, element, link, pose))
+            model.sensors += specs if isinstance(specs, list) else [specs]
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
 
 
 def _find(registry: Registry[Any], name: str) -> Any:
-    """The reader of a library; None: it is not known."""
+    """The reader of a library; None: the library is unknown."""
     try:
         return registry.find(name)
     except KeyError:
@@ -101,13 +101,13 @@ def _find(registry: Registry[Any], name: str) -> Any:
 
 
 def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
-    """The reader of a library that takes a type of <sensor>, or None."""
+    """The reader of a library that supports a type of <sensor>, or None."""
     reader = _find(SENSOR_PLUGINS, name)
     return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
 
 
-def _is_for_a_plugin(sensor: Any) -> bool:
+def _is_for_a_plugin(sensor: Element) -> bool:
     """Whether a sensor without a plugin may be one that a plugin of its model reads."""
-    holders = [node for node in sensor.document.root.iter() if node.tag in ("model", "gazebo")]
+    holders = [node for node in document_root(sensor).iter() if node.tag in ("model", "gazebo")]
     readers = [_find(PLUGINS, library(it)) for holder in holders for it in holder.findall("plugin")]
     return any(getattr(reader, "reads_sensors", True) for reader in readers)

@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element
 
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import is_true, sdf_pose, warn_replaced
+from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
 FUNCTIONS = ("tan", "sin", "id")
 # Names of <type> -> (c1, c2, function).
@@ -21,13 +24,13 @@ TYPES = {
 
 @dataclass(frozen=True)
 class Lens:
-    """r = c1 f function(theta / c2 + c3), with r = 1 at half the picture's width.
+    """r = c1 f function(theta / c2 + c3), with r = 1 at half the image's width.
 
     Attributes:
-        fov: horizontal angle of the picture [rad], up to a whole turn.
+        fov: horizontal field of view [rad], up to 2 pi.
         function: 'tan', 'sin' or 'id'.
         scaled: f is chosen such that `fov` fills the width.
-        cutoff: nothing is seen further from the axis [rad].
+        cutoff: maximum angle from the axis that is visible [rad].
     """
 
     fov: float
@@ -42,16 +45,16 @@ class Lens:
 
 @dataclass(frozen=True)
 class CameraSpec:
-    """A colour camera that looks along +x of its sensor frame, z up.
+    """A color camera that points along +x of its sensor frame, z up.
 
     Attributes:
         name: sensor name.
         link: link that carries it.
         pose: (xyz [m], rpy [rad]) of the sensor frame in the link frame.
-        width, height: picture size [px].
+        width, height: image size [px].
         horizontal_fov: [rad].
         near, far: clip distances [m].
-        rate: pictures per simulated second [Hz].
+        rate: images per simulated second [Hz].
         topic, info_topic: resolved topic names.
         frame_id: frame written into the headers.
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
@@ -83,12 +86,12 @@ class CameraSpec:
 
 @dataclass(frozen=True)
 class DepthCameraSpec(CameraSpec):
-    """A colour camera that also measures distances along its optical axis.
+    """A color camera that also measures distances along its optical axis.
 
     Attributes:
         depth_topic, depth_info_topic, points_topic: resolved topic names.
         cutoff, cutoff_max: depths outside are unknown: NaN [m].
-        millimetres: depth pictures are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
+        millimetres: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
     """
 
     depth_topic: str = "/camera/depth/image_raw"
@@ -101,10 +104,10 @@ class DepthCameraSpec(CameraSpec):
 
 @dataclass(frozen=True)
 class RangeCameraSpec(DepthCameraSpec):
-    """The depth camera of a RealSense, without a colour picture: 16UC1 [mm], 0 for unknown.
+    """The depth camera of a RealSense, without a color image: 16UC1 [mm], 0 for unknown.
 
     Attributes:
-        range_min, range_max: depths outside are unknown in the picture [m].
+        range_min, range_max: depths outside are unknown in the image [m].
         points_topic: of the point cloud; empty: none. The cutoffs are those of the points.
     """
 
@@ -112,12 +115,12 @@ class RangeCameraSpec(DepthCameraSpec):
     range_max: float = 65.535
 
 
-WIDEST = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its picture has no end
+MAX_FOV = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its image is infinite
 FULL_TURN = 2.0 * math.pi
 FIELD_OF_VIEW = 1.047  # [rad] where none is given
-INVISIBLE = 1e-6  # of a coefficient of a lens
+MIN_DISTORTION = 1e-6  # coefficients below are ignored
 WIDE = "wideanglecamera"  # type of <sensor>
-CLIP = (0.1, 100.0)  # [m] nearest and furthest that is drawn, where none is given
+CLIP = (0.1, 100.0)  # [m] near and far clip distance where none is given
 ENCODINGS = {
     "R8G8B8": "rgb8",
     "RGB8": "rgb8",
@@ -131,44 +134,44 @@ ENCODINGS = {
 }
 
 
-def encoding(camera, model):
+def encoding(camera: Values, model: ModelDescription) -> str:
     """Encoding of a camera's messages: rgb8, bgr8 or mono8.
 
     Args:
         camera: Values of the <camera>.
-        model: ModelDescription that takes the warning.
+        model: gets the warning.
     """
-    form = camera.text("image/format", "R8G8B8")
-    found = ENCODINGS.get(form.upper())
-    if found is None:
+    image_format = camera.text("image/format", "R8G8B8")
+    known = ENCODINGS.get(image_format.upper())
+    if known is None:
         model.warn(
-            f"{camera.label} has image format '{form}', known are {', '.join(ENCODINGS)}; "
+            f"{camera.label} has image format '{image_format}', known are {', '.join(ENCODINGS)}; "
             "it becomes R8G8B8",
             "cameras have an image format that is not known here and get R8G8B8",
-            f"{camera.label} '{form}'",
+            f"{camera.label} '{image_format}'",
         )
-    return found or "rgb8"
+    return known or "rgb8"
 
 
-def field_of_view(camera, wide=False):
+def field_of_view(camera: Values, wide: bool = False) -> float:
     """Horizontal angle of a camera [rad], below 180 degrees.
 
     Args:
         camera: Values of the <camera>.
-        wide: it has a wide-angle lens, for which a pinhole stands in: too wide is no mistake.
+        wide: it has a wide-angle lens, replaced by a pinhole here: a wider angle is no error.
     """
     angle = camera.number("horizontal_fov", FIELD_OF_VIEW)
-    if 0.0 < angle <= WIDEST:
+    if 0.0 < angle <= MAX_FOV:
         return angle
     if wide and angle > 0.0:
-        return WIDEST
-    used, what = WIDEST if angle > 0.0 else FIELD_OF_VIEW, f"{camera.label} <horizontal_fov>"
-    sentence = f"{what} is {angle:g}, a pinhole's is above 0 and at most {WIDEST:.3f}"
-    warn_replaced(camera.element.find("horizontal_fov"), what, f"{angle:g}", sentence, used)
+        return MAX_FOV
+    used, label = MAX_FOV if angle > 0.0 else FIELD_OF_VIEW, f"{camera.label} <horizontal_fov>"
+    message = f"{label} is {angle:g}, a pinhole's is above 0 and at most {MAX_FOV:.3f}"
+    warn_replaced(camera.element.find("horizontal_fov"), label, f"{angle:g}", message, used)
     return used
 
 
-def wide_lens(camera, model):
+def wide_lens(camera: Values, model: ModelDescription) -> Lens:
     """Lens of a wide-angle camera; where it names none, Gazebo's stereographic one."""
     fov = camera.number("horizontal_fov", FIELD_OF_VIEW)
     fov = min(fov, FULL_TURN) if fov > 0.0 else FIELD_OF_VIEW
@@ -203,59 +206,60 @@ def wide_lens(camera, model):
     return Lens(fov, cutoff=cutoff)
 
 
-def _fills(lens):
-    """Whether the angle of a lens has a place on its picture."""
+def _fills(lens: Lens) -> bool:
+    """Whether the field of view of a lens fits on its image."""
     edge = lens.fov / 2.0 / lens.c2 + lens.c3
     limit = {"tan": math.pi / 2.0 - 1e-3, "sin": math.pi / 2.0 + 1e-9, "id": math.inf}
     return not lens.scaled or 0.0 < edge < limit[lens.function]
 
 
-def distortion(camera, plugin):
+def distortion(camera: Values, plugin: Values) -> tuple[float, ...]:
     """(k1, k2, p1, p2, k3) of a lens, () of a pinhole.
 
-    Those of the <camera> count, else those of its plugin; values too small to be seen are none.
+    Those of the <camera> count, else those of its plugin; all below MIN_DISTORTION count as none.
     """
-    found = [camera.number(f"distortion/{name}") for name in ("k1", "k2", "p1", "p2", "k3")]
+    values = [camera.number(f"distortion/{name}") for name in ("k1", "k2", "p1", "p2", "k3")]
     if camera.element.find("distortion") is None:
-        found = [plugin.number(f"distortion{name}") for name in ("K1", "K2", "T1", "T2", "K3")]
-    return tuple(found) if max(map(abs, found)) > INVISIBLE else ()
+        values = [plugin.number(f"distortion{name}") for name in ("K1", "K2", "T1", "T2", "K3")]
+    return tuple(values) if max(abs(value) for value in values) > MIN_DISTORTION else ()
 
 
-def clip(camera):
-    """(nearest, furthest) distance that a camera draws [m]."""
+def clip(camera: Values) -> tuple[float, float]:
+    """(near, far) clip distance of a camera [m]."""
     near, far = camera.number("clip/near", CLIP[0]), camera.number("clip/far", CLIP[1])
     if 0.0 < near < far:
         return near, far
-    used, what = (near if near > 0.0 else CLIP[0], CLIP[1]), f"{camera.label} <clip>"
+    used, label = (near if near > 0.0 else CLIP[0], CLIP[1]), f"{camera.label} <clip>"
     used = used if used[0] < used[1] else CLIP
-    sentence = f"{what} is {near:g} to {far:g}, must be above 0, the smaller first"
-    warn_replaced(camera.element.find("clip"), what, f"{near:g} {far:g}", sentence, used)
+    message = f"{label} is {near:g} to {far:g}, must be above 0, the smaller first"
+    warn_replaced(camera.element.find("clip"), label, f"{near:g} {far:g}", message, used)
     return used
 
 
-def _camera_values(xml, camera=None, side=""):
+def _camera_values(
+    xml: SensorXml, element: Element | None = None, side: str = ""
+) -> dict[str, Any]:
     """Values of a CameraSpec.
 
     Args:
-        xml: SensorXml.
-        camera: its <camera>; None: the only one.
+        element: its <camera>; None: the only one.
         side: appended to the topics' namespace.
     """
     plugin = xml.plugin("camera")
-    camera = xml.part("camera", "camera") if camera is None else Values(camera, plugin.label)
+    camera = Values(element, plugin.label) if element is not None else xml.part("camera", "camera")
     group = xml.text("cameraName") + side
     mean, stddev = camera.noise("noise")
     near, far = clip(camera)
     return dict(
         name=xml.name,
         link=xml.parent,
-        pose=_place(xml, camera),
+        pose=_pose_in_link(xml, camera),
         width=camera.whole("image/width", 320),
         height=camera.whole("image/height", 240),
         horizontal_fov=field_of_view(camera, xml.type == WIDE),
         near=near,
         far=far,
-        rate=xml.drawn_rate(),
+        rate=xml.output_rate(),
         topic=xml.topic("imageTopicName", "image_raw", group),
         info_topic=xml.topic("cameraInfoTopicName", "camera_info", group),
         frame_id=xml.frame("frameName", "/world", prefixed=True),
@@ -267,8 +271,8 @@ def _camera_values(xml, camera=None, side=""):
     )
 
 
-def _place(xml, camera):
-    """Pose of a <camera> in its link: that of its <sensor>, and within that its own."""
+def _pose_in_link(xml: SensorXml, camera: Values) -> PoseTuple:
+    """Pose of a <camera> in its link: that of its <sensor> times its <pose>."""
     if camera.element is xml.sensor or camera.element.find("pose") is None:
         return xml.pose
     pose = Pose.from_xyz_rpy(*xml.pose) * sdf_pose(camera.element, camera.label)
@@ -276,7 +280,7 @@ def _place(xml, camera):
 
 
 @sensor_plugin("gazebo_ros_camera", types=("camera", "depth", "depth_camera", WIDE))
-def camera(xml):
+def camera(xml: SensorXml) -> CameraSpec:
     """CameraSpec; of a wide-angle camera with its lens."""
     if xml.type != WIDE:
         return CameraSpec(**_camera_values(xml))
@@ -285,28 +289,38 @@ def camera(xml):
 
 
 @sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
-def multicamera(xml):
-    """CameraSpecs of a left and a right camera, told by their names."""
-    found = []
+def multicamera(xml: SensorXml) -> list[CameraSpec]:
+    """CameraSpecs of a left and a right camera, distinguished by their names."""
+    specs = []
     for camera in xml.sensor.findall("camera"):
         name = camera.get("name", "")
         side = next((side for side in ("left", "right") if side in name), None)
         if side is None:
             xml.warn(
-                f"sensor '{xml.name}': camera '{name}' is left out; its name must hold 'left' "
+                f"sensor '{xml.name}': camera '{name}' is left out; its name must contain 'left' "
                 "or 'right'"
             )
             continue
         values = dict(_camera_values(xml, camera, f"/{side}"), name=f"{xml.name}/{name}")
         if side == "left":
             values["baseline"] = 0.0
-        found.append(CameraSpec(**values))
-    return found
+        specs.append(CameraSpec(**values))
+    return specs
 
 
 @sensor_plugin("gazebo_ros_depth_camera", types=("camera", "depth", "depth_camera"))
-def depth_camera(xml, cutoff_max=float("inf")):
+def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     """DepthCameraSpec."""
+    return _depth_camera(xml, math.inf)
+
+
+@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
+def kinect(xml: SensorXml) -> DepthCameraSpec:
+    """DepthCameraSpec."""
+    return _depth_camera(xml, 5.0)
+
+
+def _depth_camera(xml: SensorXml, cutoff_max: float) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     return DepthCameraSpec(
         **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
@@ -319,12 +333,6 @@ def depth_camera(xml, cutoff_max=float("inf")):
     )
 
 
-@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
-def kinect(xml):
-    """DepthCameraSpec."""
-    return depth_camera(xml, cutoff_max=5.0)
-
-
 # RealSense ----------------------------------------------------------------------------------------
 _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
     "color": ("color", "color/image_raw"),
@@ -335,22 +343,21 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 
 
 @model_plugin("realsense_gazebo_plugin", reads_sensors=True)
-def realsense(xml):
-    """Specs of the four cameras of a model, found by their names.
+def realsense(xml: PluginXml) -> None:
+    """Specs of the four cameras of a model, identified by their names.
 
-    Topics are below the plugin's own name; camera_info is beside each picture.
+    Topics are below the plugin's own name; camera_info is in the namespace of each image.
     """
     prefix, handle = xml.text("prefix"), xml.name or "realsense"
-    found = _sensors_by_name(xml)
+    sensors = _sensors_by_name(xml)
     for stream, (tag, default) in _STREAMS.items():
         name = prefix + stream
-        if name not in found:
+        if name not in sensors:
             xml.warn(
-                f"{xml.label} needs a camera sensor '{name}', which the model has not; it is "
-                "left out"
+                f"{xml.label} needs a camera sensor '{name}', which the model lacks; it is left out"
             )
             continue
-        sensor, link = found[name]
+        sensor, link = sensors[name]
         pose = sdf_pose(sensor, f"sensor '{name}'")
         topic = xml.names.topic(f"/{handle}/{xml.text(f'{tag}TopicName', default)}")
         values = dict(
@@ -382,12 +389,12 @@ def realsense(xml):
         xml.model.sensors.append(spec)
 
 
-def _sensors_by_name(xml):
+def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:
     """Name -> (<sensor>, link) of the sensors in a plugin's document."""
-    found = {}
-    for holder in xml.element.document.root.iter():
+    sensors: dict[str | None, tuple[Element, str]] = {}
+    for holder in document_root(xml.element).iter():
         link = holder.get("reference") if holder.tag == "gazebo" else holder.get("name")
         if holder.tag in ("gazebo", "link") and link in xml.model.links:
             for sensor in holder.findall("sensor"):
-                found.setdefault(sensor.get("name"), (sensor, link))
-    return found
+                sensors.setdefault(sensor.get("name"), (sensor, link))
+    return sensors

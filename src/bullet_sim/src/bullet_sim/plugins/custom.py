@@ -1,4 +1,4 @@
-"""Plugins of users' own packages: what their file says, for a class that the bridge loads."""
+"""Plugins of users' own packages: their specifications, for a class that the bridge loads."""
 
 from dataclasses import dataclass, field
 
@@ -13,11 +13,11 @@ class CustomSpec:
         name: of the sensor, or of the plugin of a model.
         link: that carries it.
         library: name of the plugin's library without folder, 'lib' and '.so'.
-        rate: updates per simulated second [Hz]; 0: one a physics step.
+        rate: updates per simulated second [Hz]; 0: every physics step.
         topic: resolved <topicName>, by default the plugin's name.
         frame_id: <frameName>, by default the link.
         pose: (xyz [m], rpy [rad]) of the sensor frame in the link frame.
-        xml: the plugin; what it cannot read raises ModelError.
+        xml: the plugin; its methods raise ModelError for invalid values.
     """
 
     name: str

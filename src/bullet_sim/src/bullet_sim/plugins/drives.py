@@ -1,10 +1,12 @@
 """Joint control and states, drives, transforms: their specifications, read from plugins."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
 from bullet_sim.plugins.registry import model_plugin
-from bullet_sim.plugins.xml import Names, Values
+from bullet_sim.plugins.xml import Names, PluginXml, Values
 from bullet_sim.xml_reader import is_true
 
 
@@ -29,8 +31,8 @@ class WheelDriveSpec:
         left, right: joints of each side that get that side's speed.
         separation: between the sides [m].
         diameter: of the wheels [m].
-        torque: most a wheel gets [N m].
-        acceleration: of a wheel's rim [m/s^2]; 0: at once.
+        torque: maximum of a wheel [N m].
+        acceleration: of a wheel's rim [m/s^2]; 0: unlimited.
         rate: of commands to the wheels and of odometry [Hz].
         command_topic, topic: of velocity commands and of odometry.
         frame_id, child_frame_id: of the odometry.
@@ -104,7 +106,7 @@ class RootTransformSpec:
 
 
 @model_plugin("gazebo_ros_control")
-def control(xml):
+def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
     model, kinds = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
     model.control_namespace = xml.text("robotNamespace")
@@ -119,7 +121,7 @@ def control(xml):
 
 
 @model_plugin("gazebo_ros_joint_state_publisher")
-def joint_states(xml):
+def joint_states(xml: PluginXml) -> None:
     """JointStatesSpec."""
     listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
     joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
@@ -136,7 +138,7 @@ def joint_states(xml):
 
 
 @model_plugin("paddock_state_publisher")
-def state_publisher(xml):
+def state_publisher(xml: PluginXml) -> None:
     """JointTransformsSpec; with a <frameName> of the world RootTransformSpec, too."""
     name, root = xml.name or "state_publisher", xml.model.root
     xml.model.sensors.append(JointTransformsSpec(name, root, xml.number("updateRate", 50.0)))
@@ -146,7 +148,7 @@ def state_publisher(xml):
 
 
 @model_plugin("gazebo_ros_diff_drive")
-def diff_drive(xml):
+def diff_drive(xml: PluginXml) -> None:
     """WheelDriveSpec; <legacyMode>, true by default, swaps the left and the right joint."""
     left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
     if is_true(xml.text("legacyMode", "true")):
@@ -166,7 +168,7 @@ def diff_drive(xml):
 
 
 @model_plugin("gazebo_ros_skid_steer_drive")
-def skid_steer(xml):
+def skid_steer(xml: PluginXml) -> None:
     """WheelDriveSpec."""
     left, right = (
         tuple(
@@ -179,7 +181,7 @@ def skid_steer(xml):
 
 
 @model_plugin("gazebo_ros_planar_move")
-def planar_move(xml):
+def planar_move(xml: PluginXml) -> None:
     """PlanarMoveSpec."""
     spec = PlanarMoveSpec(
         name=xml.name or "planar_move",
@@ -194,8 +196,8 @@ def planar_move(xml):
 @model_plugin(
     "roboticsgroup_gazebo_mimic_joint_plugin", "roboticsgroup_upatras_gazebo_mimic_joint_plugin"
 )
-def mimic_joint(xml):
-    """A joint's Mimic; with <hasPID> it follows as without."""
+def mimic_joint(xml: PluginXml) -> None:
+    """A joint's Mimic; <hasPID> is ignored."""
     leader, follower = xml.text("joint"), xml.text("mimicJoint")
     if len(_movable(xml, (leader, follower))) < 2:
         return
@@ -209,19 +211,19 @@ def mimic_joint(xml):
     )
 
 
-def _movable(xml, wanted):
-    """The wanted joints that move; one warning for the others."""
+def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the named joints that can move; one warning for the others."""
     movable = [name for name, joint in xml.model.joints.items() if joint.kind in MOVABLE_TYPES]
-    missing = [name for name in wanted if name not in movable]
-    if missing or not wanted:
+    missing = [name for name in names if name not in movable]
+    if missing or not names:
         xml.warn(
             f"{xml.label} names joints {', '.join(missing) or '(none)'}, which do not exist or "
             f"do not move; movable joints are {', '.join(movable) or '(none)'}"
         )
-    return tuple(name for name in wanted if name in movable)
+    return tuple(name for name in names if name in movable)
 
 
-def _odometry_names(xml):
+def _odometry_names(xml: PluginXml) -> dict[str, Any]:
     """Topics and frames of a drive."""
     return dict(
         command_topic=xml.topic("commandTopic", "cmd_vel"),
@@ -231,7 +233,14 @@ def _odometry_names(xml):
     )
 
 
-def _drive(xml, left, right, tf_tag, separation, **flags):
+def _drive(
+    xml: PluginXml,
+    left: tuple[str, ...],
+    right: tuple[str, ...],
+    tf_tag: str,
+    separation: float,
+    **flags: Any,
+) -> None:
     separation = xml.number("wheelSeparation", separation)
     diameter = xml.number("wheelDiameter", 0.15)
     torque = xml.number("wheelTorque", xml.number("torque", 5.0))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
+from bullet_sim.plugins.xml import PluginXml, SensorXml
 
 
 @dataclass(frozen=True)
@@ -11,8 +12,8 @@ class ContactSpec:
 
     Attributes:
         link: link that carries it.
-        collisions: names of the shapes it watches, as collision names of the description.
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        collisions: names of the monitored collisions of the description.
+        rate: messages per simulated second [Hz]; 0: every physics step.
     """
 
     name: str
@@ -30,7 +31,7 @@ class ForceTorqueSpec:
     Attributes:
         link: the child link, whose frame it is given in.
         joint: its name.
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        rate: messages per simulated second [Hz]; 0: every physics step.
         noise_stddev: on each number [N, N m].
     """
 
@@ -59,7 +60,7 @@ class HandOfGodSpec:
     """libgazebo_ros_hand_of_god: pulls a link to the frame FRAME_desired.
 
     Attributes:
-        frame: FRAME; where the link is comes as FRAME_actual.
+        frame: FRAME; the link's pose is published as FRAME_actual.
         linear, angular: stiffness [N/m], [N m/rad]; it is critically damped.
     """
 
@@ -74,7 +75,7 @@ class HandOfGodSpec:
 
 @dataclass(frozen=True)
 class JointPosesSpec:
-    """libgazebo_ros_joint_pose_trajectory: puts joints to the points of a trajectory in time."""
+    """libgazebo_ros_joint_pose_trajectory: sets joint positions to the points of a trajectory."""
 
     name: str
     link: str
@@ -83,9 +84,9 @@ class JointPosesSpec:
 
 
 @sensor_plugin("gazebo_ros_bumper", types=("contact",))
-def bumper(xml):
+def bumper(xml: SensorXml) -> ContactSpec:
     """ContactSpec."""
-    named = [(found.text or "").strip() for found in xml.sensor.findall("contact/collision")]
+    named = [(element.text or "").strip() for element in xml.sensor.findall("contact/collision")]
     return ContactSpec(
         name=xml.name,
         link=xml.parent,
@@ -97,7 +98,7 @@ def bumper(xml):
 
 
 @model_plugin("gazebo_ros_ft_sensor")
-def ft_sensor(xml):
+def ft_sensor(xml: PluginXml) -> None:
     """ForceTorqueSpec."""
     joint = xml.joint("jointName")
     if joint is None:
@@ -117,7 +118,7 @@ def ft_sensor(xml):
 
 
 @model_plugin("gazebo_ros_f3d")
-def f3d(xml):
+def f3d(xml: PluginXml) -> None:
     """LinkForceSpec."""
     link = xml.link("bodyName")
     if link is not None:
@@ -131,8 +132,8 @@ def f3d(xml):
 
 
 @model_plugin("gazebo_ros_hand_of_god")
-def hand_of_god(xml):
-    """HandOfGodSpec; the link has no weight."""
+def hand_of_god(xml: PluginXml) -> None:
+    """HandOfGodSpec; the link gets no gravity."""
     link = xml.link("linkName")
     if link is None:
         return
@@ -148,7 +149,7 @@ def hand_of_god(xml):
 
 
 @model_plugin("gazebo_ros_joint_pose_trajectory")
-def joint_pose_trajectory(xml):
+def joint_pose_trajectory(xml: PluginXml) -> None:
     """JointPosesSpec."""
     name, topic = xml.name or "joint_pose_trajectory", "set_joint_trajectory"
     spec = JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))

@@ -2,9 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PoseTuple, Values
+from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.xml_reader import is_true
 
 
@@ -13,8 +14,8 @@ class ImuSpec:
     """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame.
 
     Attributes:
-        rate: messages per simulated second [Hz]; 0: one a physics step.
-        variance: written on the diagonals of the covariances.
+        rate: messages per simulated second [Hz]; 0: every physics step.
+        variance: on the diagonals of the covariances.
     """
 
     name: str
@@ -37,7 +38,7 @@ class GroundTruthSpec:
     Attributes:
         link: link whose frame is reported.
         frame_id: the world frame's name in the header.
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        rate: messages per simulated second [Hz]; 0: every physics step.
         child_frame_id: the link's name in the message.
         twist_in_child: True: twist in the child frame, as nav_msgs/Odometry asks; False: along
             the world's axes, as upstream's plugin gives it.
@@ -59,7 +60,7 @@ class GpsSpec:
     """A GPS receiver; x of the world points along reference_heading, y to the left of it.
 
     Attributes:
-        rate: fixes per simulated second [Hz]; 0: one a physics step.
+        rate: fixes per simulated second [Hz]; 0: every physics step.
         topic, velocity_topic: NavSatFix and Vector3Stamped.
         latitude, longitude: of the world's origin [degrees]; altitude [m].
         heading: of the world's x axis [rad], clockwise from north.
@@ -92,7 +93,7 @@ class MagneticSpec:
     """A magnetometer in the earth's field.
 
     Attributes:
-        rate: messages per simulated second [Hz]; 0: one a physics step.
+        rate: messages per simulated second [Hz]; 0: every physics step.
         magnitude: of the field, in the message's unit.
         heading: of the world's x axis [rad], clockwise from north.
         declination, inclination: of the field [rad]; inclination positive downwards.
@@ -115,15 +116,16 @@ class MagneticSpec:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def _offset(xml):
+def _offset(xml: PluginXml) -> PoseTuple:
     """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>."""
-    return tuple(
+    xyz, rpy = (
         xml.vector(tag, default=xml.vector(f"{tag}s")) for tag in ("xyzOffset", "rpyOffset")
     )
+    return xyz, rpy
 
 
 @model_plugin("gazebo_ros_p3d")
-def ground_truth(xml):
+def ground_truth(xml: PluginXml) -> None:
     """GroundTruthSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -141,7 +143,7 @@ def ground_truth(xml):
     xml.model.sensors.append(spec)
 
 
-def _imu_spec(xml, name, link, pose, **values):
+def _imu_spec(xml: PluginXml, name: str, link: str, pose: PoseTuple, **values: Any) -> ImuSpec:
     """ImuSpec of a plugin with <gaussianNoise>; values: what differs between plugins."""
     noise = abs(Values(xml.element, f"imu '{name}'").number("gaussianNoise"))
     values = {"gyro_noise_stddev": noise, "accel_noise_stddev": noise, **values}
@@ -149,7 +151,7 @@ def _imu_spec(xml, name, link, pose, **values):
 
 
 @model_plugin("gazebo_ros_imu")
-def model_imu(xml):
+def model_imu(xml: PluginXml) -> None:
     """ImuSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -167,8 +169,8 @@ def model_imu(xml):
 
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
-def imu(xml):
-    """ImuSpec of a plugin that belongs into <gazebo>, but is often found in a <sensor>."""
+def imu(xml: SensorXml) -> ImuSpec:
+    """ImuSpec of a plugin that belongs into <gazebo>, but is often in a <sensor>."""
     return _imu_spec(
         xml,
         xml.name,
@@ -181,7 +183,7 @@ def imu(xml):
 
 
 @sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
-def imu_sensor(xml):
+def imu_sensor(xml: SensorXml) -> ImuSpec:
     """ImuSpec."""
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
     mean, stddev = {}, {}
@@ -193,15 +195,15 @@ def imu_sensor(xml):
         values = [sensor.noise(path) for path in paths]
         mean[key] = sum(value[0] for value in values)
         stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
-    turn = plugin.vector("rpyOffset")
-    if any(turn):
+    rotation = plugin.vector("rpyOffset")
+    if any(rotation):
         xml.warn(
-            f"{plugin.label} has <rpyOffset> {turn}, which is ignored: give the sensor a <pose>"
+            f"{plugin.label} has <rpyOffset> {rotation}, which is ignored: give the sensor a <pose>"
         )
     if is_true(xml.text("initialOrientationAsReference")):
         xml.warn(
-            f"{plugin.label} wants <initialOrientationAsReference>; its orientation is "
-            "in the world all the same (REP 145)"
+            f"{plugin.label} has <initialOrientationAsReference>, which is ignored: its "
+            "orientation is in the world frame (REP 145)"
         )
     names = Names(xml.element, xml.model.name, default=xml.model.name)
     return _imu_spec(
@@ -221,14 +223,16 @@ def imu_sensor(xml):
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
 @model_plugin("hector_gazebo_ros_imu")
-def hector_imu(xml):
+def hector_imu(xml: PluginXml) -> None:
     """ImuSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
         return
     noise = abs(xml.number("gaussianNoise"))
-    acceleration = max(map(abs, xml.vector("accelGaussianNoise", broadcast=True))) or noise
-    rate = max(map(abs, xml.vector("rateGaussianNoise", broadcast=True)))
+    acceleration = (
+        max(abs(value) for value in xml.vector("accelGaussianNoise", broadcast=True)) or noise
+    )
+    rate = max(abs(value) for value in xml.vector("rateGaussianNoise", broadcast=True))
     spec = ImuSpec(
         name=xml.name or "imu",
         link=link,
@@ -246,7 +250,7 @@ def hector_imu(xml):
 
 
 @model_plugin("hector_gazebo_ros_gps")
-def gps(xml):
+def gps(xml: PluginXml) -> None:
     """GpsSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:
@@ -273,7 +277,7 @@ def gps(xml):
 
 
 @model_plugin("hector_gazebo_ros_magnetic")
-def magnetic(xml):
+def magnetic(xml: PluginXml) -> None:
     """MagneticSpec."""
     link = xml.link("bodyName", xml.model.root)
     if link is None:

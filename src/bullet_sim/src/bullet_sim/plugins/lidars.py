@@ -1,13 +1,14 @@
 """Lidars and range sensors: their specifications, read from SDF and plugins."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.registry import sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple
+from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
 from bullet_sim.xml_reader import child_text, is_true, warn_replaced
 
 TYPES = ("ray", "gpu_ray")  # of <sensor>
-FURTHEST = 100.0  # [m] that a lidar sees whose file gives nothing usable
+DEFAULT_MAX_RANGE = 100.0  # [m] of a lidar whose file gives no valid one
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class LayeredRays(RaySpec):
     """Rays in one or several layers.
 
     Attributes:
-        layers: rays above each other.
+        layers: number of rays above each other.
         min_elevation, max_elevation: of the lowest and the highest layer [rad], positive up.
     """
 
@@ -67,7 +68,7 @@ class BlockCloudSpec(LayeredRays):
 
 @dataclass(frozen=True)
 class RangeSpec(LayeredRays):
-    """A sonar or infrared sensor: the nearest hit of a bundle of rays, as sensor_msgs/Range.
+    """A sonar or infrared sensor: the minimum range of a bundle of rays, as sensor_msgs/Range.
 
     Attributes:
         infrared: True: infrared; False: ultrasound.
@@ -78,38 +79,38 @@ class RangeSpec(LayeredRays):
     field_of_view: float = 0.05
 
 
-def sweep(ray):
+def sweep(ray: Values) -> tuple[float, float]:
     """(first, last) angle of a lidar [rad], the smaller first.
 
     Args:
         ray: Values of the <ray>.
     """
-    angles = tuple(ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
-    if angles[0] <= angles[1]:
-        return angles
-    used, shown = angles[::-1], f"{angles[0]:g} {angles[1]:g}"
-    sentence = f"{ray.label} has angles {angles[0]:g} to {angles[1]:g}, the smaller must come first"
-    where = ray.element.find("scan/horizontal")
-    warn_replaced(where, f"{ray.label} angles", shown, sentence, used)
+    first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
+    if first <= last:
+        return first, last
+    used, text = (last, first), f"{first:g} {last:g}"
+    message = f"{ray.label} has angles {first:g} to {last:g}, the smaller must come first"
+    horizontal = ray.element.find("scan/horizontal")
+    warn_replaced(horizontal, f"{ray.label} angles", text, message, used)
     return used
 
 
-def reach(ray):
-    """(nearest, furthest) range of a lidar [m]."""
-    near, far = ray.number("range/min"), ray.number("range/max", FURTHEST)
+def scan_range(ray: Values) -> tuple[float, float]:
+    """(minimum, maximum) range of a lidar [m]."""
+    near, far = ray.number("range/min"), ray.number("range/max", DEFAULT_MAX_RANGE)
     if 0.0 <= near < far:
         return near, far
-    used = (max(0.0, near), far if far > max(0.0, near) else max(0.0, near) + FURTHEST)
-    what = f"{ray.label} <range>"
-    sentence = f"{what} is {near:g} to {far:g}, must be 0 or more, the smaller first"
-    warn_replaced(ray.element.find("range"), what, f"{near:g} {far:g}", sentence, used)
+    used = (max(0.0, near), far if far > max(0.0, near) else max(0.0, near) + DEFAULT_MAX_RANGE)
+    label = f"{ray.label} <range>"
+    message = f"{label} is {near:g} to {far:g}, must be 0 or more, the smaller first"
+    warn_replaced(ray.element.find("range"), label, f"{near:g} {far:g}", message, used)
     return used
 
 
-def _scan(xml, ray, samples):
-    """Values that all of them share, from <ray>; `samples` where it names none."""
+def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
+    """Values common to all of them, from <ray>; samples: default number of rays."""
     first, last = sweep(ray)
-    near, far = reach(ray)
+    near, far = scan_range(ray)
     return dict(
         name=xml.name,
         link=xml.parent,
@@ -123,7 +124,7 @@ def _scan(xml, ray, samples):
     )
 
 
-def _layers(xml):
+def _layers(xml: SensorXml) -> dict[str, Any]:
     """As _scan, with layers and noise."""
     ray = xml.part("ray", "lidar")
     return dict(
@@ -136,23 +137,29 @@ def _layers(xml):
     )
 
 
-def _sent(xml, plugin, values, topic, rate_tag="updateRate"):
+def _output(
+    xml: SensorXml,
+    plugin: Values,
+    values: dict[str, Any],
+    topic: str,
+    rate_tag: str | None = "updateRate",
+) -> dict[str, Any]:
     """The values of _layers with the plugin's noise, rate and topic."""
     noise = values["noise_stddev"]
     return dict(
         values,
         noise_stddev=noise or abs(plugin.number("gaussianNoise")),
-        rate=xml.drawn_rate(rate_tag),
+        rate=xml.output_rate(rate_tag),
         topic=xml.topic("topicName", topic),
     )
 
 
-def _frame(xml, default="/world"):
+def _frame(xml: SensorXml, default: str = "/world") -> str:
     return xml.frame("frameName", default, prefixed=True)
 
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
-def laser(xml):
+def laser(xml: SensorXml) -> RaySpec:
     """RaySpec."""
     ray = xml.part("ray", "lidar")
     if ray.number("scan/vertical/samples", 1) > 1:
@@ -160,7 +167,7 @@ def laser(xml):
     mean, stddev = ray.noise("noise")
     return RaySpec(
         **_scan(xml, ray, 640),
-        rate=xml.drawn_rate(None),  # the laser plugins ignore <updateRate>
+        rate=xml.output_rate(None),  # the laser plugins ignore <updateRate>
         noise_stddev=stddev or xml.plugin("lidar").number("gaussianNoise"),
         noise_mean=mean,
         topic=xml.topic("topicName", "/world"),
@@ -169,34 +176,34 @@ def laser(xml):
 
 
 @sensor_plugin("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", types=TYPES)
-def velodyne(xml):
+def velodyne(xml: SensorXml) -> CloudSpec:
     """CloudSpec; min_range, max_range narrow the ray's."""
     values, plugin = _layers(xml), xml.plugin("lidar")
-    nearest = plugin.number("min_range")
-    farthest = plugin.number("max_range", float("inf"))
+    range_min = plugin.number("min_range")
+    range_max = plugin.number("max_range", float("inf"))
     values.update(
-        range_min=max(values["range_min"], nearest), range_max=min(values["range_max"], farthest)
+        range_min=max(values["range_min"], range_min), range_max=min(values["range_max"], range_max)
     )
     return CloudSpec(
-        **_sent(xml, plugin, values, "/velodyne_points", rate_tag=None),
+        **_output(xml, plugin, values, "/velodyne_points", rate_tag=None),
         frame_id=_frame(xml, "/velodyne"),
         organized=is_true(xml.text("organize_cloud")),
     )
 
 
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES)
-def block_laser(xml):
+def block_laser(xml: SensorXml) -> BlockCloudSpec:
     """BlockCloudSpec."""
-    values = _sent(xml, xml.plugin("lidar"), _layers(xml), "/world")
+    values = _output(xml, xml.plugin("lidar"), _layers(xml), "/world")
     return BlockCloudSpec(**values, frame_id=_frame(xml))
 
 
 @sensor_plugin("gazebo_ros_range", types=TYPES)
-def range_sensor(xml):
+def range_sensor(xml: SensorXml) -> RangeSpec:
     """RangeSpec."""
     plugin = xml.plugin("range sensor")
     return RangeSpec(
-        **_sent(xml, plugin, _layers(xml), "/range"),
+        **_output(xml, plugin, _layers(xml), "/range"),
         frame_id=_frame(xml),
         infrared=xml.text("radiation", "infrared").lower() != "ultrasound",
         field_of_view=plugin.number("fov", 0.05),
@@ -204,14 +211,14 @@ def range_sensor(xml):
 
 
 @sensor_plugin("hector_gazebo_ros_sonar", types=TYPES)
-def sonar(xml):
-    """RangeSpec; its field of view is the narrower of both."""
+def sonar(xml: SensorXml) -> RangeSpec:
+    """RangeSpec; its field of view is the smaller of both angles."""
     values = _layers(xml)
     wide = values["max_angle"] - values["min_angle"]
     high = values["max_elevation"] - values["min_elevation"]
     angles = [angle for angle in (wide, high) if angle > 0.0]
     return RangeSpec(
-        **_sent(xml, xml.plugin("sonar"), values, "sonar"),
+        **_output(xml, xml.plugin("sonar"), values, "sonar"),
         frame_id=xml.frame("frameId", xml.parent),
         infrared=False,
         field_of_view=min(angles, default=0.0),

@@ -1,8 +1,8 @@
 """Readers of <plugin> elements by the name of their library, e.g. gazebo_ros_camera.
 
-What a reader is for are attributes of the function: `types` of <sensor> that it takes; whether it
-`reads_sensors` that have no plugin. One that a source of a registry gives may leave them out: it
-takes any type, and may read sensors.
+Attributes of a reader: `types` of <sensor> that it supports; whether it `reads_sensors` that have
+no plugin. Readers from a source of a registry may lack them: they support any type, and may read
+sensors.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from bullet_sim.plugins.xml import PluginXml, SensorXml
 from bullet_sim.registry import Registry
 
 PluginReader = Callable[[PluginXml], None]  # adds to the model's sensors, or changes the model
-SensorReader = Callable[[SensorXml], Any]  # gives a specification or a list of them
+SensorReader = Callable[[SensorXml], Any]  # returns a specification or a list of them
 PLUGINS: Registry[PluginReader] = Registry("plugin")
 SENSOR_PLUGINS: Registry[SensorReader] = Registry("plugin of a sensor")
 

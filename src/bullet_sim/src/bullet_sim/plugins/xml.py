@@ -1,13 +1,13 @@
-"""<plugin> and <sensor> elements as readers see them: numbers, names, topics, links, poses."""
+"""<plugin> and <sensor> elements for their readers: numbers, names, topics, links, poses."""
 
 import copy
 from collections.abc import Iterable
-from typing import Self
+from typing import Literal, Self, overload
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     child_flag,
     child_floats,
@@ -17,11 +17,10 @@ from bullet_sim.xml_reader import (
     floats,
 )
 
-Vec3 = tuple[float, float, float]
 PoseTuple = tuple[Vec3, Vec3]
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 ZERO_POSE: PoseTuple = (ZERO, ZERO)
-DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars that name none: Gazebo goes as fast as it can
+DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars without a rate; Gazebo's has no limit then
 
 
 def library(plugin: Element) -> str:
@@ -79,9 +78,9 @@ def _squeezed(text: str) -> str:
 
 
 class Values:
-    """What the children of an element say.
+    """Values in the children of an element.
 
-    A value that is not usable is a warning, and the default takes its place. In an element that
+    An invalid value causes a warning and is replaced by the default. In an element that
     belongs to no document (see PluginXml.strict) it raises a ModelError that names the element,
     the tag, the value and what is valid.
 
@@ -100,7 +99,7 @@ class Values:
         return child_number(self.element, path, self.label, default)
 
     def whole(self, path: str, default: int) -> int:
-        """A whole number of at least 1; a fraction is cut off."""
+        """A whole number of at least 1; a fraction is truncated."""
         return child_whole(self.element, path, self.label, default)
 
     def flag(self, path: str, default: bool = False) -> bool:
@@ -111,6 +110,22 @@ class Values:
         """A text without the spaces around it; the default where the tag is missing or empty."""
         return child_text(self.element, path, default)
 
+    @overload
+    def vector(
+        self,
+        path: str,
+        count: Literal[3] = 3,
+        default: Vec3 | None = None,
+        broadcast: bool = False,
+    ) -> Vec3: ...
+    @overload
+    def vector(
+        self,
+        path: str,
+        count: int,
+        default: tuple[float, ...] | None = None,
+        broadcast: bool = False,
+    ) -> tuple[float, ...]: ...
     def vector(
         self,
         path: str,
@@ -152,7 +167,7 @@ class PluginXml(Values):
 
     Args:
         element: the <plugin>.
-        model: ModelDescription that it belongs to.
+        model: that it belongs to.
 
     Attributes:
         name: its name; empty: it has none.
@@ -166,16 +181,16 @@ class PluginXml(Values):
         self.names = Names(element, model.name)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
-        """Note what is ignored or left out: ModelDescription.warn; of a strict one: raise it."""
+        """ModelDescription.warn; raises ModelError in a strict copy."""
         if getattr(self.element, "document", None) is None:
             raise ModelError(text)
         self.model.warn(text, cause, item)
 
     def strict(self) -> Self:
         """A copy that raises ModelError where this one warns."""
-        found = copy.copy(self)
-        found.element = copy.deepcopy(self.element)  # which belongs to no document
-        return found
+        other = copy.copy(self)
+        other.element = copy.deepcopy(self.element)  # which belongs to no document
+        return other
 
     def topic(self, tag: str, default: str, group: str = "") -> str:
         """Full name of the topic that a tag names: see Names.topic."""
@@ -227,7 +242,7 @@ class SensorXml(PluginXml):
 
     Args:
         element: the <plugin>.
-        model: ModelDescription that it belongs to.
+        model: that it belongs to.
         sensor: the <sensor>.
         parent: name of the link that carries it.
         pose: of the sensor in that link's frame.
@@ -249,9 +264,9 @@ class SensorXml(PluginXml):
 
     def strict(self) -> Self:
         """A copy that raises ModelError where this one warns."""
-        found = super().strict()
-        found.sensor = copy.deepcopy(self.sensor)
-        return found
+        other = super().strict()
+        other.sensor = copy.deepcopy(self.sensor)
+        return other
 
     def plugin(self, kind: str) -> Values:
         """The plugin's values; in messages it is e.g. "camera 'front'"."""
@@ -264,8 +279,8 @@ class SensorXml(PluginXml):
             tag: e.g. "ray".
             kind: for messages: "lidar" for "lidar 'front'".
         """
-        found = self.sensor.find(tag)
-        return Values(self.sensor if found is None else found, f"{kind} '{self.name}'")
+        part = self.sensor.find(tag)
+        return Values(self.sensor if part is None else part, f"{kind} '{self.name}'")
 
     def rate(self, tag: str | None = "updateRate", default: float = 0.0) -> float:
         """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one.
@@ -279,7 +294,7 @@ class SensorXml(PluginXml):
             rates.append(self.plugin("sensor").number(tag, default))
         return min((rate for rate in rates if rate > 0), default=0.0)
 
-    def drawn_rate(self, tag: str | None = "updateRate") -> float:
+    def output_rate(self, tag: str | None = "updateRate") -> float:
         """As rate, for cameras and lidars: DEFAULT_RATE where none is given."""
         rate = self.rate(tag)
         if not rate:

@@ -1,5 +1,6 @@
 """<model> of SDF: frames, links, poses -> ModelDescription."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +9,13 @@ from bullet_sim.description.lump import moved
 from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import SDF, read_surface
-from bullet_sim.formats.joints import read_joint
-from bullet_sim.formats.shapes import parse_shape
+from bullet_sim.formats.joints import Version, read_joint
+from bullet_sim.formats.shapes import Resolve, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import child_number, child_text, is_true, sdf_pose
+from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose
+
+OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of its file
 
 
 class Frames:
@@ -23,58 +26,60 @@ class Frames:
         name: of the model, for messages.
     """
 
-    def __init__(self, element, name):
+    def __init__(self, element: Node, name: str) -> None:
         self._name = name
-        self._given, self._known = {}, {"__model__": Pose(), "": Pose(), "world": Pose()}
+        self._elements: dict[str, tuple[Node, str]] = {}
+        self._poses = {"__model__": Pose(), "": Pose(), "world": Pose()}
         for tag in ("link", "model", "frame", "joint", "include"):
             for part in element.findall(tag):
                 key = part.get("name") or child_text(part, "name") or ""
                 if key:
-                    self._given.setdefault(key, (part, self._default(part, tag)))
-        self._busy = []
+                    self._elements.setdefault(key, (part, self._default(part, tag)))
+        self._pending: list[str] = []
 
     @staticmethod
-    def _default(part, tag):
+    def _default(part: Node, tag: str) -> str:
         if tag == "joint":
             return child_text(part, "child", "")
         return part.get("attached_to") or "" if tag == "frame" else ""
 
-    def pose(self, name, element=None):
+    def pose(self, name: str, element: Node | None = None) -> Pose:
         """Pose of a named frame in the model's frame.
 
         Args:
             name: of the frame; one that does not exist, or is relative to itself in a circle,
-                counts as the model's frame.
-            element: Node that names it and takes the warning.
+                is replaced by the model's frame.
+            element: that names it; takes the warning.
         """
-        if name in self._known:
-            return self._known[name]
-        if name not in self._given:
+        if name in self._poses:
+            return self._poses[name]
+        if name not in self._elements:
             outer, _, inner = name.partition("::")
-            if inner and outer in self._given:  # a frame inside a nested model
-                part, _ = self._given[outer]
+            if inner and outer in self._elements:  # a frame inside a nested model
+                part, _ = self._elements[outer]
                 return self.pose(outer, element) * Frames(part, name).pose(inner, element)
-            return self._of_model(
+            return self._model_frame(
                 element,
-                f"model '{self._name}' has no frame '{name}'; frames are {', '.join(self._given)}",
+                f"model '{self._name}' has no frame '{name}'; frames are "
+                f"{', '.join(self._elements)}",
                 name,
             )
-        part, default = self._given[name]
-        if name in self._busy:
-            return self._of_model(
+        part, default = self._elements[name]
+        if name in self._pending:
+            return self._model_frame(
                 part,
                 f"frames of model '{self._name}' are relative to each other in a "
-                f"circle: {', '.join(self._busy)}",
+                f"circle: {', '.join(self._pending)}",
                 name,
             )
-        self._busy.append(name)
-        pose = self.place(part, default, f"'{name}' of '{self._name}'")
-        self._busy.remove(name)
-        self._known[name] = pose
+        self._pending.append(name)
+        pose = self.pose_of(part, default, f"'{name}' of '{self._name}'")
+        self._pending.remove(name)
+        self._poses[name] = pose
         return pose
 
     @staticmethod
-    def _of_model(element, text, name):
+    def _model_frame(element: Node | None, text: str, name: str) -> Pose:
         if element is not None:
             element.warn(
                 f"{text}; the model's frame is used",
@@ -83,34 +88,34 @@ class Frames:
             )
         return Pose()
 
-    def place(self, element, default, what):
+    def pose_of(self, element: Node, default: str, label: str) -> Pose:
         """Pose of an element with a <pose> in the model's frame.
 
         Args:
             element: e.g. a <visual>.
             default: name of the frame that its pose is relative to when it names none.
-            what: for messages.
+            label: for messages.
         """
-        found = element.find("pose")
-        base = (found.get("relative_to") if found is not None else None) or default
-        return self.pose(base, element) * sdf_pose(element, what)
+        pose = element.find("pose")
+        base = (pose.get("relative_to") if pose is not None else None) or default
+        return self.pose(base, element) * sdf_pose(element, label)
 
 
-def read_inertial(element, link, what):
-    """Set mass, centre and inertia of a Link from a <link>'s <inertial>."""
+def read_inertial(element: Node, link: Link, label: str) -> None:
+    """Set mass, center of mass and inertia of a Link from a <link>'s <inertial>."""
     link.mass, link.inertia = 1.0, np.eye(3)
     inertial = element.find("inertial")
     if inertial is None:
         return
-    link.mass = child_number(inertial, "mass", what, 1.0)
+    link.mass = child_number(inertial, "mass", label, 1.0)
     if link.mass < 0:
         inertial.warn(
-            f"{what} mass is {link.mass}, must be 0 or more; 1 is used",
+            f"{label} mass is {link.mass}, must be 0 or more; 1 is used",
             "masses are below 0; 1 is used",
-            what,
+            label,
         )
         link.mass = 1.0
-    pose = sdf_pose(inertial, f"{what} inertial")
+    pose = sdf_pose(inertial, f"{label} inertial")
     entry = {}
     for key, default in (
         ("ixx", 1.0),
@@ -119,9 +124,9 @@ def read_inertial(element, link, what):
         ("iyy", 1.0),
         ("iyz", 0.0),
         ("izz", 1.0),
-    ):  # one that is there and no number makes 0, for which lump.py finds an inertia
+    ):  # a text that is no number becomes 0, for which lump.py computes an inertia
         given = inertial.find(f"inertia/{key}") is not None
-        entry[key] = child_number(inertial, f"inertia/{key}", what, 0.0 if given else default)
+        entry[key] = child_number(inertial, f"inertia/{key}", label, 0.0 if given else default)
     local = np.array(
         [
             [entry["ixx"], entry["ixy"], entry["ixz"]],
@@ -133,31 +138,31 @@ def read_inertial(element, link, what):
     link.centre = np.array(pose.position)
 
 
-def read_surfaces(element, link, what, model):
-    """Set the surface of a Link from the <collision>s of a <link>, and how it collides."""
-    for number, part in enumerate(element.findall("collision")):
-        read = Surface()
-        name = part.get("name") or f"collision {number}"
-        read_surface(part, SDF, read, f"{what} collision '{name}'", model.warn)
-        _combine(link.surface, read, first=number == 0)
+def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> None:
+    """Set the surface and the collision flags of a Link from a <link> and its <collision>s."""
+    for index, part in enumerate(element.findall("collision")):
+        surface = Surface()
+        name = part.get("name") or f"collision {index}"
+        read_surface(part, SDF, surface, f"{label} collision '{name}'", model.warn)
+        _combine(link.surface, surface, first=index == 0)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
 
 
-def _combine(into, read, first):
-    """A link has one surface here: the lowest friction of its collisions, the bits of all."""
-    lowest = 1.0 if read.friction is None else read.friction
-    if first or lowest < into.friction:
-        into.friction, into.friction2 = lowest, read.friction2
-        into.direction = read.direction
-    into.bitmask = read.bitmask if first else into.bitmask | read.bitmask
-    into.max_speed = into.max_speed if read.max_speed is None else read.max_speed
-    into.min_depth = max(into.min_depth, read.min_depth)
+def _combine(into: Surface, other: Surface, first: bool) -> None:
+    """A link has one surface here: the lowest friction of its collisions, the bitmasks combined."""
+    lowest = 1.0 if other.friction is None else other.friction
+    if first or into.friction is None or lowest < into.friction:
+        into.friction, into.friction2 = lowest, other.friction2
+        into.direction = other.direction
+    into.bitmask = other.bitmask if first else into.bitmask | other.bitmask
+    into.max_speed = into.max_speed if other.max_speed is None else other.max_speed
+    into.min_depth = max(into.min_depth, other.min_depth)
 
 
 MAX_DEPTH = 10  # of models included by models
-MAX_INCLUDES = 1000  # of models that one model includes, and those include
+MAX_INCLUDES = 1000  # of models that one model includes directly or indirectly
 _MODEL_TAGS = {
     "link",
     "joint",
@@ -176,14 +181,15 @@ _MODEL_TAGS = {
 }
 
 
-def parse_model_element(element, resolve, version=(1, 6), open_include=None):
+def parse_model_element(
+    element: Node, resolve: Resolve, version: Version, open_include: OpenInclude
+) -> ModelDescription:
     """Read a <model>.
 
     Args:
         element: the <model>.
-        resolve: function URI -> path of a file.
         version: of the SDF document; up to (1, 4) joint axes are in the model's frame.
-        open_include: function <include> -> (<model>, version) for models inside models.
+        open_include: for models inside models.
 
     Raises:
         ModelError: it has no link.
@@ -191,11 +197,11 @@ def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     model = ModelDescription(element.get("name") or "model", warnings=element.document.warnings)
     model.static = is_true(child_text(element, "static", "false"))
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
-    reader = _Reader(model, resolve, open_include)
+    reader = ModelReader(model, resolve, open_include)
     reader.read(element, "", Pose(), version)
     if element.find("static") is None:
         model.static = reader.includes_static
-    _tie(model, reader.poses)
+    _fix_loose_links(model, reader.poses)
     model.find_root(f"model '{model.name}'")
     _shift_root(model, reader.poses[model.root])
     for plugin in reader.plugins:
@@ -203,7 +209,7 @@ def parse_model_element(element, resolve, version=(1, 6), open_include=None):
     return model
 
 
-def _tie(model, poses):
+def _fix_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
     """Fix links without a joint to the first link; in Gazebo they would be separate bodies."""
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
@@ -223,30 +229,31 @@ def _tie(model, poses):
                 )
 
 
-def _shift_root(model, pose):
+def _shift_root(model: ModelDescription, pose: Pose) -> None:
     """Make the root link's frame the model's frame."""
     if pose == Pose():
         return
     model.links[model.root] = moved(model.links[model.root], pose)
     for joint in model.joints_of(model.root):
         joint.origin = pose * joint.origin
-    for number, spec in enumerate(model.sensors):
+    for index, spec in enumerate(model.sensors):
         if spec.link == model.root:
-            place = pose * Pose.from_xyz_rpy(*spec.pose)
-            model.sensors[number] = replace(spec, pose=(place.position, place.rpy))
+            sensor_pose = pose * Pose.from_xyz_rpy(*spec.pose)
+            model.sensors[index] = replace(spec, pose=(sensor_pose.position, sensor_pose.rpy))
 
 
-def _number_names(element):
-    """Give links, joints and models in a <model> whose name is taken a number behind it."""
+def _number_names(element: Node) -> None:
+    """Append a number to names of links, joints and models in a <model> that are taken."""
     for tag in ("link", "joint", "model"):
-        taken = set()
+        taken: set[str] = set()
         for part in element.findall(tag):
-            part.set("name", _unused(part.get("name") or tag, taken, part))
-            taken.add(part.get("name"))
+            name = _unused(part.get("name") or tag, taken, part)
+            part.set("name", name)
+            taken.add(name)
 
 
-def _unused(name, taken, element):
-    """A name that is not taken: with a number behind it and a warning if need be."""
+def _unused(name: str, taken: set[str], element: Node) -> str:
+    """A name that is not taken: with a number appended and a warning if necessary."""
     free, number = name, 0
     while free in taken:
         number += 1
@@ -260,33 +267,37 @@ def _unused(name, taken, element):
     return free
 
 
-class _Reader:
+class ModelReader:
     """Collects links, joints and plugins of a model and of the models inside it.
 
     Attributes:
         poses: link name -> Pose in the outermost model's frame.
         plugins: <plugin> elements, to be read when the root link is known.
-        includes_static: Whether an included model is static: its parts become the model's own, so
-            the whole model is, unless it says something else.
+        includes_static: whether an included model is static: its links become links of the model,
+            so the full model is static, unless its <static> differs.
     """
 
-    def __init__(self, model, resolve, open_include):
+    def __init__(
+        self, model: ModelDescription, resolve: Resolve, open_include: OpenInclude
+    ) -> None:
         self.model, self._resolve = model, resolve
         self._open_include = open_include
-        self.poses, self.plugins, self.includes_static = {}, [], False
+        self.poses: dict[str, Pose] = {}
+        self.plugins: list[Node] = []
+        self.includes_static = False
         self._depth = self._included = 0
 
-    def read(self, element, prefix, place, version):
-        """Add a <model> whose parts get a name prefix and whose frame is at a pose."""
+    def read(self, element: Node, prefix: str, pose: Pose, version: Version) -> None:
+        """Add a <model> with a prefix of its names and its frame's pose in the outermost model."""
         _number_names(element)
         frames = Frames(element, element.get("name") or self.model.name)
         for link in element.findall("link"):
-            self._link(link, prefix, place, frames)
+            self._link(link, prefix, pose, frames)
         for inner in element.findall("model"):
             name = inner.get("name") or "model"
-            self.read(inner, f"{prefix}{name}::", place * frames.pose(name), version)
+            self.read(inner, f"{prefix}{name}::", pose * frames.pose(name), version)
         for include in element.findall("include"):
-            self._include(include, prefix, place)
+            self._include(include, prefix, pose)
         for joint in element.findall("joint"):
             read_joint(joint, self, prefix, frames, version)
         self.plugins += element.findall("plugin")
@@ -298,7 +309,7 @@ class _Reader:
                     f"'{self.model.name}'",
                 )
 
-    def _include(self, include, prefix, place):
+    def _include(self, include: Node, prefix: str, pose: Pose) -> None:
         uri = child_text(include, "uri", "")
         try:
             if self._depth >= MAX_DEPTH:
@@ -317,32 +328,32 @@ class _Reader:
         taken = {link[len(prefix) :].split("::")[0] for link in self.poses if "::" in link}
         name = child_text(include, "name") or inner.get("name") or "model"
         name = _unused(name, taken, include)
-        holder = include if include.find("pose") is not None else inner
+        posed = include if include.find("pose") is not None else inner
         static = child_text(include, "static", child_text(inner, "static", "false"))
         self.includes_static = self.includes_static or is_true(static)
         self._depth += 1
         self.read(
             inner,
             f"{prefix}{name}::",
-            place * sdf_pose(holder, f"included model '{name}'"),
+            pose * sdf_pose(posed, f"included model '{name}'"),
             version,
         )
         self._depth -= 1
 
-    def _link(self, element, prefix, place, frames):
+    def _link(self, element: Node, prefix: str, pose: Pose, frames: Frames) -> None:
         name = element.get("name") or "link"
         link = Link(prefix + name)
-        what = f"link '{link.name}' of '{self.model.name}'"
+        label = f"link '{link.name}' of '{self.model.name}'"
         inner = frames.pose(name, element)
-        read_inertial(element, link, what)
+        read_inertial(element, link, label)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for part in element.findall(tag):
-                pose = inner.inverse() * frames.place(part, name, f"{what} {tag}")
-                shape = parse_shape(part, tag, link.name, pose, self.model, self._resolve)
+                in_link = inner.inverse() * frames.pose_of(part, name, f"{label} {tag}")
+                shape = parse_shape(part, tag, link.name, in_link, self.model, self._resolve)
                 if shape is not None:
                     shapes.append(shape)
-        read_surfaces(element, link, what, self.model)
+        read_surfaces(element, link, label, self.model)
         self.model.links[link.name] = link
-        self.poses[link.name] = place * inner
+        self.poses[link.name] = pose * inner
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)

@@ -4,12 +4,15 @@ import dataclasses
 import math
 import re
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from bullet_sim.description.model import RGB, ModelDescription
+from bullet_sim.description.warnings import ReadWarning
 from bullet_sim.description.world import (
     DEFAULT_STEP,
-    KINDS,
+    LIGHT_TYPES,
     MIN_STEP,
     SUN,
     Fog,
@@ -20,10 +23,13 @@ from bullet_sim.description.world import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
-from bullet_sim.formats.sdf.model import parse_model_element
-from bullet_sim.formats.shapes import rgba_of
+from bullet_sim.formats.joints import Version
+from bullet_sim.formats.sdf.model import OpenInclude, parse_model_element
+from bullet_sim.formats.shapes import Resolve, rgba_of
 from bullet_sim.plugins.xml import library
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
+    Node,
     child_flag,
     child_floats,
     child_number,
@@ -34,116 +40,119 @@ from bullet_sim.xml_reader import (
     warn_replaced,
 )
 
+D = TypeVar("D")
 FOGS = {"linear": "linear", "exponential": "exp", "quadratic": "exp2", "exp": "exp", "exp2": "exp2"}
 DOWN = (0.0, 0.0, -1.0)
 
 
-def parse_scene(world, what):
+def parse_scene(world: Node, label: str) -> Scene:
     """Scene of a <world>, without lights.
 
     Args:
         world: the <world>.
-        what: name for messages.
+        label: name for messages.
     """
     scene = world.find("scene")
     if scene is None:
         return Scene(lights=())
-    what = f"{what} <scene>"
-    background = None if scene.find("sky") is not None else _color(scene, "background", what, None)
+    label = f"{label} <scene>"
+    background = None if scene.find("sky") is not None else _color(scene, "background", label, None)
     return Scene(
-        _color(scene, "ambient", what, Scene.ambient),
+        _color(scene, "ambient", label, Scene.ambient),
         background,
-        child_flag(scene, "shadows", what, True),
-        _fog(scene.find("fog"), what),
+        child_flag(scene, "shadows", label, True),
+        _fog(scene.find("fog"), label),
         (),
     )
 
 
-def sun(include, what):
+def sun(include: Node, label: str) -> Light:
     """Gazebo's model://sun at the pose of its <include>."""
     name = child_text(include, "name", SUN.name)
     if include.find("pose") is None:
         return replace(SUN, name=name)
-    pose = sdf_pose(include, what)
-    return replace(SUN, name=name, position=pose.position, direction=_turned(pose, SUN.direction))
+    pose = sdf_pose(include, label)
+    return replace(SUN, name=name, position=pose.position, direction=_rotated(pose, SUN.direction))
 
 
-def parse_light(element, what, pose=None):
+def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     """Light of a <light>.
 
     Args:
         element: the <light>.
-        what: name for messages.
-        pose: Pose that replaces its own.
+        label: name for messages.
+        pose: replaces its own.
     """
     name = element.get("name") or "light"
-    what = f"{what} light '{name}'"
+    label = f"{label} light '{name}'"
     kind = element.get("type") or "point"
-    if kind not in KINDS:
+    if kind not in LIGHT_TYPES:
         element.warn(
-            f"{what} has type '{kind}', known are {', '.join(KINDS)}; it becomes a point light",
+            f"{label} has type '{kind}', known are {', '.join(LIGHT_TYPES)}; "
+            "it becomes a point light",
             "lights have a type that is not known here and become point lights",
             f"'{name}' ({kind})",
         )
         kind = "point"
-    pose = sdf_pose(element, what) if pose is None else pose
-    reach = child_number(element, "attenuation/range", what, Light.reach)
+    pose = sdf_pose(element, label) if pose is None else pose
+    reach = child_number(element, "attenuation/range", label, Light.reach)
     return Light(
         name,
         kind,
         pose.position,
-        _turned(pose, child_floats(element, "direction", 3, what, DOWN)),
-        _color(element, "diffuse", what, Light.diffuse),
-        _color(element, "specular", what, Light.specular),
+        _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
+        _color(element, "diffuse", label, Light.diffuse),
+        _color(element, "specular", label, Light.specular),
         reach,
-        child_number(element, "attenuation/constant", what, Light.constant),
-        child_number(element, "attenuation/linear", what, Light.linear),
-        child_number(element, "attenuation/quadratic", what, Light.quadratic),
-        child_number(element, "spot/inner_angle", what, Light.inner),
-        child_number(element, "spot/outer_angle", what, Light.outer),
-        child_number(element, "spot/falloff", what, Light.falloff),
-        child_flag(element, "cast_shadows", what, Light.cast_shadows),
+        child_number(element, "attenuation/constant", label, Light.constant),
+        child_number(element, "attenuation/linear", label, Light.linear),
+        child_number(element, "attenuation/quadratic", label, Light.quadratic),
+        child_number(element, "spot/inner_angle", label, Light.inner),
+        child_number(element, "spot/outer_angle", label, Light.outer),
+        child_number(element, "spot/falloff", label, Light.falloff),
+        child_flag(element, "cast_shadows", label, Light.cast_shadows),
     )
 
 
-def _turned(pose, direction):
-    """A direction of a frame in its parent's, of length 1; down where it has none."""
+def _rotated(pose: Pose, direction: Vec3) -> Vec3:
+    """A direction in a frame as unit vector in the parent's; down for a zero vector."""
     length = math.sqrt(sum(value * value for value in direction))
     if length < 1e-9:
         direction, length = DOWN, 1.0
-    return tuple((pose.matrix @ (np.asarray(direction) / length)).tolist())
+    x, y, z = (pose.matrix @ (np.asarray(direction) / length)).tolist()
+    return x, y, z
 
 
-def _color(element, tag, what, default):
+def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
     """RGB of a child element."""
     text = child_text(element, tag)
     if text is None:
         return default
-    found = rgba_of(element.find(tag), text, f"{what} <{tag}>")
-    return default if found is None else found[:3]
+    color = rgba_of(element.find(tag), text, f"{label} <{tag}>")
+    return default if color is None else color[:3]
 
 
-def _fog(element, what):
+def _fog(element: Node | None, label: str) -> Fog | None:
     if element is None:
         return None
     kind = FOGS.get((child_text(element, "type") or "none").lower())
     if kind is None:
         return None
-    what = f"{what} <fog>"
+    label = f"{label} <fog>"
     return Fog(
         kind,
-        _color(element, "color", what, Fog.color),
-        child_number(element, "start", what, Fog.start),
-        child_number(element, "end", what, Fog.end),
-        child_number(element, "density", what, Fog.density),
+        _color(element, "color", label, Fog.color),
+        child_number(element, "start", label, Fog.start),
+        child_number(element, "end", label, Fog.end),
+        child_number(element, "density", label, Fog.density),
     )
 
 
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
-# World plugins that bring gazebo_ros' services and topics, which are here without them.
-OWN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
-# Tags of a world that only matter to Gazebo's own windows and solvers.
-_QUIET = {
+# World plugins that provide gazebo_ros' services and topics, which exist here without them.
+BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
+# Tags of a world for Gazebo's windows and solvers, or read elsewhere; ignored without a warning.
+_IGNORED = {
     "gravity",
     "physics",
     "scene",
@@ -158,47 +167,55 @@ _QUIET = {
 }
 
 
-def parse_world(text, resolve, what="world"):
+def parse_world(
+    text: str | bytes | Node, resolve: Resolve, label: str = "world"
+) -> WorldDescription:
     """Read a world.
 
     Args:
         text: SDF document with a <world>.
-        resolve: function URI -> path of a file.
-        what: name for messages, e.g. the file's path.
+        label: name for messages, e.g. the file's path.
 
     Raises:
         ModelError: malformed, or no world.
     """
     described = WorldDescription()
-    sdf = parse(text, what, described.warnings)
+    sdf = parse(text, label, described.warnings)
     world = sdf.find("world") if sdf.tag == "sdf" else None
     if world is None:
-        raise ModelError(f"{what} has no <world> in an <sdf>")
+        raise ModelError(f"{label} has no <world> in an <sdf>")
     described.name = world.get("name") or "default"
     _physics(world, described, f"world '{described.name}'")
-    described.scene = parse_scene(world, what)
+    described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
     for element in world:
         if element.tag == "include":
-            _include(element, described, resolve, what)
+            _include(element, described, resolve, label)
         elif element.tag == "model":
-            _model(element, described, resolve, what, _version(sdf), states)
+            _model(element, described, resolve, label, _version(sdf), states)
         elif element.tag == "light":
-            _shine(described, parse_light(element, what))
+            _add_light(described, parse_light(element, label))
         else:
-            _other(element, described, what)
-    _number_names(described, what)
+            _other(element, described, label)
+    _number_names(described, label)
     return described
 
 
-def _shine(described, light):
+def _add_light(described: WorldDescription, light: Light) -> None:
     scene = described.scene
     described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
 
 
-def _model(element, described, resolve, what, version, states):
+def _model(
+    element: Node,
+    described: WorldDescription,
+    resolve: Resolve,
+    label: str,
+    version: Version,
+    states: dict[str | None, Node],
+) -> None:
     try:
-        model, pose = _placed(element, resolve, what, version)
+        model, pose = _read_model(element, resolve, label, version)
     except ModelError as error:
         element.warn(
             f"model '{element.get('name')}' is left out: {error}",
@@ -207,11 +224,11 @@ def _model(element, described, resolve, what, version, states):
         )
         return
     if model.name in states:
-        pose = sdf_pose(states[model.name], f"{what} state of '{model.name}'")
+        pose = sdf_pose(states[model.name], f"{label} state of '{model.name}'")
     described.models.append((model, pose))
 
 
-def _number_names(described, what):
+def _number_names(described: WorldDescription, label: str) -> None:
     """Rename models whose name is taken; Gazebo would refuse them."""
     taken = set()
     for model, _ in described.models:
@@ -221,98 +238,97 @@ def _number_names(described, what):
             model.name = f"{name}_{number}"
         if number:
             described.warn(
-                f"{what} has more than one model '{name}'; this one becomes '{model.name}'",
+                f"{label} has more than one model '{name}'; this one becomes '{model.name}'",
                 "models have a name that is taken and get a number",
                 f"'{model.name}'",
             )
         taken.add(model.name)
 
 
-def _version(sdf):
-    """(major, minor) of an <sdf>; (1, 6) where it gives none that can be read."""
-    found = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
-    return (int(found.group(1)), int(found.group(2))) if found else (1, 6)
+def _version(sdf: Node) -> Version:
+    """(major, minor) of an <sdf>; (1, 6) where it gives no valid one."""
+    match = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
+    return (int(match.group(1)), int(match.group(2))) if match else (1, 6)
 
 
-def _physics(world, described, what):
-    zero = described.gravity
-    gravity = child_floats(world, "physics/gravity", 3, what, zero)
-    described.gravity = child_floats(world, "gravity", 3, what, gravity)
-    step = child_number(world, "physics/max_step_size", what, DEFAULT_STEP)
+def _physics(world: Node, described: WorldDescription, label: str) -> None:
+    default = described.gravity
+    gravity = child_floats(world, "physics/gravity", 3, label, default)
+    described.gravity = child_floats(world, "gravity", 3, label, gravity)
+    step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
     if not MIN_STEP <= step < 1:
         warn_replaced(
             world.find("physics/max_step_size"),
-            f"{what} <max_step_size>",
+            f"{label} <max_step_size>",
             f"{step:g}",
-            f"{what} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
+            f"{label} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
             DEFAULT_STEP,
         )
         step = DEFAULT_STEP
     described.step = step
-    rate = child_number(world, "physics/real_time_update_rate", what, DEFAULT_RATE)
+    rate = child_number(world, "physics/real_time_update_rate", label, DEFAULT_RATE)
     described.real_time_factor = max(0.0, rate) * step
 
 
-def _other(element, described, what):
-    if element.tag in _QUIET:
+def _other(element: Node, described: WorldDescription, label: str) -> None:
+    if element.tag in _IGNORED:
         return
     if element.tag == "plugin":
         name = element.get("filename")
-        if library(element) not in OWN_PLUGINS:
+        if library(element) not in BUILT_IN_PLUGINS:
             described.warn(
-                f"{what}: world plugin '{name}' is not known here and is ignored",
+                f"{label}: world plugin '{name}' is not known here and is ignored",
                 "world plugins are not known here and are ignored",
                 f"'{name}'",
             )
         return
     name = f" '{element.get('name')}'" if element.get("name") else ""
     described.warn(
-        f"{what}: <{element.tag}>{name} means nothing here and is ignored",
+        f"{label}: <{element.tag}>{name} means nothing here and is ignored",
         f"<{element.tag}> of the world mean nothing here and are ignored",
         f"<{element.tag}>{name}",
     )
 
 
-def _include(element, described, resolve, what):
+def _include(element: Node, described: WorldDescription, resolve: Resolve, label: str) -> None:
     uri = child_text(element, "uri", "")
     plain = uri.replace("model://", "").strip("/")
-    pose = sdf_pose(element, f"{what} <include>")
+    pose = sdf_pose(element, f"{label} <include>")
     if plain == "sun":
-        _shine(described, sun(element, f"{what} <include>"))
+        _add_light(described, sun(element, f"{label} <include>"))
         return
     try:
         if plain == "ground_plane":
-            model, own = ground_plane(), pose
+            model, model_pose = ground_plane(), pose
         else:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
-                own = None if element.find("pose") is None else pose
-                _shine(described, parse_light(inner, what, own))
+                light_pose = None if element.find("pose") is None else pose
+                _add_light(described, parse_light(inner, label, light_pose))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
-            model, own = _placed(inner, resolve, what, version)
+            model, model_pose = _read_model(inner, resolve, label, version)
     except (OSError, ValueError) as error:
         described.warn(
-            f"{what} includes '{uri}', which cannot be used: {error}",
+            f"{label} includes '{uri}', which cannot be used: {error}",
             "included models cannot be used",
             f"'{uri}'",
         )
         return
     model.name = child_text(element, "name", model.name)
     model.static = is_true(child_text(element, "static", str(model.static)))
-    described.models.append((model, pose if element.find("pose") is not None else own))
+    described.models.append((model, pose if element.find("pose") is not None else model_pose))
 
 
-def _opener(resolve, warnings):
+def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
     """Function <include> -> (<model> element, SDF version of its file).
 
     Args:
-        resolve: function URI -> path of a file.
-        warnings: list that takes the file's warnings.
+        warnings: gets the file's warnings.
     """
 
-    def open_include(include):
+    def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
         sdf = parse(read_file(path, "SDF", MAX_TEXT), path, warnings)
         return _model_of(sdf, path), _version(sdf)
@@ -320,40 +336,43 @@ def _opener(resolve, warnings):
     return open_include
 
 
-def _placed(element, resolve, what, version):
+def _read_model(
+    element: Node, resolve: Resolve, label: str, version: Version
+) -> tuple[ModelDescription, Pose]:
     opener = _opener(resolve, element.document.warnings)
     model = parse_model_element(element, resolve, version, opener)
-    return model, sdf_pose(element, f"{what} model '{element.get('name')}'")
+    return model, sdf_pose(element, f"{label} model '{element.get('name')}'")
 
 
-def _model_of(sdf, what):
+def _model_of(sdf: Node, label: str) -> Node:
     """The <model> of a document, or the <light> of one that has no model."""
     element = sdf if sdf.tag == "model" else sdf.find("model")
     element = sdf.find("light") if element is None else element
     if element is None:
-        raise ModelError(f"{what} has no <model>")
+        raise ModelError(f"{label} has no <model>")
     return element
 
 
-def parse_model(text, resolve, what="model"):
-    """Read an SDF document with one <model>: (ModelDescription, its own pose).
+def parse_model(
+    text: str | bytes | Node, resolve: Resolve, label: str = "model"
+) -> tuple[ModelDescription, Pose]:
+    """Read an SDF document with one <model>: (ModelDescription, its pose).
 
     Args:
         text: the document.
-        resolve: function URI -> path of a file.
-        what: name for messages.
+        label: name for messages.
     """
-    sdf = parse(text, what)
+    sdf = parse(text, label)
     if sdf.find("model") is None and sdf.find("world") is not None:
-        return _only_model(parse_world(text, resolve, what), what)
-    return _placed(_model_of(sdf, what), resolve, what, _version(sdf))
+        return _only_model(parse_world(text, resolve, label), label)
+    return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
 
 
-def _only_model(world, what):
-    """The one model of a world: spawn_model's -database sends a world that includes it."""
+def _only_model(world: WorldDescription, label: str) -> tuple[ModelDescription, Pose]:
+    """The only model of a world: spawn_model's -database sends a world that includes it."""
     if len(world.models) != 1:
         raise ModelError(
             "; ".join(world.warnings)
-            or f"{what} has a <world> with {len(world.models)} models, must be one"
+            or f"{label} has a <world> with {len(world.models)} models, must be one"
         )
     return world.models[0]

@@ -13,9 +13,9 @@ from bullet_sim.meshes.read import (
     GREY,
     WHITE,
     check_corners,
+    image_of,
     mean_color,
-    open_picture,
-    picture_of,
+    open_image,
     read_parts,
     rgba,
 )
@@ -228,7 +228,7 @@ def _looks(visual, covered):
     if material is None:
         return {"color": rgba(visual.main_color)}
     looks = {"color": rgba(material.main_color)}
-    picture = picture_of(material)
+    picture = image_of(material)
     if picture is not None and covered:
         looks.update(picture=picture, color=WHITE[:3] + (looks["color"][3],))
     if hasattr(material, "glossiness"):  # of an MTL
@@ -351,7 +351,7 @@ class Store:
         key = (path, _stamp(path))
         self._used.add(key)
         if key not in self._pictures:
-            self._pictures[key] = self._upload(open_picture(path, transparent=True))
+            self._pictures[key] = self._upload(open_image(path, transparent=True))
         return self._pictures[key]
 
     def _upload(self, picture):
