@@ -1,11 +1,15 @@
 """Opens and closes a gripper, as gripper_action_controller does."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-from bullet_sim.controllers.base import CONTROLLERS, Controller
+from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
+from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig
 from bullet_sim.controllers.trajectory import parse_gains
+from bullet_sim.description.model import ModelDescription
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +41,7 @@ class GripperGoal:
 
     position: float
     max_effort: float
-    finished: object
+    finished: "Callable[[str, Grip], object]"
 
 
 @dataclass(frozen=True)
@@ -61,9 +65,12 @@ class GripperControl(Controller):
     periodic = True
 
     @classmethod
-    def configure(cls, settings, joints, description):
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> GripperConfig:
         """Check an entry of the YAML file; see Controller.configure."""
-        names, warnings = (settings.joint("joint", joints),), []
+        names = (settings.joint("joint", joints),)
+        warnings: list[str] = []
         settings.ignore("gains")
         regulated = cls.interface != "position"
         rate = settings.number("action_monitor_rate", 20.0, above=0.0)
@@ -81,13 +88,14 @@ class GripperControl(Controller):
             warnings=tuple(warnings),
         )
 
-    def __init__(self, config, hardware):
+    def __init__(self, config: GripperConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
         self.pids = tuple(Pid(gains, self.joints[0]) for gains in config.gains)
-        self.goal, self._position, self._max_effort = None, 0.0, 0.0
-        self._effort, self._moved = 0.0, 0.0
+        self.goal: GripperGoal | None = None
+        self._position = self._max_effort = self._effort = 0.0
+        self._moved: float | None = 0.0
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Hold the joint where it is, with the configured effort."""
         self._finish("canceled")
         for pid in self.pids:
@@ -95,16 +103,16 @@ class GripperControl(Controller):
         self._moved, self._effort = time, 0.0
         self._hold()
 
-    def stop(self):
+    def stop(self) -> None:
         """Cancel the goal and stop controlling."""
         self._finish("canceled")
         super().stop()
 
-    def _hold(self):
+    def _hold(self) -> None:
         self.hardware.read()
         self._position, self._max_effort = self.joints[0].position, self.config.max_effort
 
-    def set_state(self, state):
+    def set_state(self, state: dict[str, Any]) -> None:
         """Restore; a goal that is not the restored one is cancelled."""
         present = self.goal
         super().set_state(state)
@@ -112,24 +120,24 @@ class GripperControl(Controller):
             self.goal = present
             self._finish("canceled")
 
-    def pursue(self, goal):
+    def pursue(self, goal: GripperGoal) -> None:
         """Pursue a goal; the one before is cancelled."""
         self._finish("canceled")
         self.goal, self._position, self._max_effort = goal, goal.position, goal.max_effort
         self._moved = None  # from the next update on
 
-    def cancel(self, goal):
+    def cancel(self, goal: GripperGoal) -> None:
         """Give a goal up: hold the joint where it is."""
         if goal is self.goal:
             self._hold()
             self._finish("canceled")
 
-    def _finish(self, outcome, grip=Grip()):
+    def _finish(self, outcome: str, grip: Grip = Grip()) -> None:
         goal, self.goal = self.goal, None
         if goal is not None:
             goal.finished(outcome, grip)
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         """Judge the goal, command the joint."""
         (joint,) = self.joints
         error = self._position - joint.position
@@ -143,7 +151,7 @@ class GripperControl(Controller):
         effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=most)
         self._effort = min(max(effort, -most), most)
 
-    def _judge(self, error, position, velocity, time):
+    def _judge(self, error: float, position: float, velocity: float, time: float) -> None:
         config = self.config
         if self._moved is None or abs(velocity) > config.stall_speed:
             self._moved = time
@@ -167,7 +175,7 @@ class EffortGripper(GripperControl):
     interface = "effort"
 
 
-def check_goal(position, max_effort):
+def check_goal(position: float, max_effort: float) -> str:
     """Why a goal cannot be pursued, or ''."""
     if not (math.isfinite(position) and math.isfinite(max_effort)):
         return f"gripper goal is {position} with {max_effort}, must be finite numbers"

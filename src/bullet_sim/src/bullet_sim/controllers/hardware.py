@@ -213,14 +213,16 @@ class Hardware(Stateful):
         """Drop the commands: the joints move freely, with their friction."""
         names = tuple(names)
         for name in names:
-            for commands in (self._targets, self.efforts, self.tracked):
-                commands.pop(name, None)
+            self._targets.pop(name, None)
+            self.efforts.pop(name, None)
+            self.tracked.pop(name, None)
         self.joints.release(names)
 
     def restart(self) -> None:
         """Drop all commands: the body was loaded again."""
-        for commands in (self._targets, self.efforts, self.tracked):
-            commands.clear()
+        self._targets.clear()
+        self.efforts.clear()
+        self.tracked.clear()
 
     # every step -------------------------------------------------------------------------------
     @property

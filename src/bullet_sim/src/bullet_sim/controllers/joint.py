@@ -50,17 +50,21 @@ class JointState(Controller):
         extra = settings.get("extra_joints", [])
         if not isinstance(extra, list):
             raise ControllerError(f"{settings.what} has extra_joints {extra!r}, must be a list")
-        rows, warnings = [], []
+        extra_joints: list[tuple[str, float, float, float]] = []
+        warnings: list[str] = []
         for number, item in enumerate(extra):
-            row = Settings(item, f"{settings.what} extra_joints #{number}")
-            values = (row.number(key, 0.0) for key in ("position", "velocity", "effort"))
-            rows.append((row.text("name", None), *values))
-            warnings += row.unknown()
+            entry = Settings(item, f"{settings.what} extra_joints #{number}")
+            name = entry.text("name", None)
+            position, velocity, effort = (
+                entry.number(key, 0.0) for key in ("position", "velocity", "effort")
+            )
+            extra_joints.append((name, position, velocity, effort))
+            warnings += entry.unknown()
         return JointStateConfig(
             name=settings.name,
             joints=tuple(wanted),
             publish_rate=settings.rate(),
-            extra_joints=tuple(rows),
+            extra_joints=tuple(extra_joints),
             warnings=tuple(warnings),
         )
 
@@ -117,7 +121,8 @@ class JointCommand(Controller):
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> PidConfig:
-        what, kind, warnings = settings.what, settings.get("type"), []
+        what, type_name = settings.what, settings.get("type")
+        warnings: list[str] = []
         names = (
             settings.joints("joints", joints) if cls.group else (settings.joint("joint", joints),)
         )
@@ -125,7 +130,7 @@ class JointCommand(Controller):
         wanted = settings.get("interface_name")
         if wanted not in (None, cls.interface):
             raise ControllerError(
-                f"{what} has interface_name '{wanted}', must be '{cls.interface}' for {kind}"
+                f"{what} has interface_name '{wanted}', must be '{cls.interface}' for {type_name}"
             )
         config = PidConfig(name=settings.name, joints=names, claims=((cls.interface, names),))
         if cls.goal is None:
@@ -133,7 +138,7 @@ class JointCommand(Controller):
                 return config
             parse_pid(settings.get("pid"), what, warnings)
             note = (
-                f"{what}: pid is accepted and not used, as upstream: {kind} hands its "
+                f"{what}: pid is accepted and not used, as upstream: {type_name} hands its "
                 "command to the joint within the limits of the URDF"
             )
             return replace(config, notes=(note,), warnings=tuple(warnings))
@@ -142,7 +147,7 @@ class JointCommand(Controller):
             holder = settings.block(name) if cls.group else settings
             if "pid" not in holder:
                 raise ControllerError(
-                    f"{holder.what} has no pid, which {kind} needs: a mapping with p, i, d"
+                    f"{holder.what} has no pid, which {type_name} needs: a mapping with p, i, d"
                 )
             values = holder.get("pid")
             gains.append(parse_pid(values, holder.what, warnings))

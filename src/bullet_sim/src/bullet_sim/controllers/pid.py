@@ -15,7 +15,7 @@ import functools
 import math
 from dataclasses import dataclass
 from math import inf, isfinite, remainder
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import ControllerConfig, as_number
@@ -61,15 +61,15 @@ def position_error(joint: Joint, position: float, target: float) -> float:
         joint: with its kind and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
-    lower = joint.lower
-    if lower is not None:
-        target = min(max(target, lower), joint.upper)
+    lower, upper = joint.lower, joint.upper
+    if lower is not None and upper is not None:
+        target = min(max(target, lower), upper)
     if joint.kind == "prismatic":
         return target - position
     error = -remainder(position - target, _TURN)
-    if lower is None or lower - TOLERANCE <= position + error <= joint.upper + TOLERANCE:
+    if lower is None or upper is None or lower - TOLERANCE <= position + error <= upper + TOLERANCE:
         return error
-    return distance_within(position, target, lower, joint.upper)
+    return distance_within(position, target, lower, upper)
 
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
@@ -154,7 +154,8 @@ class Pid(Stateful):
         goal: str = "position",
         acts: bool = True,
     ) -> None:
-        self.gains, self.goal, self.joint, self.target = gains, goal, joint, 0.0
+        self.gains, self.goal, self.target = gains, goal, 0.0
+        self.joint: Any = joint
         self._acts = acts and joint is not None
         self._gains: PidGains | None = None  # those that the following were computed for
         self._period, self._is_stiff = 0.0, False
@@ -279,7 +280,7 @@ class Pid(Stateful):
             self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
 
 
-def parse_pid(values, what, warnings=None):
+def parse_pid(values: Any, what: str, warnings: list[str] | None = None) -> PidGains:
     """Check a `pid` mapping.
 
     Args:
@@ -299,15 +300,16 @@ def parse_pid(values, what, warnings=None):
         )
     if "p" not in values:
         raise ControllerError(f"{what} pid has no p")
-    numbers = {}
+    numbers: dict[str, float] = {}
     for key in NUMBERS:
-        numbers[key] = as_number(values.get(key, 0.0))
-        if numbers[key] is None:
+        number = as_number(values.get(key, 0.0))
+        if number is None:
             raise ControllerError(f"{what} pid {key} is {values[key]!r}, must be a finite number")
-        if key in ("p", "i", "d") and abs(numbers[key]) > MAX_GAIN:
+        if key in ("p", "i", "d") and abs(number) > MAX_GAIN:
             raise ControllerError(
                 f"{what} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
             )
+        numbers[key] = number
     antiwindup = values.get("antiwindup", False)
     if not isinstance(antiwindup, bool):
         raise ControllerError(f"{what} pid antiwindup is {antiwindup!r}, must be true or false")
@@ -322,7 +324,7 @@ SOFT_SPRING = 0.0025  # p T^2 / I
 
 
 @functools.lru_cache(maxsize=1024)
-def is_stiff(gains, goal, inertia, period):
+def is_stiff(gains: PidGains, goal: str, inertia: float, period: float) -> bool:
     """Whether gains are unstable or inaccurate as a constant torque over a period.
 
     Args:
@@ -339,7 +341,9 @@ def is_stiff(gains, goal, inertia, period):
 
 
 @functools.lru_cache(maxsize=1024)
-def oscillator(p, d, inertia, period):
+def oscillator(
+    p: float, d: float, inertia: float, period: float
+) -> tuple[float, float, float, float]:
     """Free motion of a joint under tau = p (q_d - q) - d v over a period.
 
     Args:
@@ -372,6 +376,6 @@ def oscillator(p, d, inertia, period):
     return phi, psi, rate, phi
 
 
-def _grown(rate, time):
+def _grown(rate: float, time: float) -> float:
     """Integral of exp(rate t) from 0 to time."""
     return math.expm1(rate * time) / rate if abs(rate * time) > 1e-12 else time
