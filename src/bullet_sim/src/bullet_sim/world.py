@@ -457,7 +457,8 @@ class World:
         ]
         mimics = [model.mimics for model in self.models.values() if model.mimics]
         self.contacts.prepare(self.models)
-        updates = [each.update for each in (*managers, *mimics)]
+        updates: list[Callable[[float], None]] = [each.update for each in managers]
+        updates += [each.update for each in mimics]
         engine, forces, time_step = self._engine, self.forces, self.time_step
         contacts = None if self.contacts.is_quiet else self.contacts
         end = self.step_count + count

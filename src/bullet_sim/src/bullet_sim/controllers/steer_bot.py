@@ -7,16 +7,13 @@ turn the four wheels and the two front hinges of the car.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bullet_sim.controllers.base import Settings
 from bullet_sim.controllers.drive import joint_position
 from bullet_sim.controllers.hardware import JointHandle
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
-
-if TYPE_CHECKING:
-    from bullet_sim.models.joints import Joints
 
 NAMESPACE = "steer_bot_hardware_gazebo"
 
@@ -116,13 +113,13 @@ class SteerBotJoints:
     """Stands before a car's Joints: the same methods, with the two commanded joints.
 
     Args:
-        joints: of the car.
+        joints: bullet_sim.models.joints.Joints of the car.
 
     Attributes:
         names, limits: as of Joints.
     """
 
-    def __init__(self, joints: "Joints", config: SteerBotConfig) -> None:
+    def __init__(self, joints: Any, config: SteerBotConfig) -> None:
         self._joints, self._config = joints, config
         real = (*config.rear_wheels, *config.front_wheels, *config.front_steers)
         both = (config.rear_wheel, config.front_steer)

@@ -1,17 +1,23 @@
 """Changes to loaded models: wrenches, efforts, properties of links and joints."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bullet_sim.component import Stateful
 from bullet_sim.errors import CommandError, ModelError
-from bullet_sim.pose import matrix_from_quaternion
+from bullet_sim.pose import Array, Vector, matrix_from_quaternion
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
 
 
-def step_range(step_count, time_step, start, duration):
+def step_range(
+    step_count: int, time_step: float, start: float, duration: float
+) -> tuple[int, float]:
     """Physics steps during which a wrench or an effort acts.
 
     Args:
@@ -37,7 +43,7 @@ def step_range(step_count, time_step, start, duration):
 
 @dataclass(frozen=True)
 class _Load:
-    model: object
+    model: "Model"
     part: str  # name of the link or joint
     kind: str  # 'link' or 'joint'
     first: int
@@ -50,20 +56,20 @@ class Forces(Stateful):
 
     STATE = ("_loads",)
 
-    def __init__(self):
-        self._loads = []
+    def __init__(self) -> None:
+        self._loads: list[_Load] = []
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Whether a wrench or an effort acts now or later."""
         return bool(self._loads)
 
-    def apply_wrench(self, model, link, force, torque, steps):
+    def apply_wrench(
+        self, model: "Model", link: str, force: Vector, torque: Vector, steps: tuple[int, float]
+    ) -> None:
         """Apply a force at the centre of mass of a link's rigid part, and a torque.
 
         Args:
-            model: of the world.
-            link: link name.
             force, torque: (3,) [N], [N m] along world axes; they keep their direction.
             steps: as step_range gives it.
 
@@ -75,7 +81,9 @@ class Forces(Stateful):
         force, torque = np.asarray(force, float), np.asarray(torque, float)
         self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
 
-    def apply_effort(self, model, joint, effort, steps):
+    def apply_effort(
+        self, model: "Model", joint: str, effort: float, steps: tuple[int, float]
+    ) -> float:
         """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
 
         Returns:
@@ -89,46 +97,53 @@ class Forces(Stateful):
         self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
         return effort
 
-    def _add(self, model, part, kind, steps, apply):
+    def _add(
+        self,
+        model: "Model",
+        part: str,
+        kind: str,
+        steps: tuple[int, float],
+        apply: Callable[[], None],
+    ) -> None:
         if steps[1] > steps[0]:
             self._loads.append(_Load(model, part, kind, *steps, apply))
 
     @staticmethod
-    def _check(model, what, values):
+    def _check(model: "Model", what: str, values: Iterable[float]) -> None:
         for value in values:
             if not math.isfinite(value):
                 raise CommandError(f"{what} of '{model.name}' has {value}, must be finite")
         if model.is_static:
             raise CommandError(f"{what} of '{model.name}' has no effect: the model is static")
 
-    def apply(self, step):
+    def apply(self, step: int) -> None:
         """Apply all that act in the next physics step; `step` is the number of steps made."""
         for load in self._loads:
             if load.first <= step < load.end:
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
 
-    def clear_link(self, model, link):
+    def clear_link(self, model: "Model", link: str) -> int:
         """End all wrenches on a link; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.kind, load.part) == (model, "link", link)
         )
 
-    def clear_joint(self, model, joint):
+    def clear_joint(self, model: "Model", joint: str) -> int:
         """End all efforts on a joint; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.kind, load.part) == (model, "joint", joint)
         )
 
-    def remove_model(self, model):
+    def remove_model(self, model: "Model") -> int:
         """End all wrenches and efforts on a model; returns how many there were."""
         return self._remove(lambda load: load.model is model)
 
-    def clear(self):
+    def clear(self) -> None:
         """End all wrenches and efforts."""
         self._loads = []
 
-    def _remove(self, matches):
+    def _remove(self, matches: Callable[[_Load], bool]) -> int:
         others = [load for load in self._loads if not matches(load)]
         count = len(self._loads) - len(others)
         self._loads = others
@@ -138,7 +153,7 @@ class Forces(Stateful):
 TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 
 
-def link_properties(model, link):
+def link_properties(model: "Model", link: str) -> tuple[float, Array, Array]:
     """Mass and inertia of a link.
 
     A link that fixed joints merge into another, or a model's static link, has those of its
@@ -155,7 +170,9 @@ def link_properties(model, link):
     return found.mass, found.centre, found.inertia
 
 
-def set_link_properties(model, link, mass, centre, inertia, gravity):
+def set_link_properties(
+    model: "Model", link: str, mass: float, centre: Vector, inertia: Array, gravity: bool
+) -> None:
     """Change a link's mass and inertia; survives a reset of the world.
 
     Args:
@@ -194,11 +211,12 @@ def set_link_properties(model, link, mass, centre, inertia, gravity):
         )
     if moments.min() <= 0:
         raise ModelError(f"{what}: inertia {inertia.tolist()} is not positive definite")
-    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, mass, moments))
+    values = mass, moments
+    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
     part.mass, part.inertia = float(mass), inertia
 
 
-def _moments(model, index, inertia):
+def _moments(model: "Model", index: int, inertia: Array) -> Array | None:
     """Moments (3,) of an inertia along the loaded principal axes; None if those do not fit."""
     axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
     turned = axes.T @ inertia @ axes
@@ -206,7 +224,9 @@ def _moments(model, index, inertia):
     return np.diag(turned) if np.abs(off).max() <= TOLERANCE * np.abs(turned).max() else None
 
 
-def set_joint_stops(model, joint, lower=None, upper=None):
+def set_joint_stops(
+    model: "Model", joint: str, lower: float | None = None, upper: float | None = None
+) -> None:
     """Change a joint's stops [rad, m]; None keeps one; survives a reset of the world.
 
     Raises:
@@ -214,19 +234,19 @@ def set_joint_stops(model, joint, lower=None, upper=None):
     """
     number, limits = model.joints.index(joint), model.joints.limits[joint]
     what = f"joint '{joint}' of '{model.name}'"
-    if limits.lower is None:
+    if limits.lower is None or limits.upper is None:
         raise ModelError(f"{what} is {limits.kind} and has no stops to change")
-    lower = limits.lower if lower is None else float(lower)
-    upper = limits.upper if upper is None else float(upper)
-    if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
-        raise ModelError(f"{what}: stops are {lower} and {upper}, must be finite, the lower first")
+    low = limits.lower if lower is None else float(lower)
+    high = limits.upper if upper is None else float(upper)
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise ModelError(f"{what}: stops are {low} and {high}, must be finite, the lower first")
     model.change(
-        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, number, lower, upper)
+        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, number, low, high)
     )
-    limits.lower, limits.upper = lower, upper
+    limits.lower, limits.upper = low, high
 
 
-def set_joint_damping(model, joint, damping):
+def set_joint_damping(model: "Model", joint: str, damping: float) -> None:
     """Change a joint's damping [N m s/rad, N s/m]; survives a reset of the world.
 
     Raises:

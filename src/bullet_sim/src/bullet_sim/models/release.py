@@ -7,8 +7,16 @@ in the ground or in a slab, else along the contact's normal, or away from the ot
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from bullet_sim.component import Stateful
+from bullet_sim.pose import Vec3
+
+if TYPE_CHECKING:
+    from bullet_sim.engine import Engine
+    from bullet_sim.models.model import Model
+
+Overlap = tuple[int, int, int, float, Vec3]  # see Engine.overlaps
 
 TOLERANCE = 5e-4  # [m] of overlap that the solver may correct by itself
 SPEED = 0.3  # [m/s] at most, where no maxVel is given
@@ -19,57 +27,53 @@ _UPRIGHT = 0.5  # vertical part of a normal from which on the way out is upwards
 
 
 class Release(Stateful):
-    """Pushes overlapping models apart.
-
-    Args:
-        engine: the Engine.
-    """
+    """Pushes overlapping models apart."""
 
     STATE = ("_unchecked", "_moving")
 
-    def __init__(self, engine):
+    def __init__(self, engine: "Engine") -> None:
         self._engine = engine
-        self._unchecked = []  # models to be looked at before the next step
-        self._moving = {}  # body -> _Release
+        self._unchecked: list[Model] = []  # to be checked before the next step
+        self._moving: dict[int, _Release] = {}  # by body
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Whether a model is on its way out, or has to be looked at."""
         return bool(self._moving or self._unchecked)
 
     @property
-    def moving(self):
+    def moving(self) -> bool:
         """Whether a model is on its way out."""
         return bool(self._moving)
 
-    def end(self):
+    def end(self) -> None:
         """End all ways out where the models are."""
         for release in self._moving.values():
             release.restore_collisions(self._engine)
         self.clear()
 
-    def resume(self):
+    def resume(self) -> None:
         """Go on with the ways out, which were restored."""
         for release in self._moving.values():
             release.pass_through(self._engine)
 
-    def check_later(self, model):
+    def check_later(self, model: "Model") -> None:
         """Look at a model before the next step: it was put somewhere."""
         if not model.is_static and not model.source.fixed_base and model not in self._unchecked:
             self._unchecked.append(model)
 
-    def remove(self, model):
+    def remove(self, model: "Model") -> None:
         """The model goes; what it passes through goes with it."""
         self._unchecked = [other for other in self._unchecked if other is not model]
         self._moving.pop(model.body, None)
         for release in self._moving.values():
             release.pairs = [pair for pair in release.pairs if pair[1] != model.body]
 
-    def clear(self):
+    def clear(self) -> None:
         """All models were loaded anew."""
         self._unchecked, self._moving = [], {}
 
-    def move(self):
+    def move(self) -> None:
         """Set velocities for the next step."""
         for model in self._unchecked:
             self._check(model)
@@ -78,7 +82,7 @@ class Release(Stateful):
             if not release.move(self._engine):
                 del self._moving[body]
 
-    def _check(self, model):
+    def _check(self, model: "Model") -> None:
         before = self._moving.pop(model.body, None)
         if before is not None:
             before.restore_collisions(self._engine)
@@ -93,7 +97,9 @@ class _Release(Stateful):
 
     STATE = ("pairs", "_left")
 
-    def __init__(self, engine, model, found, limit):
+    def __init__(
+        self, engine: "Engine", model: "Model", found: list[Overlap], limit: float
+    ) -> None:
         self._model, self._limit = model, limit
         self.pairs = sorted({(link, other, its) for link, other, its, _, _ in found})
         depth, normal = max((depth, normal) for _, _, _, depth, normal in found)
@@ -110,7 +116,7 @@ class _Release(Stateful):
         self._left = SLACK + 3.0 * depth
         self.pass_through(engine)
 
-    def move(self, engine):
+    def move(self, engine: "Engine") -> bool:
         """Set the velocity for the coming step; returns whether it has still to move."""
         body = self._model.body
         depth = max((engine.pair_depth(body, *pair) for pair in self.pairs), default=0.0)
@@ -130,18 +136,18 @@ class _Release(Stateful):
         engine.set_base_velocity(body, velocity, (0.0, 0.0, 0.0))
         return True
 
-    def pass_through(self, engine):
+    def pass_through(self, engine: "Engine") -> None:
         """Let the pairs pass through each other."""
         for link, other, its in self.pairs:
             engine.set_pair_collision(self._model.body, link, other, its, False)
 
-    def restore_collisions(self, engine):
+    def restore_collisions(self, engine: "Engine") -> None:
         """End the passing through."""
         for link, other, its in self.pairs:
             engine.set_pair_collision(self._model.body, link, other, its, True)
 
 
-def _apart(mine, other):
+def _apart(mine: Vec3, other: Vec3) -> Vec3:
     """Horizontal unit vector from the other model to mine; to the left where both are one."""
     x, y = mine[0] - other[0], mine[1] - other[1]
     length = math.hypot(x, y)

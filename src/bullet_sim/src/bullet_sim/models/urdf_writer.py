@@ -1,11 +1,14 @@
 """LumpedModel -> a URDF text that PyBullet loads safely."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Shape
-from bullet_sim.pose import Pose
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import Geometry, Joint, Link, Shape
+from bullet_sim.pose import Array, Pose, Quat
 
 DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
 
@@ -26,15 +29,15 @@ ROLLING_RESISTANCE = 0.01
 STANDARD_GRAVITY = 9.81  # [m/s^2]
 
 
-def _words(values):
+def _words(values: Iterable[float]) -> str:
     return " ".join(repr(float(v)) for v in values)
 
 
-def _origin(parent, pose):
+def _origin(parent: ET.Element, pose: Pose) -> None:
     ET.SubElement(parent, "origin", xyz=_words(pose.position), rpy=_words(pose.rpy))
 
 
-def _geometry(parent, geometry):
+def _geometry(parent: ET.Element, geometry: Geometry) -> None:
     holder = ET.SubElement(parent, "geometry")
     if geometry.kind == "box":
         ET.SubElement(holder, "box", size=_words(geometry.size))
@@ -50,11 +53,10 @@ def _geometry(parent, geometry):
         ET.SubElement(holder, "mesh", filename=geometry.path, scale=_words(geometry.scale))
 
 
-def prepared_urdf(lumped, static):
+def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
     """Text for PyBullet: absolute mesh paths, every moving link with mass and inertia.
 
     Args:
-        lumped: LumpedModel.
         static: True: no masses, meshes collide as they are; False: meshes collide as hulls,
             wheels are crowned and have a rolling resistance (see the constants).
     """
@@ -89,7 +91,7 @@ def prepared_urdf(lumped, static):
     return ET.tostring(robot, encoding="unicode")
 
 
-def _wheels(lumped):
+def _wheels(lumped: LumpedModel) -> dict[str, Shape]:
     """Map of link name -> collision Shape that is a wheel: a cylinder on its own joint's axis."""
     wheels = {}
     for joint in lumped.joints:
@@ -108,7 +110,7 @@ def _wheels(lumped):
     return wheels
 
 
-def _crowned(shapes, wheel):
+def _crowned(shapes: Iterable[Shape], wheel: Shape | None) -> Iterator[Shape]:
     """The shapes, with the one that is a wheel (or None) as a crowned tyre of two cylinders."""
     for shape in shapes:
         if shape is not wheel:
@@ -119,14 +121,15 @@ def _crowned(shapes, wheel):
             yield Shape(Geometry("cylinder", size), shape.pose, shape.color)
 
 
-def _inertial(element, link, static):
+def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     inertial = ET.SubElement(element, "inertial")
     mass, inertia = (0.0, np.zeros((3, 3))) if static else (link.mass, link.inertia)
     if static:
         _origin(inertial, Pose())
     else:
         inertia, turn = _principal(inertia)
-        _origin(inertial, Pose(tuple(link.centre.tolist()), turn))
+        x, y, z = link.centre.tolist()
+        _origin(inertial, Pose((x, y, z), turn))
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
     ET.SubElement(
         inertial,
@@ -140,7 +143,7 @@ def _inertial(element, link, static):
     )
 
 
-def _principal(inertia):
+def _principal(inertia: Array) -> tuple[Array, Quat]:
     """Principal moments on the diagonal (3, 3) and the quaternion of their axes.
 
     PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame.
@@ -153,7 +156,7 @@ def _principal(inertia):
     return np.diag(moments), quaternion_from_matrix(axes)
 
 
-def quaternion_from_matrix(matrix):
+def quaternion_from_matrix(matrix: Any) -> Quat:
     """Unit quaternion (x, y, z, w) of a rotation matrix (3, 3), after Bar-Itzhack (2000).
 
     The eigenvector of the greatest eigenvalue of a symmetric 4x4 matrix; stable everywhere.
@@ -168,10 +171,11 @@ def quaternion_from_matrix(matrix):
         ]
     )
     values, vectors = np.linalg.eigh(k / 3.0)
-    return tuple(vectors[:, np.argmax(values)].tolist())
+    x, y, z, w = vectors[:, np.argmax(values)].tolist()
+    return x, y, z, w
 
 
-def _joint(robot, joint, friction):
+def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
     kind = joint.kind
     if kind in ("revolute", "prismatic") and (joint.lower is None or joint.lower == joint.upper):
         kind = "continuous" if kind == "revolute" and joint.lower is None else kind
