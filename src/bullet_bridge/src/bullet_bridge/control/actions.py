@@ -213,7 +213,7 @@ class Trajectories(Pursuit, Commands):
     def _pursue(self, handle, name, command, goal):
         """Check and accept a goal (simulation thread)."""
         self._check_running()
-        self.controller.pursue(command, goal)
+        self.controller.execute(command, goal)
         self._accept(handle, name, goal)
 
     # what is published ------------------------------------------------------------------------
@@ -288,5 +288,5 @@ class Gripper(Pursuit, Topics):
         fault = check_goal(goal.position, goal.max_effort)
         if fault:
             raise ControllerError(fault)
-        self.controller.pursue(goal)
+        self.controller.execute(goal)
         self._accept(handle, name, goal)

@@ -58,7 +58,7 @@ class GripperControl(Controller):
     """Moves one joint to a goal's position; a goal ends when it is there or does not move on.
 
     Attributes:
-        goal: the GripperGoal that is pursued, or None.
+        goal: the GripperGoal that is executed, or None.
     """
 
     STATE = ("goal", "_position", "_max_effort", "_effort", "_moved", "pids")
@@ -120,8 +120,8 @@ class GripperControl(Controller):
             self.goal = present
             self._finish("canceled")
 
-    def pursue(self, goal: GripperGoal) -> None:
-        """Pursue a goal; the one before is cancelled."""
+    def execute(self, goal: GripperGoal) -> None:
+        """Execute a goal; the one before is cancelled."""
         self._finish("canceled")
         self.goal, self._position, self._max_effort = goal, goal.position, goal.max_effort
         self._moved = None  # from the next update on
@@ -138,11 +138,11 @@ class GripperControl(Controller):
             goal.finished(outcome, grip)
 
     def update(self, time: float, period: float) -> None:
-        """Judge the goal, command the joint."""
+        """Evaluate the goal, command the joint."""
         (joint,) = self.joints
         error = self._position - joint.position
         if self.goal is not None:
-            self._judge(error, joint.position, joint.velocity, time)
+            self._evaluate(error, joint.position, joint.velocity, time)
         if self.interface == "position":
             joint.set_position(self._position)
             self._effort = self._max_effort
@@ -151,7 +151,7 @@ class GripperControl(Controller):
         effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=most)
         self._effort = min(max(effort, -most), most)
 
-    def _judge(self, error: float, position: float, velocity: float, time: float) -> None:
+    def _evaluate(self, error: float, position: float, velocity: float, time: float) -> None:
         config = self.config
         if self._moved is None or abs(velocity) > config.stall_speed:
             self._moved = time
@@ -176,7 +176,7 @@ class EffortGripper(GripperControl):
 
 
 def check_goal(position: float, max_effort: float) -> str:
-    """Why a goal cannot be pursued, or ''."""
+    """Why a goal cannot be executed, or ''."""
     if not (math.isfinite(position) and math.isfinite(max_effort)):
         return f"gripper goal is {position} with {max_effort}, must be finite numbers"
     return ""

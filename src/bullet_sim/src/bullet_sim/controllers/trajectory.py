@@ -50,26 +50,26 @@ class Tolerances:
 
     Attributes:
         path, arrival: a Tolerance of each joint on the way and at the end.
-        patience: time after the end to get within `arrival` [s].
+        goal_time_tolerance: time after the end to get within `arrival` [s].
     """
 
     path: tuple[Tolerance, ...]
     arrival: tuple[Tolerance, ...]
-    patience: float = 0.0
+    goal_time_tolerance: float = 0.0
 
     def updated(
         self,
         joints: Sequence[str],
         path: NamedTolerances,
         arrival: NamedTolerances,
-        patience: float,
+        goal_time_tolerance: float,
     ) -> "Tolerances":
         """With those of a goal.
 
         Args:
             joints: names, in the controller's order.
             path, arrival: (joint name, Tolerance) pairs.
-            patience: above 0 it replaces, below 0 it is 0, 0 leaves its own [s].
+            goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves its own [s].
         """
         changed = []
         for own, pairs in ((self.path, path), (self.arrival, arrival)):
@@ -78,8 +78,10 @@ class Tolerances:
                 if name in mine:
                     mine[name] = mine[name].updated(tolerance)
             changed.append(tuple(mine.values()))
-        wait = self.patience if patience == 0 else max(0.0, patience)
-        return replace(self, path=changed[0], arrival=changed[1], patience=wait)
+        wait = (
+            self.goal_time_tolerance if goal_time_tolerance == 0 else max(0.0, goal_time_tolerance)
+        )
+        return replace(self, path=changed[0], arrival=changed[1], goal_time_tolerance=wait)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +143,7 @@ class Segment:
         goal: whose segment it is; None: nobody's.
         from_start: time of the first end since the start of its trajectory [s].
         path, arrival: Tolerances along it and of its end.
-        patience: time after its end to get within `arrival` [s].
+        goal_time_tolerance: time after its end to get within `arrival` [s].
     """
 
     def __init__(
@@ -154,11 +156,11 @@ class Segment:
         from_start: float = 0.0,
         path: Tolerance = NO_TOLERANCE,
         arrival: Tolerance = NO_TOLERANCE,
-        patience: float = 0.0,
+        goal_time_tolerance: float = 0.0,
     ) -> None:
         self.start, self.end = start, end
         self.goal, self.from_start = goal, from_start
-        self.path, self.arrival, self.patience = path, arrival, patience
+        self.path, self.arrival, self.goal_time_tolerance = path, arrival, goal_time_tolerance
         self._coefficients = _coefficients(first, last, end - start)
 
     def sample(self, time: float) -> tuple[float, float, float]:
@@ -336,7 +338,7 @@ def join(
             continue
         column = command.joints.index(name)
         values: tuple[Any, ...] = (
-            (tolerances.path[number], tolerances.arrival[number], tolerances.patience)
+            (tolerances.path[number], tolerances.arrival[number], tolerances.goal_time_tolerance)
             if tolerances is not None
             else ()
         )
@@ -400,7 +402,7 @@ class Goal(Stateful):
 
     Attributes:
         path, arrival: (joint name, Tolerance) pairs that differ from the configuration.
-        patience: goal_time_tolerance [s].
+        goal_time_tolerance: of the action's goal [s], see Tolerances.updated.
         finished: called once with (outcome, code, text): "succeeded", "aborted" or "canceled".
         arrived: joints that were within their tolerance at the end.
     """
@@ -410,7 +412,7 @@ class Goal(Stateful):
     finished: Callable[[str, int, str], object]
     path: tuple[tuple[str, Tolerance], ...] = ()
     arrival: tuple[tuple[str, Tolerance], ...] = ()
-    patience: float = 0.0
+    goal_time_tolerance: float = 0.0
     arrived: set[str] = field(default_factory=set)
 
 
@@ -540,7 +542,7 @@ class TrajectoryControl(Controller):
         self._follow(command, None)
         self._finish("canceled")
 
-    def pursue(self, command: Command, goal: Goal) -> None:
+    def execute(self, command: Command, goal: Goal) -> None:
         """Follow a plan.Command for a Goal; the one before is cancelled.
 
         Raises:
@@ -565,7 +567,7 @@ class TrajectoryControl(Controller):
         tolerances = None
         if goal is not None:
             tolerances = self.config.tolerances.updated(
-                self.config.joints, goal.path, goal.arrival, goal.patience
+                self.config.joints, goal.path, goal.arrival, goal.goal_time_tolerance
             )
         self._segments = join(
             self._segments,
@@ -603,7 +605,7 @@ class TrajectoryControl(Controller):
 
     # every period -----------------------------------------------------------------------------
     def update(self, time: float, period: float) -> None:
-        """Compare with the trajectory, judge the goal, command the joints."""
+        """Compare with the trajectory, evaluate the goal, command the joints."""
         self.time, self._next = time, time + period
         segments = [active(of_joint, time) for of_joint in self._segments]
         self.desired = desired = _desired(segments, time)
@@ -641,7 +643,7 @@ class TrajectoryControl(Controller):
             elif segment is self._segments[index][-1]:
                 if segment.arrival.holds(*errors):
                     goal.arrived.add(name)
-                elif time >= segment.end + segment.patience:
+                elif time >= segment.end + segment.goal_time_tolerance:
                     self._finish("aborted", GOAL_VIOLATED, f"{name} goal error {error:f}")
                     return
         if len(goal.arrived) == len(self.config.joints):
