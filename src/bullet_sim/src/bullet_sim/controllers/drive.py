@@ -79,15 +79,15 @@ class SpeedLimiter:
     acceleration: tuple[float, float] | None = None
     jerk: tuple[float, float] | None = None
 
-    def limit(self, wanted: float, last: float, last_but_one: float, period: float) -> float:
-        """The wanted velocity, limited.
+    def limit(self, target: float, last: float, last_but_one: float, period: float) -> float:
+        """The target velocity, limited.
 
         Args:
-            wanted: commanded velocity.
+            target: commanded velocity.
             last, last_but_one: velocities of the last two periods.
             period: [s].
         """
-        value = wanted
+        value = target
         if self.jerk is not None:
             change = last - last_but_one
             bounds = [2.0 * jerk * period * period for jerk in self.jerk]
@@ -117,11 +117,11 @@ def parse_limiter(settings: Settings) -> SpeedLimiter:
             continue
         if math.isnan(high):
             raise ControllerError(
-                f"{settings.what} has has_{quantity}_limits without max_{quantity}"
+                f"{settings.label} has has_{quantity}_limits without max_{quantity}"
             )
         if low > 0 or high < 0:
             raise ControllerError(
-                f"{settings.what} has min_{quantity} {low} and max_{quantity} "
+                f"{settings.label} has min_{quantity} {low} and max_{quantity} "
                 f"{high}; 0 must lie between them"
             )
         pairs[quantity] = (low, high)
@@ -137,7 +137,7 @@ _WITHOUT_EFFECT = (
 
 @dataclass(frozen=True, kw_only=True)
 class BaseConfig(ControllerConfig):
-    """Configuration that all kinds of bases share.
+    """Configuration that all types of bases share.
 
     Attributes:
         linear, angular: SpeedLimiters of the command.
@@ -193,7 +193,7 @@ def common(settings: Settings, claims: Claims) -> dict[str, Any]:
         "joints": tuple(joint for _, names in claims for joint in names),
         "claims": claims,
         "publish_rate": settings.rate(),
-        "notes": tuple(f"{settings.what}: {key} has no effect here" for key in ignored),
+        "notes": tuple(f"{settings.label}: {key} has no effect here" for key in ignored),
         "linear": parse_limiter(settings.block("linear", "x")),
         "angular": parse_limiter(settings.block("angular", "z")),
         "timeout": settings.number("cmd_vel_timeout", 0.5),
@@ -214,7 +214,7 @@ def _diagonal(settings: Settings, key: str) -> tuple[float, ...]:
     numbers = [as_number(v) for v in value] if isinstance(value, list) else []
     if len(numbers) != 6 or any(number is None or number < 0 for number in numbers):
         raise ControllerError(
-            f"{settings.what} has {key} {value!r}, must be six numbers, none below 0"
+            f"{settings.label} has {key} {value!r}, must be six numbers, none below 0"
         )
     return tuple(number for number in numbers if number is not None)
 
@@ -225,7 +225,7 @@ def wheel_names(settings: Settings, key: str) -> tuple[str, ...]:
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) and name for name in names):
         raise ControllerError(
-            f"{settings.what} has {key} {value!r}, must be a joint name or a list of them"
+            f"{settings.label} has {key} {value!r}, must be a joint name or a list of them"
         )
     return tuple(names)
 
@@ -238,19 +238,19 @@ def size(settings: Settings, key: str, measure: Callable[[], float]) -> float:
     try:
         return measure()
     except ControllerError as error:
-        raise ControllerError(f"{settings.what} has no {key}, and {error}") from None
+        raise ControllerError(f"{settings.label} has no {key}, and {error}") from None
 
 
 def _distance(description: ModelDescription | None, first: str, second: str) -> float:
     a, b = joint_position(description, first), joint_position(description, second)
     distance = sum((p - q) ** 2 for p, q in zip(a, b)) ** 0.5
     if not distance > 0:
-        raise ControllerError(f"joints '{first}' and '{second}' are at the same place")
+        raise ControllerError(f"joints '{first}' and '{second}' are at the same position")
     return distance
 
 
 MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
-STRAIGHT = 1e-6  # [rad] an arc that turns less counts as straight
+STRAIGHT = 1e-6  # [rad] an arc that rotates less counts as straight
 MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
 
 
@@ -263,7 +263,7 @@ class Odometry(Stateful):
     Attributes:
         x, y: [m] in the frame in which it started.
         heading: [rad], left positive, not wrapped.
-        linear, angular: [m/s, rad/s] in the robot's own frame.
+        linear, angular: [m/s, rad/s] in the robot's frame.
         lateral: velocity to the left [m/s]: wheels do not slide.
     """
 
@@ -323,7 +323,7 @@ class Drive(Controller):
 
     Attributes:
         odometry: Odometry, or an object with its attributes.
-        limited: (forward [m/s], turning) command after the limits.
+        limited: (forward [m/s], yaw rate [rad/s] or steering angle [rad]) command after the limits.
         command_sizes: numbers that a command may have.
     """
 
@@ -331,7 +331,7 @@ class Drive(Controller):
         "odometry",
         "limited",
         "_before",
-        "_wanted",
+        "_target",
         "_age",
         "_written",
         "_positions",
@@ -347,7 +347,7 @@ class Drive(Controller):
     ) -> BaseConfig:
         """Check an entry of the YAML file; see Controller.configure."""
         config = cls._configure(settings, description)
-        check_joints(config.joints, settings.what, joints)
+        check_joints(config.joints, settings.label, joints)
         return config
 
     def __init__(self, config: Any, hardware: Hardware) -> None:
@@ -360,7 +360,7 @@ class Drive(Controller):
     def _forget(self) -> None:
         self.limited: tuple[float, ...] = (0.0, 0.0)
         self._before: tuple[float, ...] = (0.0, 0.0)
-        self._wanted: tuple[float, ...] = (0.0, 0.0)
+        self._target: tuple[float, ...] = (0.0, 0.0)
         self._age, self._written = math.inf, None
 
     def start(self, time: float) -> None:
@@ -382,18 +382,18 @@ class Drive(Controller):
 
     def command(self, values: tuple[float, ...]) -> None:
         """Set (forward [m/s], turning); valid until the time-out."""
-        self._wanted, self._age = values, 0.0
+        self._target, self._age = values, 0.0
 
     def update(self, time: float, period: float) -> None:
         """Odometry, then wheel speeds within the limits."""
         self.observe(time)
         config = self.config
-        wanted = self._wanted if self._age <= config.timeout else (0.0, 0.0)
+        target = self._target if self._age <= config.timeout else (0.0, 0.0)
         self._age += period
         now = tuple(
             limiter.limit(value, last, before, period)
             for limiter, value, last, before in zip(
-                (config.linear, config.angular), wanted, self.limited, self._before
+                (config.linear, config.angular), target, self.limited, self._before
             )
         )
         self._before, self.limited = self.limited, now
@@ -455,7 +455,7 @@ class DiffDrive(Drive):
         left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
         if len(left) != len(right):
             raise ControllerError(
-                f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as "
+                f"{settings.label} has {len(left)} left and {len(right)} right wheels, must be as "
                 "many"
             )
         both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
@@ -529,7 +529,7 @@ class Ackermann(Drive):
         )
         if not config.separation > 0:
             raise ControllerError(
-                f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
+                f"{settings.label} has wheel_separation_h {separation}, must be above 0 [m]"
             )
         return config
 
@@ -555,7 +555,7 @@ class Ackermann(Drive):
 class WheelDrive(Stateful):
     """Wheel speeds of both sides for a command, and odometry from the wheels' angles."""
 
-    STATE = ("_speeds", "_angles", "_place", "_twist")
+    STATE = ("_speeds", "_angles", "_pose2d", "_twist")
 
     def __init__(self, spec: WheelDriveSpec) -> None:
         self._spec = spec
@@ -565,41 +565,44 @@ class WheelDrive(Stateful):
         """Restart at rest, odometry at zero."""
         self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
         self._angles: Array | None = None
-        self._place = np.zeros(3)  # x, y [m], yaw [rad]
-        self._twist = np.zeros(2)  # forward [m/s], left turn [rad/s]
+        self._pose2d = np.zeros(3)  # x, y [m], yaw [rad]
+        self._twist = np.zeros(2)  # forward [m/s], yaw rate [rad/s]
 
     def wheel_speeds(self, forward: float, turn: float, elapsed: float) -> tuple[float, float]:
         """Speeds [rad/s] of the left and the right wheels.
 
         Args:
             forward: commanded speed [m/s].
-            turn: commanded turn to the left [rad/s].
+            turn: commanded yaw rate [rad/s], left positive.
             elapsed: simulated time since the last call [s], for the acceleration limit.
         """
         half = turn * self._spec.separation / 2.0
-        wanted = np.array((forward - half, forward + half))
+        target = np.array((forward - half, forward + half))
         if self._spec.acceleration > 0.0:
-            most = self._spec.acceleration * elapsed
-            wanted = self._speeds + np.clip(wanted - self._speeds, -most, most)
-        self._speeds = wanted
-        left, right = (wanted / (self._spec.diameter / 2.0)).tolist()
+            max_change = self._spec.acceleration * elapsed
+            target = self._speeds + np.clip(target - self._speeds, -max_change, max_change)
+        self._speeds = target
+        left, right = (target / (self._spec.diameter / 2.0)).tolist()
         return left, right
 
     def measure(self, left: float, right: float, elapsed: float) -> None:
         """Update with the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
         angles = np.array((left, right))
         if self._angles is not None and elapsed > 0.0:
-            way = (angles - self._angles) * self._spec.diameter / 2.0
-            forward, turned = way.mean(), (way[1] - way[0]) / self._spec.separation
-            middle = self._place[2] + turned / 2.0
-            self._place += (forward * math.cos(middle), forward * math.sin(middle), turned)
+            distances = (angles - self._angles) * self._spec.diameter / 2.0
+            forward, turned = (
+                distances.mean(),
+                (distances[1] - distances[0]) / self._spec.separation,
+            )
+            mean_yaw = self._pose2d[2] + turned / 2.0
+            self._pose2d += (forward * math.cos(mean_yaw), forward * math.sin(mean_yaw), turned)
             self._twist = np.array((forward, turned)) / elapsed
         self._angles = angles
 
     @property
     def pose(self) -> Pose:
         """Pose in the odometry frame by the wheels."""
-        return Pose.from_xyz_rpy((self._place[0], self._place[1], 0.0), (0, 0, self._place[2]))
+        return Pose.from_xyz_rpy((self._pose2d[0], self._pose2d[1], 0.0), (0, 0, self._pose2d[2]))
 
     @property
     def twist(self) -> tuple[Array, Array]:

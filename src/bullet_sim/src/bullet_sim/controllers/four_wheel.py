@@ -160,9 +160,9 @@ def _axle_speed(
     half, squares, total = config.track * curvature / 2.0, 0.0, 0.0
     for side, rim in ((-1.0, left), (1.0, right)):
         distance = math.sqrt(max(1.0 + 2.0 * side * half * cosine + half**2, 1e-12))
-        own = rim * config.radius / (1.0 + side * config.offset * curvature / distance)
-        squares += own**2
-        total += own
+        speed = rim * config.radius / (1.0 + side * config.offset * curvature / distance)
+        squares += speed**2
+        total += speed
     return math.copysign(math.sqrt(squares / (2.0 + 2.0 * half**2)), total)
 
 
@@ -174,7 +174,7 @@ class FourWheelOdometry(Stateful):
 
     Attributes:
         x, y [m], heading [rad]: as Odometry's.
-        linear, lateral [m/s], angular [rad/s]: in the robot's own frame, of the last period.
+        linear, lateral [m/s], angular [rad/s]: in the robot's frame, of the last period.
         speed: forward or backwards [m/s]; acceleration [m/s^2], jerk [m/s^3]: its means.
         angles: of the virtual front and rear wheel [rad]; rates: their means [rad/s].
     """
@@ -235,8 +235,8 @@ class FourWheelOdometry(Stateful):
         )
         self.speed, self.acceleration, self.angles = speed, acceleration, angles
 
-    def _mean(self, number: int, value: float) -> float:
-        rates = self._rates[number]
+    def _mean(self, index: int, value: float) -> float:
+        rates = self._rates[index]
         rates.append(value)
         return math.fsum(rates) / len(rates)
 
@@ -255,7 +255,8 @@ class FourWheel(Drive):
         for key, names in pairs.items():
             if len(names) != 2:
                 raise ControllerError(
-                    f"{settings.what} has {len(names)} joints in {key}, must be two: left and right"
+                    f"{settings.label} has {len(names)} joints in {key}, must be two: left and "
+                    "right"
                 )
         wheels = pairs["front_wheel"] + pairs["rear_wheel"]
         steers = pairs["front_steering"] + pairs["rear_steering"]
@@ -265,11 +266,11 @@ class FourWheel(Drive):
         try:
             offset = _apart(description, steers[0], wheels[0])
         except ControllerError as error:
-            raise ControllerError(f"{settings.what}: {error}") from None
+            raise ControllerError(f"{settings.label}: {error}") from None
         settings.ignore("wheel_steering_y_offset")  # upstream writes it there, from the URDF
         for name, value in (("wheel_base", base), ("wheel_radius", radius)):
             if not value > 0:
-                raise ControllerError(f"{settings.what} has {name} {value}, must be above 0 [m]")
+                raise ControllerError(f"{settings.label} has {name} {value}, must be above 0 [m]")
         values = common(settings, (("velocity", wheels), ("position", steers)))
         return FourWheelConfig(wheels, steers, track - 2 * offset, offset, radius, base, **values)
 
@@ -281,15 +282,15 @@ class FourWheel(Drive):
         """Odometry, then wheels and steering within the limits."""
         self.observe(time)
         config = self.config
-        wanted = self._wanted if self._age <= config.timeout else (0.0,) * len(self._wanted)
+        target = self._target if self._age <= config.timeout else (0.0,) * len(self._target)
         self._age += period
-        forward = config.linear.limit(wanted[0], self.limited[0], self._before[0], period)
+        forward = config.linear.limit(target[0], self.limited[0], self._before[0], period)
         turn = self.limited[1]
-        if len(wanted) == 2:
-            turn = config.angular.limit(wanted[1], turn, self._before[1], period)
+        if len(target) == 2:
+            turn = config.angular.limit(target[1], turn, self._before[1], period)
             outputs = for_twist(config, forward, turn)
         else:
-            outputs = for_angles(config, forward, *wanted[1:])
+            outputs = for_angles(config, forward, *target[1:])
         self._before, self.limited = self.limited, (forward, turn)
         self._write_once(outputs)
 

@@ -72,15 +72,15 @@ class GripperControl(Controller):
         names = (settings.joint("joint", joints),)
         warnings: list[str] = []
         settings.ignore("gains")
-        regulated = cls.interface != "position"
+        has_pid = cls.interface != "position"
         rate = settings.number("action_monitor_rate", 20.0, above=0.0)
         return GripperConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=rate,
-            gains=parse_gains(settings, names, warnings) if regulated else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            gains=parse_gains(settings, names, warnings) if has_pid else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
             tolerance=abs(settings.number("goal_tolerance", 0.01)),
             max_effort=abs(settings.number("max_effort", 0.0)),
             stall_speed=settings.number("stall_velocity_threshold", 0.001),
@@ -147,9 +147,9 @@ class GripperControl(Controller):
             joint.set_position(self._position)
             self._effort = self._max_effort
             return
-        most = abs(self._max_effort)
-        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=most)
-        self._effort = min(max(effort, -most), most)
+        max_effort = abs(self._max_effort)
+        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=max_effort)
+        self._effort = min(max(effort, -max_effort), max_effort)
 
     def _evaluate(self, error: float, position: float, velocity: float, time: float) -> None:
         config = self.config

@@ -30,12 +30,12 @@ _TURN = 2.0 * math.pi
 
 
 def shortest_distance(start: float, end: float) -> float:
-    """The shortest turn [rad] from one angle to another, in (-pi, pi]."""
+    """The shortest rotation [rad] from one angle to another, in (-pi, pi]."""
     return -remainder(start - end, _TURN)
 
 
 def distance_within(start: float, end: float, lower: float, upper: float) -> float:
-    """The shortest turn [rad] to an angle (up to whole turns) that stays within limits.
+    """The shortest rotation [rad] to an angle (up to full rotations) that stays within limits.
 
     Args:
         start: where the joint is [rad].
@@ -43,7 +43,7 @@ def distance_within(start: float, end: float, lower: float, upper: float) -> flo
         lower, upper: limits [rad].
 
     Returns:
-        The shorter way round if it ends within the limits, else the longer one if that does, else
+        The shorter rotation if it ends within the limits, else the longer one if that does, else
         end - start.
     """
     short = shortest_distance(start, end)
@@ -58,7 +58,7 @@ def position_error(joint: Joint, position: float, target: float) -> float:
     """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
 
     Args:
-        joint: with its kind and limits.
+        joint: with its type and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
     lower, upper = joint.lower, joint.upper
@@ -115,11 +115,11 @@ class Pid(Stateful):
     """A PID that commands its joint's effort, or only computes its output.
 
     Where the gains are stiff for the inertia that the joint's effort moves, the joint tracks the
-    closed form's velocity with at most the effort instead (see the module's text).
+    closed form's velocity with at most the effort instead (see the module's docstring).
 
     Args:
         gains: PidGains; may be replaced at any time, the state stays.
-        joint: JointHandle whose error it sees; None: the caller knows.
+        joint: JointHandle that it commands; None: it only computes.
         goal: "position" or "velocity", of which the errors are.
         acts: whether it commands the joint's effort.
 
@@ -191,8 +191,8 @@ class Pid(Stateful):
             period: since the last update, and to the next [s].
             goal_velocity: of the set point of a position [rad/s, m/s]; None: unknown, the error's
                 rate is its difference to the last, 0 at the first (no jump at a start).
-            feedforward: effort beside the PID's [N m, N].
-            limit: most effort either way [N m, N].
+            feedforward: effort in addition to the PID's [N m, N].
+            limit: max effort in either direction [N m, N].
 
         Returns:
             The output; 0, without a change of terms, when an input is not finite or no time
@@ -267,7 +267,7 @@ class Pid(Stateful):
             self.goal, self._gains, self._mean = goal, None, None
 
     def _prepare(self, period: float) -> None:
-        """Find out whether gains are stiff, and their closed form."""
+        """Determine whether gains are stiff, and their closed form."""
         gains, joint = self.gains, self.joint
         self._gains, self._period, self._motion = gains, period, ()
         inertia = joint.inertia if self._acts else None
@@ -280,39 +280,39 @@ class Pid(Stateful):
             self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
 
 
-def parse_pid(values: Any, what: str, warnings: list[str] | None = None) -> PidGains:
+def parse_pid(values: Any, label: str, warnings: list[str] | None = None) -> PidGains:
     """Check a `pid` mapping.
 
     Args:
         values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
-        what: name for messages.
-        warnings: list to which a sentence per unknown key is added; None: none.
+        label: name for messages.
+        warnings: list to which a message per unknown key is added; None: none.
 
     Raises:
         ControllerError: not a mapping, not a finite number, a gain beyond MAX_GAIN, no p.
     """
     if not isinstance(values, dict):
-        raise ControllerError(f"{what} pid is {values!r}, must be a mapping with p, i, d")
+        raise ControllerError(f"{label} pid is {values!r}, must be a mapping with p, i, d")
     if warnings is not None:
         warnings.extend(
-            f"{what} pid has key '{key}', which is not one of {', '.join(KEYS)}; it is ignored"
+            f"{label} pid has key '{key}', which is not one of {', '.join(KEYS)}; it is ignored"
             for key in sorted(set(values) - set(KEYS), key=str)
         )
     if "p" not in values:
-        raise ControllerError(f"{what} pid has no p")
+        raise ControllerError(f"{label} pid has no p")
     numbers: dict[str, float] = {}
     for key in NUMBERS:
         number = as_number(values.get(key, 0.0))
         if number is None:
-            raise ControllerError(f"{what} pid {key} is {values[key]!r}, must be a finite number")
+            raise ControllerError(f"{label} pid {key} is {values[key]!r}, must be a finite number")
         if key in ("p", "i", "d") and abs(number) > MAX_GAIN:
             raise ControllerError(
-                f"{what} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
+                f"{label} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
             )
         numbers[key] = number
     antiwindup = values.get("antiwindup", False)
     if not isinstance(antiwindup, bool):
-        raise ControllerError(f"{what} pid antiwindup is {antiwindup!r}, must be true or false")
+        raise ControllerError(f"{label} pid antiwindup is {antiwindup!r}, must be true or false")
     low = numbers["i_clamp_min"] if "i_clamp_min" in values else numbers["i_clamp"]
     high = numbers["i_clamp_max"] if "i_clamp_max" in values else numbers["i_clamp"]
     return PidGains(numbers["p"], numbers["i"], numbers["d"], -abs(low), abs(high), antiwindup)
@@ -331,7 +331,7 @@ def is_stiff(gains: PidGains, goal: str, inertia: float, period: float) -> bool:
         gains: PidGains that give an effort.
         goal: "velocity" or "position".
         inertia: that the joint moves [kg m^2, kg].
-        period: over which the effort is held [s].
+        period: over which the effort is constant [s].
     """
     if goal == "velocity":
         return gains.p >= 0.0 and gains.d >= 0.0 and gains.p * period > SOFT_DAMPING * inertia

@@ -1,7 +1,7 @@
 """The joints of steer_bot_hardware_gazebo: a car with one wheel and one steering joint to command.
 
 Its controllers see a rear wheel and a front steering joint that need not exist; commands to them
-turn the four wheels and the two front hinges of the car.
+drive the four wheels and the two front hinges of the car.
 """
 
 import math
@@ -50,20 +50,20 @@ class SteerBotConfig:
 
 
 def parse_steer_bot(
-    values: Any, what: str, joints: Sequence[str], description: ModelDescription | None = None
+    values: Any, label: str, joints: Sequence[str], description: ModelDescription | None = None
 ) -> SteerBotConfig:
     """Check the parameters.
 
     Args:
         values: mapping from the parameter server.
-        what: its name, for messages.
+        label: its name, for messages.
         joints: names of the robot's movable joints.
         description: for sizes that are not given.
 
     Raises:
         ControllerError: names the parameter, its value and what is valid.
     """
-    settings = Settings(values or {}, what)
+    settings = Settings(values or {}, label)
     rear_wheels, front_wheels, front_steers = (
         _pair(settings, f"virtual_{key}", joints)
         for key in ("rear_wheels", "front_wheels", "front_steers")
@@ -86,7 +86,7 @@ def _pair(settings: Settings, key: str, joints: Sequence[str]) -> tuple[str, str
     names = settings.get(key)
     if not isinstance(names, list) or len(names) != 2 or not set(names) <= set(joints):
         raise ControllerError(
-            f"{settings.what} has {key} {names!r}, must be two joints, right and left; joints are "
+            f"{settings.label} has {key} {names!r}, must be two joints, right and left; joints are "
             f"{', '.join(joints) or '(none)'}"
         )
     right, left = names
@@ -105,12 +105,12 @@ def _size(
         first, second = (joint_position(description, name)[axis] for name in joints)
         value = abs(first - second)
         if not value > 0:
-            raise ControllerError(f"{settings.what} has no {key}, and the URDF does not tell it")
+            raise ControllerError(f"{settings.label} has no {key}, and the URDF does not give it")
     return value
 
 
 class SteerBotJoints:
-    """Stands before a car's Joints: the same methods, with the two commanded joints.
+    """In place of a car's Joints: the same methods, with the two commanded joints.
 
     Args:
         joints: bullet_sim.models.joints.Joints of the car.
@@ -132,9 +132,9 @@ class SteerBotJoints:
             config.rear_wheel: config.rear_wheels,
             config.front_steer: config.front_steers,
         }
-        numbers = {name: number for number, name in enumerate(joints.names)}
+        indices = {name: index for index, name in enumerate(joints.names)}
         self._sources = [
-            [numbers[source] for source in self._means.get(name, (name,))] for name in self.names
+            [indices[source] for source in self._means.get(name, (name,))] for name in self.names
         ]
 
     def read(self, handles: Iterable[JointHandle]) -> None:
@@ -147,27 +147,27 @@ class SteerBotJoints:
                 for values in (positions, velocities)
             )
 
-    def columns(self, numbers: Iterable[int]) -> list[list[float]]:
+    def columns(self, indices: Iterable[int]) -> list[list[float]]:
         """As Joints.columns."""
         of_car = self._joints.columns(range(len(self._joints.names)))
         return [
             [
-                math.fsum(column[source] for source in self._sources[number])
-                / len(self._sources[number])
-                for number in numbers
+                math.fsum(column[source] for source in self._sources[index])
+                / len(self._sources[index])
+                for index in indices
             ]
             for column in of_car
         ]
 
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Turn all four wheels as the rear wheel is commanded; other names have no effect."""
+        """Drive all four wheels as the rear wheel is commanded; other names have no effect."""
         wheels = (*self._config.rear_wheels, *self._config.front_wheels)
         for name, value in zip(names, values):
             if name == self._config.rear_wheel:
                 self._joints.drive_velocities(wheels, (value,) * 4)
 
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Turn both hinges as the front steering joint is commanded; others have no effect."""
+        """Rotate both hinges as the front steering joint is commanded; others have no effect."""
         for name, value in zip(names, values):
             if name == self._config.front_steer:
                 self._joints.drive_positions(self._config.front_steers, self.hinge_angles(value))

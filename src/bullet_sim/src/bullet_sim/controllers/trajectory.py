@@ -27,7 +27,7 @@ class Tolerance:
         return not (abs(position) > self.position > 0.0 or abs(velocity) > self.velocity > 0.0)
 
     def updated(self, other: "Tolerance") -> "Tolerance":
-        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves its own."""
+        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves these."""
         return Tolerance(
             *(
                 theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
@@ -46,10 +46,10 @@ NamedTolerances = Iterable[tuple[str, Tolerance]]  # by joint name
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of a whole trajectory.
+    """Tolerances of a full trajectory.
 
     Attributes:
-        path, arrival: a Tolerance of each joint on the way and at the end.
+        path, arrival: a Tolerance of each joint along the path and at the end.
         goal_time_tolerance: time after the end to get within `arrival` [s].
     """
 
@@ -69,7 +69,7 @@ class Tolerances:
         Args:
             joints: names, in the controller's order.
             path, arrival: (joint name, Tolerance) pairs.
-            goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves its own [s].
+            goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves the present one [s].
         """
         changed = []
         for own, pairs in ((self.path, path), (self.arrival, arrival)):
@@ -89,8 +89,8 @@ class TrajectoryConfig(PidConfig):
     """Configuration of a trajectory controller.
 
     Attributes:
-        tolerances: Tolerances of goals that give none.
-        stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: at once.
+        tolerances: Tolerances of goals without their own.
+        stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: immediately.
         monitor_rate: of the action's feedback [Hz].
         partial: trajectories may leave joints out.
         feedforward: of each joint's velocity.
@@ -115,10 +115,12 @@ def parse_gains(
     missing = [joint for joint in joints if joint not in block]
     if missing:
         raise ControllerError(
-            f"{settings.what} has no gains of {', '.join(missing)}, which its interface needs: "
+            f"{settings.label} has no gains of {', '.join(missing)}, which its interface needs: "
             "gains/JOINT with p, i, d"
         )
-    return tuple(parse_pid(block.get(joint), f"{block.what} {joint}", warnings) for joint in joints)
+    return tuple(
+        parse_pid(block.get(joint), f"{block.label} {joint}", warnings) for joint in joints
+    )
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,7 @@ class Segment:
     Args:
         start, end: times [s].
         first, last: Ends.
-        goal: whose segment it is; None: nobody's.
+        goal: that it belongs to; None: no goal.
         from_start: time of the first end since the start of its trajectory [s].
         path, arrival: Tolerances along it and of its end.
         goal_time_tolerance: time after its end to get within `arrival` [s].
@@ -179,24 +181,24 @@ class Segment:
 
 def _coefficients(first: End, last: End, duration: float) -> tuple[float, ...]:
     """Of 1, t, t^2 ... for a segment's ends."""
-    p, way = first.position, last.position - first.position
+    p, distance = first.position, last.position - first.position
     if duration <= 0.0:
         return (p,)
     if first.velocity is None or last.velocity is None:
-        return p, way / duration
-    # in units of the duration: what is left beyond the start's own motion
+        return p, distance / duration
+    # in units of the duration: what is left beyond the start's motion
     u, v = first.velocity * duration, last.velocity * duration
     if first.acceleration is None or last.acceleration is None:
-        scaled: tuple[float, ...] = (p, u, 3.0 * way - 2.0 * u - v, u + v - 2.0 * way)
+        scaled: tuple[float, ...] = (p, u, 3.0 * distance - 2.0 * u - v, u + v - 2.0 * distance)
     else:
         a, b = first.acceleration * duration**2 / 2.0, last.acceleration * duration**2 / 2.0
         scaled = (
             p,
             u,
             a,
-            10.0 * way - 6.0 * u - 4.0 * v - 3.0 * a + b,
-            -15.0 * way + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
-            6.0 * way - 3.0 * u - 3.0 * v - a + b,
+            10.0 * distance - 6.0 * u - 4.0 * v - 3.0 * a + b,
+            -15.0 * distance + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
+            6.0 * distance - 3.0 * u - 3.0 * v - a + b,
         )
     return tuple(c / duration**n for n, c in enumerate(scaled))
 
@@ -222,12 +224,12 @@ class Point:
     velocities: tuple[float, ...] = ()
     accelerations: tuple[float, ...] = ()
 
-    def end(self, number: int, offset: float = 0.0) -> End:
+    def end(self, index: int, offset: float = 0.0) -> End:
         """End of a segment: the values of one joint."""
         return End(
-            self.positions[number] + offset,
-            self.velocities[number] if self.velocities else None,
-            self.accelerations[number] if self.accelerations else None,
+            self.positions[index] + offset,
+            self.velocities[index] if self.velocities else None,
+            self.accelerations[index] if self.accelerations else None,
         )
 
 
@@ -237,8 +239,8 @@ class Command:
 
     Attributes:
         joints: names, in the order of the points' values.
-        points: Points; none: stop where you are.
-        stamp: ROS time of its start [s]; 0: at once.
+        points: Points; none: stop where the joints are.
+        stamp: ROS time of its start [s]; 0: immediately.
     """
 
     joints: tuple[str, ...]
@@ -270,20 +272,20 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
             "which only allow_partial_joints_goal permits"
         )
     count, before = len(command.joints), -math.inf
-    for number, point in enumerate(command.points):
-        for what in ("positions", "velocities", "accelerations"):
-            values = getattr(point, what)
-            if len(values) != count and (values or what == "positions"):
+    for index, point in enumerate(command.points):
+        for quantity in ("positions", "velocities", "accelerations"):
+            values = getattr(point, quantity)
+            if len(values) != count and (values or quantity == "positions"):
                 raise CommandError(
-                    f"trajectory point #{number} has {len(values)} {what}, must have {count}"
+                    f"trajectory point #{index} has {len(values)} {quantity}, must have {count}"
                 )
             if not all(math.isfinite(value) for value in values):
                 raise CommandError(
-                    f"trajectory point #{number} has {what} {values}, must be finite numbers"
+                    f"trajectory point #{index} has {quantity} {values}, must be finite numbers"
                 )
         if not point.time > before:
             raise CommandError(
-                f"trajectory point #{number} is at {point.time} s, must be after {before} s"
+                f"trajectory point #{index} is at {point.time} s, must be after {before} s"
             )
         before = point.time
 
@@ -310,8 +312,8 @@ def join(
         joints: names of the controller's joints.
         now: controllers' time of the next update [s].
         ahead: time from now to the command's start [s], negative for a start in the past.
-        continuous: whether each joint turns without end, and takes the shorter way.
-        goal: whose command it is; None: nobody's.
+        continuous: whether each joint rotates without limits, and takes the shorter direction.
+        goal: of the command; None: no goal.
         tolerances: Tolerances of the goal.
 
     Returns:
@@ -330,21 +332,21 @@ def join(
         )
     leave = max(start, now)
     result: list[list[Segment]] = []
-    for number, name in enumerate(joints):
-        segments = current[number]
+    for index, name in enumerate(joints):
+        segments = current[index]
         if name not in command.joints:
             left = [segment for segment in segments if segment.end >= now] or segments[-1:]
-            result.append([_given(segment, goal) for segment in left])
+            result.append([_for_goal(segment, goal) for segment in left])
             continue
         column = command.joints.index(name)
         values: tuple[Any, ...] = (
-            (tolerances.path[number], tolerances.arrival[number], tolerances.goal_time_tolerance)
+            (tolerances.path[index], tolerances.arrival[index], tolerances.goal_time_tolerance)
             if tolerances is not None
             else ()
         )
-        kept = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
+        remaining = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
         here = End(*active(segments, leave).sample(leave))
-        offset = _offset(here.position, points[0].end(column).position) * continuous[number]
+        offset = _offset(here.position, points[0].end(column).position) * continuous[index]
         made, before, since = [], here, 0.0
         time = leave
         for point in points:
@@ -352,20 +354,20 @@ def join(
             end = start + point.time
             made.append(Segment(time, before, end, after, goal, since, *values))
             time, before, since = end, after, point.time
-        result.append(kept + made)
+        result.append(remaining + made)
     return result
 
 
 def _offset(here: float, there: float) -> float:
-    """Whole turns [rad] that bring an angle nearest to another."""
+    """Full rotations [rad] that bring an angle closest to another."""
     return here + shortest_distance(here, there) - there
 
 
-def _given(segment: Segment, goal: "Goal | None") -> Segment:
+def _for_goal(segment: Segment, goal: "Goal | None") -> Segment:
     """A segment that counts for another goal from now on, without tolerances."""
-    given = copy.copy(segment)
-    given.goal = goal
-    return given
+    copied = copy.copy(segment)
+    copied.goal = goal
+    return copied
 
 
 def hold(positions: Iterable[float], now: float, goal: "Goal | None" = None) -> list[list[Segment]]:
@@ -460,14 +462,14 @@ class TrajectoryControl(Controller):
             arrival.append(Tolerance(own.number("goal", 0.0), stopped))
         ahead = settings.block("velocity_ff")
         settings.ignore("verbose", "gains")
-        regulated = cls.interface != "position"
+        has_pid = cls.interface != "position"
         return TrajectoryConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=settings.number("state_publish_rate", 50.0, above=0.0),
-            gains=parse_gains(settings, names, warnings) if regulated else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            gains=parse_gains(settings, names, warnings) if has_pid else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
             tolerances=Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0)),
             stop_duration=settings.number("stop_trajectory_duration", 0.0),
             monitor_rate=settings.number("action_monitor_rate", 20.0, above=0.0),
@@ -519,7 +521,7 @@ class TrajectoryControl(Controller):
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore; a goal that is not the restored one is cancelled.
 
-        A restored one that has ended since has nobody to report to: the motion goes on without it.
+        A restored one that has finished since cannot be reported: the motion continues without it.
         """
         present = self.goal
         super().set_state(state)
@@ -529,12 +531,12 @@ class TrajectoryControl(Controller):
 
     # commands ---------------------------------------------------------------------------------
     def check(self, command: Command) -> Command:
-        """Check a plan.Command; returns it."""
+        """Check a Command; returns it."""
         check(command, self.config.joints, self.config.partial)
         return command
 
     def command(self, command: Command) -> None:
-        """Follow a checked plan.Command; a goal is cancelled.
+        """Follow a checked Command; a goal is cancelled.
 
         Raises:
             CommandError: it lies in the past.
@@ -543,7 +545,7 @@ class TrajectoryControl(Controller):
         self._finish("canceled")
 
     def execute(self, command: Command, goal: Goal) -> None:
-        """Follow a plan.Command for a Goal; the one before is cancelled.
+        """Follow a Command for a Goal; the one before is cancelled.
 
         Raises:
             CommandError: it cannot be followed; a JointsError where its joints are wrong.
