@@ -460,7 +460,7 @@ class World:
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
         engine, forces, time_step = self._engine, self.forces, self.time_step
-        contacts = None if self.contacts.is_quiet else self.contacts
+        contacts = None if self.contacts.is_idle else self.contacts
         end = self.step_count + count
         while self.step_count < end:
             stride = end - self.step_count

@@ -9,8 +9,8 @@ next, and where moving links touch each other, it follows what the link touches 
 
 Sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
 fixed directions, each with its own effective mass, and scales both impulses into the friction cone.
-Along the way a wheel rolls that mass is small, so the force of a sliding wheel turns towards the
-axle: a skid-steered base turns at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
+In the direction of rolling that mass is small, so the force of a sliding wheel rotates towards the
+axle: a skid-steered base rotates at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
 difference between Bullet's force of the last step and the one opposite to the slip acts as an
 external force on the next. A wheel that does not slide gets none.
 """
@@ -41,7 +41,7 @@ _ACROSS = (0.0, 1.0, 0.0)
 class Friction(Stateful):
     """Coefficients of all links of a world."""
 
-    STATE = ("_given", "_axis", "_fixed", "_updated", "watched")
+    STATE = ("_given", "_axis", "_fixed", "_updated", "followers")
 
     def __init__(self, engine: "Engine") -> None:
         self._engine = engine
@@ -49,7 +49,7 @@ class Friction(Stateful):
         self._axis: dict[Key, int] = {}  # principal axis of the first direction, of moving links
         self._fixed: set[int] = set()  # bodies that never move
         self._updated: dict[Key, tuple[Pair, float]] = {}  # pair, factor that update() has set
-        self.watched: tuple[int, ...] = ()  # bodies whose links follow what they touch
+        self.followers: tuple[int, ...] = ()  # bodies whose coefficients depend on what they touch
 
     def assign(self, models: Iterable[Model]) -> None:
         """Give every link its coefficient; call it when models came or went."""
@@ -59,19 +59,21 @@ class Friction(Stateful):
         for model in models:
             self._read(model)
         grounds = self._grounds()
-        uneven: set[int] = set()
+        following: set[int] = set()
         for (body, link), mine in self._given.items():
             if body in self._fixed:
                 self._engine.set_friction(body, link, 1.0)
                 continue
             pairs = {_pair(mine, ground) for ground in grounds} or {mine}
             if len(pairs) > 1:
-                uneven.add(body)
+                following.add(body)
             self._set(body, link, min(pairs), 1.0)
         moving = {body for body, _ in self._given} - self._fixed - ghosts
         if len(moving) > 1:  # they may touch each other; a product with 1 is right as it is
-            uneven |= {body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)} & moving
-        self.watched = tuple(sorted(uneven))
+            following |= {
+                body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)
+            } & moving
+        self.followers = tuple(sorted(following))
 
     def _grounds(self) -> set[Pair]:
         return {mu for (body, _), mu in self._given.items() if body in self._fixed}
@@ -89,26 +91,26 @@ class Friction(Stateful):
                 self._axis[model.body, index] = self._principal(model.body, index, surface)
 
     def _principal(self, body: int, link: int, surface: Surface) -> int:
-        """Number of the principal axis that is nearest to the first direction of friction."""
+        """Index of the principal axis that is closest to the first direction of friction."""
         state = self._engine.link_state(body, link)
-        turn = matrix_from_quaternion(self._engine.principal_axes(body, link))
+        axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
         direction = surface.direction
         if direction is None:
             direction = matrix_from_quaternion(state[1]).T @ np.array(_ACROSS)
-        return int(np.argmax(np.abs(turn.T @ np.asarray(direction))))
+        return int(np.argmax(np.abs(axes.T @ np.asarray(direction))))
 
     def _set(self, body: int, link: int, pair: Pair, other: float) -> None:
         """Set a coefficient such that times `other` it is that of a pair."""
         first, second = pair
-        most = max(first, second)
+        coefficient = max(first, second)
         scale = None
         axis = self._axis.get((body, link))
         if axis is not None and first != second:
-            scale = [second / most] * 3
-            scale[axis] = first / most
+            scale = [second / coefficient] * 3
+            scale[axis] = first / coefficient
         else:
-            most = min(first, second)
-        self._engine.set_friction(body, link, most / other if other > 0.0 else 0.0, scale)
+            coefficient = min(first, second)
+        self._engine.set_friction(body, link, coefficient / other if other > 0.0 else 0.0, scale)
 
     def restart(self) -> None:
         """Set the coefficients that links have before they touch anything."""
@@ -123,9 +125,9 @@ class Friction(Stateful):
             self._set(body, link, *setting)
 
     def update(self) -> None:
-        """Fit the watched links to what each presses on hardest."""
+        """Set the coefficients of such links by what each presses on hardest."""
         partners: dict[Key, tuple[float, Key]] = {}  # force, the other link
-        for body in self.watched:
+        for body in self.followers:
             for link, other, other_link, force in self._engine.touching(body):
                 if force > partners.get((body, link), (0.0,))[0] and (
                     {(body, link), (other, other_link)} <= self._given.keys()
@@ -154,7 +156,7 @@ _PARALLEL = 0.999  # cosine between axles that count as parallel
 
 
 def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]:
-    """Links that are wheels of a base that must skid to turn.
+    """Links that are wheels of a base that must skid to rotate.
 
     Args:
         joints: Joints of a model without fixed ones.
@@ -169,14 +171,14 @@ def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]
         if joint.kind in ("revolute", "continuous") and joint.lower is None:
             if links[joint.child].collisions:
                 axles.setdefault(joint.parent, []).append(joint)
-    found = []
+    wheels = []
     for siblings in axles.values():
         for first in siblings:
             axis = _axle(first)
             parallel = [j for j in siblings if abs(axis @ _axle(j)) > _PARALLEL]
             if len(parallel) >= 3 and any(_distance(first, j, axis) > _APART for j in parallel):
-                found.append(first.child)
-    return found
+                wheels.append(first.child)
+    return wheels
 
 
 def _axle(joint: Joint) -> Array:
@@ -191,7 +193,7 @@ def _distance(first: Joint, second: Joint, axis: Array) -> float:
 
 
 class Slip(Stateful):
-    """Turns the friction of sliding wheels against their slip."""
+    """Directs the friction of sliding wheels against their slip."""
 
     STATE = ("_wheels", "_forces")
 
@@ -210,7 +212,7 @@ class Slip(Stateful):
                 self._wheels[model.body] = {model.index(name) for name in names}
 
     @property
-    def watching(self) -> bool:
+    def has_wheels(self) -> bool:
         """Whether there are such wheels."""
         return bool(self._wheels)
 
@@ -236,8 +238,8 @@ class Slip(Stateful):
 def _correction(force: Vec3, velocity: Vec3, limit: float) -> tuple[float, ...]:
     """Coulomb's force [N] against a slip less the force that acts."""
     speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
-    share = min(1.0, speed / SLOWEST - 1.0)
-    return tuple(share * (-limit * v / speed - f) for v, f in zip(velocity, force))
+    ratio = min(1.0, speed / SLOWEST - 1.0)
+    return tuple(ratio * (-limit * v / speed - f) for v, f in zip(velocity, force))
 
 
 class Weight(Stateful):
@@ -285,7 +287,7 @@ class Contacts(Stateful):
     Contacts are checked at fixed step counts, so that results do not depend on the size of batches.
 
     Args:
-        on_implausible: function of one sentence, called once for each model whose state is
+        on_implausible: function of a message, called once for each model whose state is
             implausible.
     """
 
@@ -325,21 +327,21 @@ class Contacts(Stateful):
 
     @property
     def is_releasing(self) -> bool:
-        """Whether models are on their way out of others."""
+        """Whether models are being pushed out of others."""
         return self._release.moving
 
     @property
-    def is_quiet(self) -> bool:
+    def is_idle(self) -> bool:
         """Whether stride, apply_forces and update have nothing to do, until a model changes."""
         return not (
-            self._slip.watching
-            or self._friction.watched
+            self._slip.has_wheels
+            or self._friction.followers
             or self._release.active
             or self._weight.active
         )
 
     def begin_restore(self) -> None:
-        """A saved state is about to be restored: end what the engine does for the present one."""
+        """A saved state is about to be restored: stop what the engine does for the present one."""
         self._release.end()
         self._friction.restart()
 
@@ -358,10 +360,10 @@ class Contacts(Stateful):
         self._weight.assign(models.values())
 
     def stride(self, step: int, count: int) -> int:
-        """How many of `count` steps can be made at once, `step` steps having been made."""
+        """How many of `count` steps can be made in one call, `step` steps having been made."""
         if self._slip.active or self._release.active or self._weight.active:
             return 1
-        if self._slip.watching or self._friction.watched:
+        if self._slip.has_wheels or self._friction.followers:
             return min(count, CHECK_STEPS - step % CHECK_STEPS)
         return count
 
@@ -377,9 +379,9 @@ class Contacts(Stateful):
     def update(self, step: int) -> None:
         """After a stride, `step` steps having been made."""
         due = step % CHECK_STEPS == 0
-        if self._slip.watching and (due or self._slip.active):
+        if self._slip.has_wheels and (due or self._slip.active):
             self._slip.update()
-        if due and self._friction.watched:
+        if due and self._friction.followers:
             self._friction.update()
 
     def check(self) -> None:

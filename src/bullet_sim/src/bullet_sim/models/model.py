@@ -30,31 +30,31 @@ if TYPE_CHECKING:
 
 FARTHEST = 2e3  # [m] from the origin
 FASTEST = 200.0  # [m/s]
-PERIOD = 0.25  # [s] of simulated time between two looks
+PERIOD = 0.25  # [s] of simulated time between two checks
 
 
 def implausible_state(model: "Model", engine: "Engine") -> str | None:
     """Describe what is implausible about a model's position and velocity, or None.
 
     Returns:
-        One sentence that names the model.
+        A message that names the model.
     """
     position, _, linear, _ = engine.link_motion(model.body, -1)
-    place = ", ".join(f"{value:.4g}" for value in position)
+    text = ", ".join(f"{value:.4g}" for value in position)
     if not all(math.isfinite(value) for value in (*position, *linear)):
         return (
-            f"model '{model.name}' has no finite position or velocity any more ({place}); delete "
+            f"model '{model.name}' has no finite position or velocity any more ({text}); delete "
             "and spawn it again, and look at its masses, inertias and gains"
         )
     speed = math.hypot(*linear)
     if speed > FASTEST:
         return (
-            f"model '{model.name}' moves at {speed:.4g} m/s at ({place}), faster than makes sense "
+            f"model '{model.name}' moves at {speed:.4g} m/s at ({text}), faster than makes sense "
             f"(above {FASTEST:g} m/s); look at its masses, inertias, gains and where it was spawned"
         )
     if math.hypot(*position) > FARTHEST:
         return (
-            f"model '{model.name}' has left: it is at ({place}), more than {FARTHEST:g} m from the "
+            f"model '{model.name}' has left: it is at ({text}), more than {FARTHEST:g} m from the "
             "origin; is there a ground below it?"
         )
     return None
@@ -76,7 +76,7 @@ def load_body(
         description: of which `lumped` was made.
 
     Returns:
-        The body's number; its links' numbers by name; those of the child links of measured joints,
+        The body's index; its links' indices by name; those of the child links of measured joints,
         by the joints' names.
 
     Raises:
@@ -109,8 +109,8 @@ def load_body(
             engine.measure_joint(body, links[joint.child])
     names = engine.joint_names(body)
     for joint in lumped.welds:
-        number = names.index(joint.name)
-        engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
+        index = names.index(joint.name)
+        engine.drive_position(body, index, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
     return body, links, measured
 
 
@@ -145,7 +145,7 @@ class Model:
         folder: where the prepared URDF is written.
 
     Attributes:
-        body: its number in the engine.
+        body: its index in the engine.
         measured: joint name -> index in the engine of the child link, of joints that are measured.
 
     Raises:
@@ -201,7 +201,7 @@ class Model:
         self._changes[key] = change
 
     def make_ghost(self) -> None:
-        """Let the model touch only what never moves; call it before the first step.
+        """Allow the model contacts only with what never moves; call it before the first step.
 
         Several robots can then train in one world, each as if it were alone.
         """
@@ -259,7 +259,7 @@ class Model:
         return self._lumped.joints
 
     def index(self, part: str) -> int:
-        """Number in the engine of one of the rigid_parts."""
+        """Index in the engine of one of the rigid_parts."""
         return self._links[part]
 
     @property
@@ -291,7 +291,7 @@ class Model:
         Returns:
             Name of the link, Shapes with the links and names that they had in the file.
         """
-        name = next(name for name, found in self._links.items() if found == index)
+        name = next(name for name, other in self._links.items() if other == index)
         return name, self._lumped.links[name].collisions
 
     def link_state(self, link: str) -> tuple[Pose, Array, Array]:

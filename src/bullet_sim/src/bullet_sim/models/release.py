@@ -2,7 +2,7 @@
 
 Bullet corrects an overlap within a few steps, which throws a robot that was spawned in the ground
 metres high. Gazebo bounds the speed of that correction. Here the links that overlap pass through
-each other for the time being, and the model moves out at a bounded speed: upwards where it stands
+each other for the time being, and the model moves out at a bounded speed: upwards where it is
 in the ground or in a slab, else along the contact's normal, or away from the other model.
 """
 
@@ -23,7 +23,7 @@ SPEED = 0.3  # [m/s] at most, where no maxVel is given
 RATE = 20.0  # [1/s]: speed per depth near the end
 SLOWEST = 0.005  # [m/s]
 SLACK = 0.5  # [m] beyond the first depth that a model may have to move before it is given up
-_UPRIGHT = 0.5  # vertical part of a normal from which on the way out is upwards
+_UPRIGHT = 0.5  # vertical part of a normal above which the direction out is upwards
 
 
 class Release(Stateful):
@@ -38,39 +38,39 @@ class Release(Stateful):
 
     @property
     def active(self) -> bool:
-        """Whether a model is on its way out, or has to be looked at."""
+        """Whether a model is being moved out, or has to be checked."""
         return bool(self._moving or self._unchecked)
 
     @property
     def moving(self) -> bool:
-        """Whether a model is on its way out."""
+        """Whether a model is being moved out."""
         return bool(self._moving)
 
     def end(self) -> None:
-        """End all ways out where the models are."""
+        """Stop moving models out and leave them where they are."""
         for release in self._moving.values():
             release.restore_collisions(self._engine)
         self.clear()
 
     def resume(self) -> None:
-        """Go on with the ways out, which were restored."""
+        """Continue to move models out, as restored."""
         for release in self._moving.values():
             release.pass_through(self._engine)
 
     def check_later(self, model: "Model") -> None:
-        """Look at a model before the next step: it was put somewhere."""
+        """Check a model before the next step: its pose was set."""
         if not model.is_static and not model.source.fixed_base and model not in self._unchecked:
             self._unchecked.append(model)
 
     def remove(self, model: "Model") -> None:
-        """The model goes; what it passes through goes with it."""
+        """Note that a model is deleted."""
         self._unchecked = [other for other in self._unchecked if other is not model]
         self._moving.pop(model.body, None)
         for release in self._moving.values():
             release.pairs = [pair for pair in release.pairs if pair[1] != model.body]
 
     def clear(self) -> None:
-        """All models were loaded anew."""
+        """Note that all models were loaded again."""
         self._unchecked, self._moving = [], {}
 
     def move(self) -> None:
@@ -87,29 +87,33 @@ class Release(Stateful):
         if before is not None:
             before.restore_collisions(self._engine)
         limit = max([TOLERANCE] + [link.surface.min_depth for link in model.rigid_parts.values()])
-        found = self._engine.overlaps(model.body, limit)
-        if found:
-            self._moving[model.body] = _Release(self._engine, model, found, limit)
+        overlaps = self._engine.overlaps(model.body, limit)
+        if overlaps:
+            self._moving[model.body] = _Release(self._engine, model, overlaps, limit)
 
 
 class _Release(Stateful):
-    """A model on its way out of what it overlaps."""
+    """A model that is moved out of what it overlaps."""
 
     STATE = ("pairs", "_left")
 
     def __init__(
-        self, engine: "Engine", model: "Model", found: list[Overlap], limit: float
+        self, engine: "Engine", model: "Model", overlaps: list[Overlap], limit: float
     ) -> None:
         self._model, self._limit = model, limit
-        self.pairs = sorted({(link, other, its) for link, other, its, _, _ in found})
-        depth, normal = max((depth, normal) for _, _, _, depth, normal in found)
+        self.pairs = sorted({(link, other, its) for link, other, its, _, _ in overlaps})
+        depth, normal = max((depth, normal) for _, _, _, depth, normal in overlaps)
         moving = [other for _, other, _ in self.pairs if other in engine.free]
-        if any(abs(normal[2]) > _UPRIGHT for *_, normal in found) and len(moving) < len(self.pairs):
-            self._way = (0.0, 0.0, 1.0)
+        if any(abs(normal[2]) > _UPRIGHT for *_, normal in overlaps) and len(moving) < len(
+            self.pairs
+        ):
+            self._direction = (0.0, 0.0, 1.0)
         elif moving:
-            self._way = _apart(engine.base_pose(model.body)[0], engine.base_pose(moving[0])[0])
+            self._direction = _apart(
+                engine.base_pose(model.body)[0], engine.base_pose(moving[0])[0]
+            )
         else:
-            self._way = normal
+            self._direction = normal
         speeds = [link.surface.max_speed for link in model.rigid_parts.values()]
         given = [speed for speed in speeds if speed]
         self._speed = max(SLOWEST, min(given)) if given else SPEED
@@ -132,17 +136,19 @@ class _Release(Stateful):
         speed = min(self._speed, max(SLOWEST, RATE * depth))
         self._left -= speed * engine.time_step
         # gravity acts within the step
-        velocity = [speed * w - g * engine.time_step for w, g in zip(self._way, engine.gravity)]
+        velocity = [
+            speed * w - g * engine.time_step for w, g in zip(self._direction, engine.gravity)
+        ]
         engine.set_base_velocity(body, velocity, (0.0, 0.0, 0.0))
         return True
 
     def pass_through(self, engine: "Engine") -> None:
-        """Let the pairs pass through each other."""
+        """Disable the collisions of the pairs."""
         for link, other, its in self.pairs:
             engine.set_pair_collision(self._model.body, link, other, its, False)
 
     def restore_collisions(self, engine: "Engine") -> None:
-        """End the passing through."""
+        """Enable the collisions of the pairs."""
         for link, other, its in self.pairs:
             engine.set_pair_collision(self._model.body, link, other, its, True)
 

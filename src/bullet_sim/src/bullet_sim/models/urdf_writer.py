@@ -15,7 +15,7 @@ DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
 # Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
 # camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
 # Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
-# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the middle, the
+# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the centre, the
 # shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch
 # (each costs time: with a drop of 1 % a step took twice as long). The outline, which lidar and
 # walls see, stays within CROWN_DROP of the description's; visuals are untouched.
@@ -29,28 +29,28 @@ ROLLING_RESISTANCE = 0.01
 STANDARD_GRAVITY = 9.81  # [m/s^2]
 
 
-def _words(values: Iterable[float]) -> str:
+def _text(values: Iterable[float]) -> str:
     return " ".join(repr(float(v)) for v in values)
 
 
 def _origin(parent: ET.Element, pose: Pose) -> None:
-    ET.SubElement(parent, "origin", xyz=_words(pose.position), rpy=_words(pose.rpy))
+    ET.SubElement(parent, "origin", xyz=_text(pose.position), rpy=_text(pose.rpy))
 
 
 def _geometry(parent: ET.Element, geometry: Geometry) -> None:
-    holder = ET.SubElement(parent, "geometry")
+    element = ET.SubElement(parent, "geometry")
     if geometry.kind == "box":
-        ET.SubElement(holder, "box", size=_words(geometry.size))
+        ET.SubElement(element, "box", size=_text(geometry.size))
     elif geometry.kind == "cylinder":
         ET.SubElement(
-            holder, "cylinder", radius=_words(geometry.size[:1]), length=_words(geometry.size[1:])
+            element, "cylinder", radius=_text(geometry.size[:1]), length=_text(geometry.size[1:])
         )
     elif geometry.kind == "sphere":
-        ET.SubElement(holder, "sphere", radius=_words(geometry.size))
+        ET.SubElement(element, "sphere", radius=_text(geometry.size))
     elif geometry.kind == "plane":
-        ET.SubElement(holder, "plane", normal="0 0 1")
+        ET.SubElement(element, "plane", normal="0 0 1")
     else:
-        ET.SubElement(holder, "mesh", filename=geometry.path, scale=_words(geometry.scale))
+        ET.SubElement(element, "mesh", filename=geometry.path, scale=_text(geometry.scale))
 
 
 def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
@@ -65,13 +65,13 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
     for link in lumped.links.values():
         element = ET.SubElement(robot, "link", name=link.name)
         _inertial(element, link, static)
-        for number, shape in enumerate(link.visuals):
+        for index, shape in enumerate(link.visuals):
             visual = ET.SubElement(element, "visual")
             _origin(visual, shape.pose)
             _geometry(visual, shape.geometry)
             if shape.color is not None or shape.geometry.kind != "mesh":
-                material = ET.SubElement(visual, "material", name=f"{link.name}_{number}")
-                ET.SubElement(material, "color", rgba=_words(shape.color or DEFAULT_COLOR))
+                material = ET.SubElement(visual, "material", name=f"{link.name}_{index}")
+                ET.SubElement(material, "color", rgba=_text(shape.color or DEFAULT_COLOR))
         for shape in _crowned(link.collisions, wheels.get(link.name)):
             collision = ET.SubElement(element, "collision")
             if static and shape.geometry.kind == "mesh":
@@ -92,7 +92,7 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
 
 
 def _wheels(lumped: LumpedModel) -> dict[str, Shape]:
-    """Map of link name -> collision Shape that is a wheel: a cylinder on its own joint's axis."""
+    """Map of link name -> collision Shape that is a wheel: a cylinder on its joint's axis."""
     wheels = {}
     for joint in lumped.joints:
         if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
@@ -127,9 +127,9 @@ def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     if static:
         _origin(inertial, Pose())
     else:
-        inertia, turn = _principal(inertia)
+        inertia, axes = _principal(inertia)
         x, y, z = link.centre.tolist()
-        _origin(inertial, Pose((x, y, z), turn))
+        _origin(inertial, Pose((x, y, z), axes))
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
     ET.SubElement(
         inertial,
@@ -183,7 +183,7 @@ def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
     _origin(element, joint.origin)
-    ET.SubElement(element, "axis", xyz=_words(joint.axis))
+    ET.SubElement(element, "axis", xyz=_text(joint.axis))
     lower, upper = (0.0, -1.0) if joint.lower is None else (joint.lower, joint.upper)
     ET.SubElement(
         element,
