@@ -4,9 +4,9 @@ Frames: the camera frame is Gazebo's (x along the view, y left, z up); the optic
 REP 103's (x right, y down, z along the view). Both have the same origin.
 
 Pixels: integer coordinates are pixel centres, (0, 0) is the centre of the top left pixel, as
-in OpenCV and image_geometry. OpenGL puts the optical axis in the middle of the image, which
+in OpenCV and image_geometry. OpenGL puts the optical axis at the centre of the image, which
 is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
-(width + 1) / 2 in its camera_info, one pixel off its picture; we do not follow it.
+(width + 1) / 2 in its camera_info, one pixel off its image; we do not follow it.
 """
 
 import math
@@ -17,13 +17,13 @@ import numpy as np
 
 from bullet_sim.pose import Array, Vector
 
-FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was drawn
-MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of a picture: what OpenGL takes, and 200 MB
+FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was rendered
+MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of an image: what OpenGL takes, and 200 MB
 OPTICAL_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
 def check(width: int, height: int, horizontal_fov: float, near: float, far: float) -> None:
-    """Raise ValueError, naming the value, when no picture could be made with these.
+    """Raise ValueError, naming the value, when no image could be rendered with these.
 
     Args:
         width, height: [px].
@@ -124,7 +124,7 @@ def projection_matrix(
         horizontal_fov: [rad].
         aspect: width / height.
         near, far: clip distances along the optical axis [m].
-        shift: moves the picture right and down, in widths and heights of the image.
+        shift: moves the image right and down, in widths and heights of the image.
 
     Returns:
         16 floats, column-major.
@@ -161,7 +161,7 @@ def metres_from_buffer(buffer: Array, near: float, far: float) -> Array:
         near, far: clip distances [m].
 
     Returns:
-        (H, W) float32 [m]; far where nothing was drawn.
+        (H, W) float32 [m]; far where nothing was rendered.
     """
     wide = np.asarray(buffer, dtype=np.float64)
     distance = near * far / (far - wide * (far - near))
@@ -169,7 +169,7 @@ def metres_from_buffer(buffer: Array, near: float, far: float) -> Array:
 
 
 def points(depth: Array, k: Array) -> Array:
-    """Points of a depth picture in the optical frame.
+    """Points of a depth image in the optical frame.
 
     Args:
         depth: (H, W) float32 [m] along the optical axis; NaN stays NaN.
@@ -185,7 +185,7 @@ def points(depth: Array, k: Array) -> Array:
 
 
 def within(depth: Array, low: float, high: float) -> Array:
-    """A depth picture with NaN where it is not low < depth < high [m]."""
+    """A depth image with NaN where it is not low < depth < high [m]."""
     return np.where((depth > low) & (depth < high), depth, np.float32(np.nan))
 
 

@@ -28,12 +28,12 @@ def watched_links(spec: ContactSpec, description: ModelDescription) -> set[tuple
     known = {
         shape.name: link.name for link in description.links.values() for shape in link.collisions
     }
-    found = set()
+    watched = set()
     for name in spec.collisions:
         plain = name.rsplit("::", 1)[-1].rsplit("_fixed_joint_lump__", 1)[-1]
         if plain in known:
             numbered = "_fixed_joint_lump__" in name  # sdformat numbers those through
-            found.add((known[plain], "" if numbered else plain))
+            watched.add((known[plain], "" if numbered else plain))
             continue
         link = plain.rsplit("_collision", 1)[0]
         if link not in description.links or not description.links[link].collisions:
@@ -41,8 +41,8 @@ def watched_links(spec: ContactSpec, description: ModelDescription) -> set[tuple
                 f"contact sensor '{spec.name}' watches collision '{name}', which "
                 f"does not exist; collisions are {', '.join(known) or '(none)'}"
             )
-        found.add((link, ""))
-    return found
+        watched.add((link, ""))
+    return watched
 
 
 def distance(shape: Shape, point: Vector) -> float:

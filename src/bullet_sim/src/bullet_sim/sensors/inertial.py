@@ -124,7 +124,7 @@ def to_north_west(heading: float, x: float, y: float) -> tuple[float, float]:
 def fix(
     position: Vector, latitude: float, longitude: float, altitude: float, heading: float
 ) -> Vec3:
-    """Geodetic place of a point of the world, whose origin is given.
+    """Geodetic position of a point of the world, whose origin is given.
 
     Args:
         position: (3,) [m] in the world.
@@ -196,7 +196,7 @@ def net_wrench(
     Args:
         mass: [kg].
         inertia: (3, 3) [kg m^2] about its centre, world axes.
-        before, after: (velocity of the centre (3,), turn rate (3,)), world axes.
+        before, after: (velocity of the centre (3,), angular velocity (3,)), world axes.
         period: [s].
 
     Returns:

@@ -28,7 +28,7 @@ class Rays:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points: places (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
+    """Contact points: positions (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
 
     places: Array
     normals: Array
@@ -62,9 +62,9 @@ class WorldView:
         sources: bodies for a mirror; None: as in the last view, as is the scene.
         snapshot: Snapshot.
         rays: of the lidars with <visualize>.
-        paused: whether simulated time stands still.
+        paused: whether simulated time does not advance.
         scene: lights and background.
-        contacts: what presses on what; None: not asked for.
+        contacts: all contact points; None: not requested.
         frames: of the selected model; None: none is selected.
     """
 
@@ -87,7 +87,7 @@ class Observer:
 
     def __init__(self, world: Any) -> None:
         self._world = world
-        self._shown: tuple[tuple[BodySource, ...], Scene] | None = None
+        self._last_sources: tuple[tuple[BodySource, ...], Scene] | None = None
         self._selected, self._with_contacts = "", False
         # (key, index of the sensor) -> (Lidar, time of the rays [s], Rays)
         self._cast: dict[tuple[int, int], tuple[Lidar, float, Rays]] = {}
@@ -105,9 +105,9 @@ class Observer:
         """View of the world now."""
         models = self._world.models.values()
         sources = tuple(self._world.sources())
-        shown = (sources, self._world.scene)
-        changed = sources if shown != self._shown else None
-        self._shown = shown
+        current = (sources, self._world.scene)
+        changed = sources if current != self._last_sources else None
+        self._last_sources = current
         return WorldView(
             tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
             changed,
@@ -133,10 +133,10 @@ class Observer:
         """Rays of all visualised lidars, cast again when their next scan would be due."""
         now, before, self._cast = self._world.time, self._cast, {}
         for model in models:
-            for number, spec in enumerate(model.description.sensors):
+            for index, spec in enumerate(model.description.sensors):
                 if not isinstance(spec, RaySpec) or not spec.visualize:
                     continue
-                key = (model.source.key, number)
+                key = (model.source.key, index)
                 last = before.get(key)
                 if last is None or not last[1] <= now < last[1] + 1.0 / spec.rate:
                     lidar = Lidar(spec) if last is None else last[0]
