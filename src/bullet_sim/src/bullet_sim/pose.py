@@ -1,7 +1,7 @@
 """Rigid transforms and rotations: positions [m] with unit quaternions (x, y, z, w).
 
-A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A rotates
-a vector written in B into the same vector written in A.
+A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A
+rotates a vector written in B into the same vector written in A.
 """
 
 import math
@@ -80,8 +80,9 @@ def multiply(a: Vector, b: Vector) -> Quat:
 def compose(
     position: Vector, orientation: Vector, offset: Vector, rotation: Vector
 ) -> tuple[Vec3, Quat]:
-    """Pose of a frame that has a pose in another one; on plain numbers, several times as fast as Pose.
+    """Pose of a frame that has a pose in another one.
 
+    On plain numbers, several times as fast as Pose.
     (PyBullet's multiplyTransforms has single precision.)
 
     Args:

@@ -28,7 +28,7 @@ class Rays:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points: positions (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
+    """Contact points: positions (n, 3) [m], unit normals (n, 3), normal forces [N]; world."""
 
     places: Array
     normals: Array
