@@ -119,7 +119,7 @@ class Pid(Stateful):
 
     Args:
         gains: PidGains; may be replaced at any time, the state stays.
-        joint: JointHandle that it commands; None: it only computes.
+        joint: JointHandle of the errors; None: the caller has its state.
         goal: "position" or "velocity", of which the errors are.
         acts: whether it commands the joint's effort.
 

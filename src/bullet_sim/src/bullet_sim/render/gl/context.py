@@ -92,10 +92,12 @@ class Context:
     def __init__(self) -> None:
         try:
             import moderngl
+
+            create_context: Any = moderngl.create_context  # its type hint is wrong
         except ImportError as error:
             raise RenderError(f"the Python package moderngl is missing: {error}") from error
         try:
-            self.gl = moderngl.create_context(
+            self.gl = create_context(
                 require=LEAST_VERSION,
                 standalone=True,
                 backend="egl",
